@@ -32,8 +32,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import airy
 
-from buckler.elastica.collocation import Array
-from buckler.elastica.pinned import Reals
+from .collocation import Array
+from .pinned import Reals
 
 
 class Peak(NamedTuple):

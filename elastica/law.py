@@ -17,8 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from buckler.elastica import pinned
-from buckler.elastica.pinned import Reals
+from . import pinned
+from .pinned import Reals
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from math import ceil, inf, isfinite, pi, sqrt
 
 import numpy as np
 
-from buckler.elastica.collocation import Array, require
+from .collocation import Array, require
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from buckler.elastica.collocation import Array, NewtonDivergedError, newton, require
-from buckler.elastica.strip import Equilibrium, Load, Strip
+from .collocation import Array, NewtonDivergedError, newton, require
+from .strip import Equilibrium, Load, Strip
 
 MOST_POINTS = 5000
 STRAIGHT, FAITH = 0.97, 0.15

@@ -27,8 +27,8 @@ from math import inf, pi, sqrt
 
 import numpy as np
 
-from buckler.elastica.collocation import Array, NewtonDivergedError, RodError, require
-from buckler.elastica.strip import Load, Strip
+from .collocation import Array, NewtonDivergedError, RodError, require
+from .strip import Load, Strip
 
 __all__ = ["NewtonDivergedError", "Rod", "RodError", "RodSolution", "WrongBranchError"]
 

@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from buckler.elastica.collocation import Angle, Array, integration, require
+from .collocation import Angle, Array, integration, require
 
 Curve = Callable[[Array], tuple[Array, Array]]
 """x and y, in any unit of length, of an array of parameters from 0 to 1."""

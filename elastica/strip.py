@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.elastica.collocation import Angle, Array, Grid, NewtonDivergedError, newton, require, resample, two_pieces
+from .collocation import Angle, Array, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
 HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Which of x, y and the rotation the support at s = 1 holds."""

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from buckler.mbs.elements import (
+from .elements import (
     STEEL,
     AdamsDamping,
     Beam,
@@ -38,20 +38,20 @@ from buckler.mbs.elements import (
     TorsionSpring,
     Weld,
 )
-from buckler.mbs.library import crank_rocker, slider_crank
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.offers import offer, on_demand
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.result import Result
-from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
+from .library import crank_rocker, slider_crank
+from .mechanism import Mechanism
+from .offers import offer, on_demand
+from .record.errors import Status
+from .record.result import Result
+from .solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 if TYPE_CHECKING:
-    from buckler.mbs.engine.build import build
-    from buckler.mbs.sensitivity.derivatives import sensitivities
-    from buckler.mbs.sensitivity.design import optimise
-    from buckler.mbs.sensitivity.fitting import fit
-    from buckler.mbs.simulation import simulate
-    from buckler.mbs.statics import equilibrium, frequencies, path, periodic, response
+    from .engine.build import build
+    from .sensitivity.derivatives import sensitivities
+    from .sensitivity.design import optimise
+    from .sensitivity.fitting import fit
+    from .simulation import simulate
+    from .statics import equilibrium, frequencies, path, periodic, response
 
 __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",

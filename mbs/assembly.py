@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.declare import RefusalError
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import short
+from .declare import RefusalError
+from .geometry import Array
+from .validate import short
 
 Pair = tuple[float, float]
 AGREE = 1e-9

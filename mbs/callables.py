@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from dataclasses import field as plain_field
 from typing import Any
 
-from buckler.mbs.declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
-from buckler.mbs.declare.compound import any_of, is_list
-from buckler.mbs.declare.spec import Schema, shown
-from buckler.mbs.functions import Components, Expression
-from buckler.mbs.units import is_measured
-from buckler.mbs.validate import function as called
-from buckler.mbs.validate import pair
+from .declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
+from .declare.compound import any_of, is_list
+from .declare.spec import Schema, shown
+from .functions import Components, Expression
+from .units import is_measured
+from .validate import function as called
+from .validate import pair
 
 
 class Callables(Spec):

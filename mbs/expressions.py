@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import near, short
+from .geometry import Array
+from .validate import near, short
 
 Values = tuple[Any, ...]
 Compiled = Callable[[Values], Any]

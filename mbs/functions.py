@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.breaks import breaks
-from buckler.mbs.declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
-from buckler.mbs.declare.spec import Anything
-from buckler.mbs.expressions import compiled, derivative, names_in, parse
+from .breaks import breaks
+from .declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
+from .declare.spec import Anything
+from .expressions import compiled, derivative, names_in, parse
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), TURN, PATH)

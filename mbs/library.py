@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements import (
+from .elements import (
     Body,
     Clearance,
     Drive,
@@ -22,10 +22,10 @@ from buckler.mbs.elements import (
     Section,
     Stop,
 )
-from buckler.mbs.kinematics.linkage import KinematicsError
-from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.laws import Impact, NormalLaw
-from buckler.mbs.mechanism import Mechanism
+from .kinematics.linkage import KinematicsError
+from .kinematics.slidercrank import SliderCrank
+from .laws import Impact, NormalLaw
+from .mechanism import Mechanism
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
 """Lengths of the compliant slider-crank, m (Demirel et al. 2008, Table 1, doi 10.1115/IMECE2008-68796)."""

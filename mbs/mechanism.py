@@ -11,8 +11,8 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.assembly import Assembly, assemble, check_links, followed
-from buckler.mbs.declare import (
+from .assembly import Assembly, assemble, check_links, followed
+from .declare import (
     Either,
     Named,
     Part,
@@ -27,15 +27,15 @@ from buckler.mbs.declare import (
     fields_written,
     vector,
 )  # fmt: skip
-from buckler.mbs.declare.spec import Schema
-from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.shorthand import SHORT, expanded
-from buckler.mbs.elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
-from buckler.mbs.elements.element import GROUND, Element, Parts, place
-from buckler.mbs.elements.link import Frozen
-from buckler.mbs.elements.references import UnknownError, known
-from buckler.mbs.offers import offered
-from buckler.mbs.validate import short
+from .declare.spec import Schema
+from .documents import document as documents
+from .documents.shorthand import SHORT, expanded
+from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
+from .elements.element import GROUND, Element, Parts, place
+from .elements.link import Frozen
+from .elements.references import UnknownError, known
+from .offers import offered
+from .validate import short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

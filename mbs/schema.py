@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from buckler.mbs.declare import Declaration, Declared, declarations, known
-from buckler.mbs.declare.spec import Quantity, Schema
-from buckler.mbs.documents import shorthand
-from buckler.mbs.mechanism import RUN, Mechanism
+from .declare import Declaration, Declared, declarations, known
+from .declare.spec import Quantity, Schema
+from .documents import shorthand
+from .mechanism import RUN, Mechanism
 
 BY_OTHERS = (("Link", "name"), ("Link", "body"))
 """Fields that a file may give elsewhere: as the name of a table, or among the defaults."""

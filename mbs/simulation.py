@@ -12,34 +12,34 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.deliver import Climb, deliver, plain, verified
-from buckler.mbs.accuracy.goal import Asked, Goal, Usual
-from buckler.mbs.accuracy.ladder import ladder_of, suited
-from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES
-from buckler.mbs.breaks import WIDTH
-from buckler.mbs.checks.suspicions import idle, suspicions
-from buckler.mbs.engine.solve import once
-from buckler.mbs.functions import own_functions
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics import exact
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import Interrupted, Progress, ctrl_c, one_thread, working_time
-from buckler.mbs.record.energy import ledger as energy_ledger
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
-from buckler.mbs.record.signals import shapes_at
-from buckler.mbs.solvers import Closure, Exudyn, Spectral
-from buckler.mbs.validate import listed, number, one_of, positive, short
-from buckler.mbs.view.movie import Film
-from buckler.mbs.view.verdicts import IDLE
+from .accuracy.deliver import Climb, deliver, plain, verified
+from .accuracy.goal import Asked, Goal, Usual
+from .accuracy.ladder import ladder_of, suited
+from .accuracy.words import COARSEST, FINEST, PLACES
+from .breaks import WIDTH
+from .checks.suspicions import idle, suspicions
+from .engine.solve import once
+from .functions import own_functions
+from .geometry import Array
+from .kinematics import exact
+from .mechanism import Mechanism
+from .process import Interrupted, Progress, ctrl_c, one_thread, working_time
+from .record.energy import ledger as energy_ledger
+from .record.errors import Status
+from .record.result import Result
+from .record.run import Run
+from .record.signals import shapes_at
+from .solvers import Closure, Exudyn, Spectral
+from .validate import listed, number, one_of, positive, short
+from .view.movie import Film
+from .view.verdicts import IDLE
 
 
 def _compiled(*arguments: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
-    from buckler.mbs.spectral.run import once as run
+    from .spectral.run import once as run
 
     return run(*arguments)
 

@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.declare import Declared, Quantity, choice, declared, field, flag, part, quantity, whole
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.mechanism import Mechanism
+from .declare import Declared, Quantity, choice, declared, field, flag, part, quantity, whole
+from .elements.clearance import clearances
+from .mechanism import Mechanism
 
 COARSEST = 40
 """Steps of the coarsest runs, at least."""

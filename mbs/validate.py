@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
-from buckler.mbs.units import Measured
+from .units import Measured
 
 LARGEST = 1e30
 """Largest size of any input, and the inverse of the smallest that is not zero: products of a few are numbers still."""

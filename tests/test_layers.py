@@ -48,8 +48,10 @@ def imported(path):
         if isinstance(node, ast.Import):
             found |= {top(alias.name) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            found |= {top(f"{node.module}.{alias.name}") for alias in node.names}
+            below = ["buckler", *path.relative_to(ROOT).parent.parts]
+            base = below[: len(below) - node.level + 1] if node.level else []
+            module = ".".join([*base, *filter(None, [node.module])])
+            found |= {top(f"{module}.{alias.name}") for alias in node.names}
         elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) == "import_module":
             found |= {top(arg.value) for arg in node.args if isinstance(arg, ast.Constant)}
     return found
@@ -110,6 +112,15 @@ def test_no_step_back_up_the_street(package, banned):
     assert files
     offenders = {str(path.relative_to(ROOT)): imported(path) & banned for path in files}
     assert not {path: names for path, names in offenders.items() if names}
+
+
+def test_imports_inside_a_package_are_relative():
+    """So any tool that reads files can follow them: `buckler.mbs` is the folder `mbs` by a link."""
+    for package in ("elastica", "mbs", "studies"):
+        for path in sources(package):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                absolute = isinstance(node, ast.ImportFrom) and not node.level and str(node.module).startswith(f"buckler.{package}")
+                assert not absolute or path.name == "__main__.py", f"{path}:{node.lineno}"
 
 
 def test_the_engine_is_named_only_in_its_rooms():

@@ -29,14 +29,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.energy import ledger, put_through
-from buckler.mbs.record.lookup import between
-from buckler.mbs.record.run import Run
-from buckler.mbs.record.signals import axial_period, follows, mechanism_mass
+from ..elements.clearance import clearances
+from ..elements.element import kinks_of
+from ..elements.signal import Kind, Signal
+from ..geometry import Array
+from ..record.energy import ledger, put_through
+from ..record.lookup import between
+from ..record.run import Run
+from ..record.signals import axial_period, follows, mechanism_mass
 
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""

@@ -16,17 +16,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.compare import Functions, compare, relative
-from buckler.mbs.accuracy.estimate import ROUNDING, Look, Pair, look, parted
-from buckler.mbs.accuracy.goal import IMPULSE, PLACE, Asked, Goal, Usual, Worst, worst
-from buckler.mbs.accuracy.ladder import GAIN, ORDER, STRICTER, Ladder, Runner, ladder_of, suited
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.signal import Kind
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Errors, Status
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import Closure, Controlled, Exudyn, Spectral
+from ..elements.clearance import clearances
+from ..elements.signal import Kind
+from ..mechanism import Mechanism
+from ..record.errors import Errors, Status
+from ..record.result import Result
+from ..record.run import Run
+from ..solvers import Closure, Controlled, Exudyn, Spectral
+from .compare import Functions, compare, relative
+from .estimate import ROUNDING, Look, Pair, look, parted
+from .goal import IMPULSE, PLACE, Asked, Goal, Usual, Worst, worst
+from .ladder import GAIN, ORDER, STRICTER, Ladder, Runner, ladder_of, suited
 
 RUNS, PATIENCE = 12, 3
 """Most runs for one result; most rungs gone at once, and rounds of refining that may leave the error as large as it was: runs

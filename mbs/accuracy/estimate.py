@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.compare import SMALL, Apart, Functions, compare
-from buckler.mbs.elements.signal import Kind
+from ..elements.signal import Kind
+from .compare import SMALL, Apart, Functions, compare
 
 REMAINDER = 2.0
 """Error in time, of the difference to the next rung: the sum of a series that falls to a half."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from math import nan
 from typing import ClassVar, NamedTuple
 
-from buckler.mbs.accuracy.compare import FORCES, TINY, Functions
-from buckler.mbs.accuracy.estimate import BALANCE, ROUNDING
-from buckler.mbs.accuracy.words import COARSEST, MEANS, PLACES, spoken, wanted
-from buckler.mbs.elements.signal import Kind
-from buckler.mbs.record.energy import BALANCE as ALLOWED
-from buckler.mbs.record.lookup import unknown
-from buckler.mbs.units import FORCES as UNITS
+from ..elements.signal import Kind
+from ..record.energy import BALANCE as ALLOWED
+from ..record.lookup import unknown
+from ..units import FORCES as UNITS
+from .compare import FORCES, TINY, Functions
+from .estimate import BALANCE, ROUNDING
+from .words import COARSEST, MEANS, PLACES, spoken, wanted
 
 PLACE, STRUCK_PLACE = 1e-3, 5e-3
 """Error allowed of places at any time, over the longest link or a radian; where something strikes, in the mean over time, as a

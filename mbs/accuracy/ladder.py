@@ -10,15 +10,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from buckler.mbs.accuracy.goal import PLACE
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.functions import own_functions
-from buckler.mbs.kinematics.determined import answered
-from buckler.mbs.kinematics.exact import sample_times
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import compiler
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
+from ..elements.clearance import clearances
+from ..functions import own_functions
+from ..kinematics.determined import answered
+from ..kinematics.exact import sample_times
+from ..mechanism import Mechanism
+from ..process import compiler
+from ..record.run import Run
+from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
+from .goal import PLACE
 
 STRICTER = 8.0
 """Ratio of the tolerances of two rungs in time, and of the errors of two in space at least."""
@@ -128,6 +128,6 @@ def compilable(mechanism: Mechanism) -> bool:
     """Whether the compiled solver is there, takes a mechanism, and has no function in Python to compile."""
     if own_functions(mechanism) or not compiler():
         return False
-    from buckler.mbs.spectral.run import takes  # loads the compiled solver
+    from ..spectral.run import takes  # loads the compiled solver
 
     return takes(mechanism)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from buckler.mbs.validate import short
+from ..validate import short
 
 WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
 """What an accuracy can be asked of, besides signals by their names."""

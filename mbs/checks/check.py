@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
+from ..record.result import Result
+from ..record.run import Run
 
 Look = Callable[[Run, Result], Iterator[str]]
 Idle = Callable[[Run, Result], str]

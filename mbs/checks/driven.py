@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.checks.check import check
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.linkage import Linkage, determined, solved
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
+from ..geometry import Array
+from ..kinematics.linkage import Linkage, determined, solved
+from ..mechanism import Mechanism
+from ..record.record import Record
+from ..record.result import Result
+from ..record.run import Run
+from .check import check
 
 SINGULAR = 1e-3
 """Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""

@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.checks.check import check, without
-from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
-from buckler.mbs.elements.element import place
-from buckler.mbs.elements.joint import Joint
-from buckler.mbs.elements.modal import MeshFile
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
+from ..elements.element import place
+from ..elements.joint import Joint
+from ..elements.modal import MeshFile
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.result import Result
+from ..record.run import Run
+from .check import check, without
+from .unbuckled import GROWTH, grown, recent_mean
 
 LEFT_OUT = 1e-3
 """Error of the place of an end, or of mid-length, over the link's length: as much as a place may be off. A half-sine reaches it

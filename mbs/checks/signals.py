@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.checks.check import check, without
-from buckler.mbs.elements.signal import Depth
-from buckler.mbs.record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
-from buckler.mbs.record.signals import RINGS
+from ..elements.signal import Depth
+from ..record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
+from ..record.result import Result
+from ..record.run import Run
+from ..record.signals import RINGS
+from .check import check, without
 
 ROUNDING = 1e-9
 """Of the largest force: a pull smaller than that is none."""

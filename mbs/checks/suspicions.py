@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.checks.check import Check
-from buckler.mbs.checks.driven import closed, off_dead_centres
-from buckler.mbs.checks.linear import linear
-from buckler.mbs.checks.signals import balanced, clock, finite, pushing, shallow, uncrossed
-from buckler.mbs.checks.unbuckled import buckled
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
+from ..record.errors import Status
+from ..record.result import Result
+from ..record.run import Run
+from .check import Check
+from .driven import closed, off_dead_centres
+from .linear import linear
+from .signals import balanced, clock, finite, pushing, shallow, uncrossed
+from .unbuckled import buckled
 
 READABLE: tuple[Check, ...] = (finite, clock)
 """Checks without which no other means anything."""

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.checks.check import check, without
-from buckler.mbs.elements.link import Link
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.lookup import trapezoidal
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
+from ..elements.link import Link
+from ..geometry import Array
+from ..record.lookup import trapezoidal
+from ..record.record import Record
+from ..record.result import Result
+from ..record.run import Run
+from .check import check, without
 
 BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip must be seen to be buckled."""
@@ -144,16 +144,16 @@ class Growth:
     """Growth of bending in a run's poses."""
 
     def __init__(self, record: Record) -> None:
-        from buckler.mbs.spectral.scene import Scene  # the compiled solver takes a second to load
-        from buckler.mbs.statics.problem import Problem
+        from ..spectral.scene import Scene  # the compiled solver takes a second to load
+        from ..statics.problem import Problem
 
         self.record, self.scene = record, Scene.of(record.mechanism, DEGREE)
         self.problem = Problem(self.scene)
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
-        from buckler.mbs.statics.settling import carried
-        from buckler.mbs.statics.spectrum import spectrum
+        from ..statics.settling import carried
+        from ..statics.spectrum import spectrum
 
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)

@@ -1,8 +1,8 @@
 """Fields, declared once: what may stand there serves Python, files, the command line and the reference."""
 
-from buckler.mbs.declare.compound import Either, Named, Several, Vector
-from buckler.mbs.declare.declared import Declaration, Declared, RefusalError, declarations, kinds_of, known, register, specs
-from buckler.mbs.declare.fields import (
+from .compound import Either, Named, Several, Vector
+from .declared import Declaration, Declared, RefusalError, declarations, kinds_of, known, register, specs
+from .fields import (
     choice,
     declared,
     direction,
@@ -15,8 +15,8 @@ from buckler.mbs.declare.fields import (
     vector,
     whole,
 )
-from buckler.mbs.declare.parts import Part, build, fields_written, nameless
-from buckler.mbs.declare.spec import Flag, Name, Nothing, Quantity, Spec, Whole
+from .parts import Part, build, fields_written, nameless
+from .spec import Flag, Name, Nothing, Quantity, Spec, Whole
 
 __all__ = [
     "Declaration", "Declared", "Either", "Flag", "Name", "Named", "Nothing", "Part", "Quantity", "RefusalError", "Several",

@@ -8,8 +8,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
-from buckler.mbs.declare.spec import Nothing, Quantity, Schema, Spec, shown
-from buckler.mbs.validate import word
+from ..validate import word
+from .spec import Nothing, Quantity, Schema, Spec, shown
 
 
 @dataclass(eq=False, repr=False)

@@ -9,9 +9,9 @@ import typing
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, TypeVar
 
-from buckler.mbs.declare.spec import Anything, Flag, Name, Quantity, Spec, Whole
-from buckler.mbs.extensions import extensions
-from buckler.mbs.validate import short
+from ..extensions import extensions
+from ..validate import short
+from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING

@@ -15,10 +15,10 @@ import inspect
 from math import inf
 from typing import Any, TypeVar, dataclass_transform
 
-from buckler.mbs.declare.compound import Direction, Either, Several, Vector
-from buckler.mbs.declare.declared import BOUNDS, DOC, MISSING, SPEC, declarations
-from buckler.mbs.declare.parts import Part
-from buckler.mbs.declare.spec import Choice, Flag, Name, Nothing, Quantity, Spec, Whole
+from .compound import Direction, Either, Several, Vector
+from .declared import BOUNDS, DOC, MISSING, SPEC, declarations
+from .parts import Part
+from .spec import Choice, Flag, Name, Nothing, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from buckler.mbs.declare.compound import any_of
-from buckler.mbs.declare.declared import Declared, RefusalError, declarations, known, specs
-from buckler.mbs.declare.spec import Schema, Spec, did_you_mean, shown
+from .compound import any_of
+from .declared import Declared, RefusalError, declarations, known, specs
+from .spec import Schema, Spec, did_you_mean, shown
 
 
 @dataclass(eq=False, repr=False)

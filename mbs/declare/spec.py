@@ -15,8 +15,8 @@ from math import inf
 from numbers import Integral, Real
 from typing import Any
 
-from buckler.mbs.units import Measured, is_measured, measured, parse_unit
-from buckler.mbs.validate import LARGEST, near, number, short, whole, word
+from ..units import Measured, is_measured, measured, parse_unit
+from ..validate import LARGEST, near, number, short, whole, word
 
 Schema = dict[str, Any]
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.declare.spec import did_you_mean
+from ..declare.spec import did_you_mean
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 WIDTH = 100

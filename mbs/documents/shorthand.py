@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from buckler.mbs.declare import Declared, declarations, known
-from buckler.mbs.declare.spec import Schema, did_you_mean, shown
+from ..declare import Declared, declarations, known
+from ..declare.spec import Schema, did_you_mean, shown
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)

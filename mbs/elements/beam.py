@@ -8,13 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import Either, Several, Vector, declared, field, part, quantity, whole
-from buckler.mbs.elements.element import Body, Linked, Recorded
-from buckler.mbs.elements.section import Profile, Section
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array, cross
-from buckler.mbs.laws.pieces import Reals
+from ..callables import Function
+from ..declare import Either, Several, Vector, declared, field, part, quantity, whole
+from ..geometry import Array, cross
+from ..laws.pieces import Reals
+from .element import Body, Linked, Recorded
+from .section import Profile, Section
+from .signal import Energy, Kind, Signal
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""

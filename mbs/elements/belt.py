@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.declare import declared, flag, names, quantity
-from buckler.mbs.elements.coupling import Coupling
-from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
-from buckler.mbs.elements.load import on_both
-from buckler.mbs.elements.references import carried_by
-from buckler.mbs.elements.rows import Row, Turn
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array
+from ..declare import declared, flag, names, quantity
+from ..geometry import Array
+from .coupling import Coupling
+from .element import GROUND, Parts, Push, Recorded, place
+from .load import on_both
+from .references import carried_by
+from .rows import Row, Turn
+from .signal import Energy, Kind, Signal
 
 
 @declared

@@ -7,16 +7,16 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded
-from buckler.mbs.elements.joint import Joint
-from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
-from buckler.mbs.elements.rows import Row, meets
-from buckler.mbs.elements.signal import Depth, Energy, Kind, Signal
-from buckler.mbs.geometry import Array, cross, left, onsets
-from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
-from buckler.mbs.laws.friction import remembering
-from buckler.mbs.validate import short
+from ..declare import Quantity, Several, declared, field, names, part, quantity
+from ..geometry import Array, cross, left, onsets
+from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
+from ..laws.friction import remembering
+from ..validate import short
+from .element import GROUND, Parts, Push, Recorded
+from .joint import Joint
+from .journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
+from .rows import Row, meets
+from .signal import Depth, Energy, Kind, Signal
 
 ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
 """Directions, rad, in which the least clearance is looked for."""

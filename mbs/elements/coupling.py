@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
-from buckler.mbs.elements.element import GROUND, Element, Parts, place
-from buckler.mbs.elements.references import known_link, refers, takes_moments
-from buckler.mbs.geometry import Array
+from ..geometry import Array
+from .element import GROUND, Element, Parts, place
+from .references import known_link, refers, takes_moments
 
 
 class Coupling(Element):

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 from math import inf
 from typing import Any, ClassVar
 
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import Declared, Either, Part, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Driven, Parts, Place, Recorded
-from buckler.mbs.elements.references import known
-from buckler.mbs.elements.rows import Along, Row, Turn, row
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.functions import Expression, Integral, Slope, Table, kinks
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import number, short
+from ..callables import Function
+from ..declare import Declared, Either, Part, Quantity, declared, field, names, quantity
+from ..functions import Expression, Integral, Slope, Table, kinks
+from ..geometry import Array
+from ..validate import number, short
+from .element import GROUND, Driven, Parts, Place, Recorded
+from .references import known
+from .rows import Along, Row, Turn, row
+from .signal import Energy, Kind, Signal
 
 
 @declared

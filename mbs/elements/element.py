@@ -12,9 +12,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.declare import Declared
-from buckler.mbs.elements.signal import Depth, Energy, Moved, Signal, Slid
-from buckler.mbs.geometry import Array
+from ..declare import Declared
+from ..geometry import Array
+from .signal import Depth, Energy, Moved, Signal, Slid
 
 Pair = tuple[float, float]
 GROUND = "ground"

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Law
-from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names, part
-from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
-from buckler.mbs.elements.references import check_turning, held_at, holder, refers, turning
-from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
-from buckler.mbs.elements.states import Stateful, States
-from buckler.mbs.geometry import Array, cross, turned
+from ..callables import Law
+from ..declare import Either, Nothing, Vector, declared, field, names, part
+from ..geometry import Array, cross, turned
+from .element import GROUND, Parts, Push, Recorded, place
+from .references import check_turning, held_at, holder, refers, turning
+from .signal import Energy, Kind, Signal, vector
+from .states import Stateful, States
 
 Pair = tuple[float, float]
 

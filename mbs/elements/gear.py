@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.declare import declared, names, quantity
-from buckler.mbs.elements.coupling import Coupling
-from buckler.mbs.elements.element import GROUND, Parts, Recorded, place
-from buckler.mbs.elements.references import carried_by, distance
-from buckler.mbs.elements.rows import Along, Row, Turn
-from buckler.mbs.elements.signal import Kind, Signal
+from ..declare import declared, names, quantity
+from .coupling import Coupling
+from .element import GROUND, Parts, Recorded, place
+from .references import carried_by, distance
+from .rows import Along, Row, Turn
+from .signal import Kind, Signal
 
 
 @declared

@@ -7,17 +7,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.declare import Declared, declared, direction, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Guided, Parts, Push, Recorded
-from buckler.mbs.elements.journal import BRISTLE
-from buckler.mbs.elements.link import weight
-from buckler.mbs.elements.references import known, reaches
-from buckler.mbs.elements.rows import Row, on_line
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw, FrictionLaw
-from buckler.mbs.laws.friction import remembering
-from buckler.mbs.validate import non_negative
+from ..declare import Declared, declared, direction, names, part, quantity
+from ..geometry import Array
+from ..laws import BristleLaw, FrictionLaw
+from ..laws.friction import remembering
+from ..validate import non_negative
+from .element import GROUND, Guided, Parts, Push, Recorded
+from .journal import BRISTLE
+from .link import weight
+from .references import known, reaches
+from .rows import Row, on_line
+from .signal import Energy, Kind, Signal
 
 ON_LINE = 1e-9
 """Distance from a line, relative to the coordinates, within which a point lies on it."""

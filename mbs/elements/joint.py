@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from buckler.mbs.elements.element import GROUND, Joined, Parts
-from buckler.mbs.elements.references import known, reaches
+from .element import GROUND, Joined, Parts
+from .references import known, reaches
 
 
 class Joint(Joined):

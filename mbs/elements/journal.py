@@ -24,8 +24,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws.pieces import Reals
+from ..geometry import Array
+from ..laws.pieces import Reals
 
 Both = tuple[Reals, Reals] | Array
 Law = Callable[..., float]

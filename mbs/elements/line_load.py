@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.declare import Vector, declared, field, flag, names, quantity
-from buckler.mbs.elements.element import Parts, Push, Recorded
-from buckler.mbs.elements.load import Load
-from buckler.mbs.elements.references import known_link
-from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
-from buckler.mbs.geometry import Array, cross, turned
+from ..declare import Vector, declared, field, flag, names, quantity
+from ..geometry import Array, cross, turned
+from .element import Parts, Push, Recorded
+from .load import Load
+from .references import known_link
+from .signal import Energy, Kind, Signal, vector
 
 
 @declared

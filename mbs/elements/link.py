@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot
 from typing import Any, ClassVar
 
-from buckler.mbs.declare import (
+from ..declare import (
     Either,
     Name,
     Named,
@@ -21,13 +21,13 @@ from buckler.mbs.declare import (
     part,
     quantity,
 )
-from buckler.mbs.declare.compound import any_of, is_list
-from buckler.mbs.declare.spec import Schema
-from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
-from buckler.mbs.elements.references import known
-from buckler.mbs.elements.signal import Energy, Kind, Moved, Signal, vector
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import positive
+from ..declare.compound import any_of, is_list
+from ..declare.spec import Schema
+from ..geometry import Array
+from ..validate import positive
+from .element import Body, Linked, Parts, Recorded
+from .references import known
+from .signal import Energy, Kind, Moved, Signal, vector
 
 
 class Frozen(Mapping[str, Any]):

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Element, Push, Recorded, place
-from buckler.mbs.elements.signal import Energy
-from buckler.mbs.functions import kinks
-from buckler.mbs.geometry import Array
+from ..functions import kinks
+from ..geometry import Array
+from .element import GROUND, Element, Push, Recorded, place
+from .signal import Energy
 
 Law = Callable[[float, float], float]
 PIECES = 400

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.declare import declared, names, quantity
-from buckler.mbs.elements.element import GROUND, Burden, Element, Parts, Recorded, place
-from buckler.mbs.elements.references import holder, known, reaches
-from buckler.mbs.elements.signal import Energy
+from ..declare import declared, names, quantity
+from .element import GROUND, Burden, Element, Parts, Recorded, place
+from .references import holder, known, reaches
+from .signal import Energy
 
 
 @declared

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.declare import (
+from ..declare import (
     Declared,
     Either,
     Part,
@@ -25,12 +25,12 @@ from buckler.mbs.declare import (
     quantity,
     whole,
 )  # fmt: skip
-from buckler.mbs.elements.element import Body, Linked, Recorded
-from buckler.mbs.elements.section import Section
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array
-from buckler.mbs.offers import offered
-from buckler.mbs.validate import number, positive, short
+from ..geometry import Array
+from ..offers import offered
+from ..validate import number, positive, short
+from .element import Body, Linked, Recorded
+from .section import Section
+from .signal import Energy, Kind, Signal
 
 COUNTINGS = ("flexible", "free", "in-plane")
 COUNTED = (

@@ -7,15 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import Either, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import Burden, Parts, Push, Recorded
-from buckler.mbs.elements.load import Load, sampled
-from buckler.mbs.elements.references import check_turning, turning
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.functions import kinks
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws.pieces import Reals
+from ..callables import Function
+from ..declare import Either, Quantity, declared, field, names, quantity
+from ..functions import kinks
+from ..geometry import Array
+from ..laws.pieces import Reals
+from .element import Burden, Parts, Push, Recorded
+from .load import Load, sampled
+from .references import check_turning, turning
+from .signal import Energy, Kind, Signal
 
 CREEP = 1e-3
 """Speed of the rotor, rad/s, below which its friction falls linearly to zero."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import dist
 
-from buckler.mbs.declare import specs
-from buckler.mbs.elements.element import GROUND, Element, Parts, Place, place
+from ..declare import specs
+from .element import GROUND, Element, Parts, Place, place
 
 FIXED = Place(GROUND, "")
 

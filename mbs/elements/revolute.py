@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.declare import declared, names
-from buckler.mbs.elements.element import Parts, Recorded
-from buckler.mbs.elements.joint import Joint
-from buckler.mbs.elements.rows import Row, meets
-from buckler.mbs.elements.signal import Kind, Signal, vector
-from buckler.mbs.geometry import Array
+from ..declare import declared, names
+from ..geometry import Array
+from .element import Parts, Recorded
+from .joint import Joint
+from .rows import Row, meets
+from .signal import Kind, Signal, vector
 
 
 @declared

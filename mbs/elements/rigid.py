@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-from buckler.mbs.declare import Declared, declared, part, quantity, vector
-from buckler.mbs.elements.element import Body, Linked, Recorded
-from buckler.mbs.elements.section import Section
-from buckler.mbs.elements.signal import Kind, Signal
+from ..declare import Declared, declared, part, quantity, vector
+from .element import Body, Linked, Recorded
+from .section import Section
+from .signal import Kind, Signal
 
 
 @declared

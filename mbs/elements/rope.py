@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from buckler.mbs.declare import Name, Several, declared, field, names
-from buckler.mbs.elements.coupling import Coupling
-from buckler.mbs.elements.element import GROUND, Parts, Place, Recorded
-from buckler.mbs.elements.references import distance, held_place, holder, refers
-from buckler.mbs.elements.rows import Apart, Row
-from buckler.mbs.elements.signal import Kind, Signal
+from ..declare import Name, Several, declared, field, names
+from .coupling import Coupling
+from .element import GROUND, Parts, Place, Recorded
+from .references import distance, held_place, holder, refers
+from .rows import Apart, Row
+from .signal import Kind, Signal
 
 
 @declared

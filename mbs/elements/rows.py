@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from math import hypot
 from typing import Any
 
-from buckler.mbs.elements.element import GROUND, Place
-from buckler.mbs.elements.references import FIXED
+from .element import GROUND, Place
+from .references import FIXED
 
 ACROSS = ((1.0, 0.0), (0.0, 1.0))
 

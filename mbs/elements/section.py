@@ -6,8 +6,8 @@ from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
 
-from buckler.mbs.declare import Declared, declared, part, quantity
-from buckler.mbs.validate import non_negative
+from ..declare import Declared, declared, part, quantity
+from ..validate import non_negative
 
 
 @declared

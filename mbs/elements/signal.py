@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 
 class Kind(StrEnum):

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import ClassVar
 
-from buckler.mbs.declare import declared, direction, names
-from buckler.mbs.elements.element import GROUND, Parts, Recorded
-from buckler.mbs.elements.joint import Joint
-from buckler.mbs.elements.references import known, known_link, reaches, takes_moments
-from buckler.mbs.elements.rows import Row, on_line, same_turn
-from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.geometry import Array, turned
+from ..declare import declared, direction, names
+from ..geometry import Array, turned
+from .element import GROUND, Parts, Recorded
+from .joint import Joint
+from .references import known, known_link, reaches, takes_moments
+from .rows import Row, on_line, same_turn
+from .signal import Kind, Signal
 
 
 @declared

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded
-from buckler.mbs.elements.load import Elastic, Law, on_both
-from buckler.mbs.elements.references import distance, held_at, holder, refers
-from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.geometry import Array, unit
+from ..callables import Function
+from ..declare import declared, field, names, quantity
+from ..geometry import Array, unit
+from .element import GROUND, Parts, Push, Recorded
+from .load import Elastic, Law, on_both
+from .references import distance, held_at, holder, refers
+from .signal import Kind, Signal
 
 
 @declared

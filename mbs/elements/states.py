@@ -10,15 +10,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Law, Rates
-from buckler.mbs.declare import Declared, Quantity, declared, field, quantities
-from buckler.mbs.elements.element import Parts, Recorded
-from buckler.mbs.elements.load import Given, sampled
-from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.functions import Components, Expression, kinks, numbers_of
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import function as called
-from buckler.mbs.validate import short
+from ..callables import Law, Rates
+from ..declare import Declared, Quantity, declared, field, quantities
+from ..functions import Components, Expression, kinks, numbers_of
+from ..geometry import Array
+from ..validate import function as called
+from ..validate import short
+from .element import Parts, Recorded
+from .load import Given, sampled
+from .signal import Kind, Signal
 
 
 @declared

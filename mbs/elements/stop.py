@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.declare import declared, direction, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Element, Parts, Push, Recorded, place
-from buckler.mbs.elements.references import known, known_link, reaches, takes_moments
-from buckler.mbs.elements.signal import Depth, Energy, Kind, Signal
-from buckler.mbs.geometry import Array, cross, left, onsets, turned
-from buckler.mbs.laws import NormalLaw
+from ..declare import declared, direction, names, part, quantity
+from ..geometry import Array, cross, left, onsets, turned
+from ..laws import NormalLaw
+from .element import GROUND, Element, Parts, Push, Recorded, place
+from .references import known, known_link, reaches, takes_moments
+from .signal import Depth, Energy, Kind, Signal
 
 PIERCED = 0.2
 """Depth in a stop, relative to the mechanism's size, beyond which it stops nothing; a soft buffer is a stop."""

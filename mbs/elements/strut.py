@@ -8,13 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from buckler.elastica import law, pinned
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import declared, field, part
-from buckler.mbs.elements.element import Body, Linked, Recorded
-from buckler.mbs.elements.section import Profile, Section
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws.pieces import Reals
+
+from ..callables import Function
+from ..declare import declared, field, part
+from ..geometry import Array
+from ..laws.pieces import Reals
+from .element import Body, Linked, Recorded
+from .section import Profile, Section
+from .signal import Energy, Kind, Signal
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Law
-from buckler.mbs.declare import Either, Quantity, declared, field, names, part
-from buckler.mbs.elements.element import Parts, Push, Recorded
-from buckler.mbs.elements.references import check_turning, turning
-from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.elements.states import Stateful, States
-from buckler.mbs.geometry import Array
+from ..callables import Law
+from ..declare import Either, Quantity, declared, field, names, part
+from ..geometry import Array
+from .element import Parts, Push, Recorded
+from .references import check_turning, turning
+from .signal import Energy, Kind, Signal
+from .states import Stateful, States
 
 
 @declared

@@ -10,20 +10,20 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs import elements
-from buckler.mbs.elements.element import Element
-from buckler.mbs.engine import clearance, loads, modal, rigid, rows, stop, strip
-from buckler.mbs.engine import guide as guides
-from buckler.mbs.engine.loads import attach
-from buckler.mbs.engine.placed import Placed
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.extensions import extensions
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.diagnosis import redundancies
-from buckler.mbs.kinematics.settle import STEP, About, settled, settles
-from buckler.mbs.kinematics.start import start
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.signals import axial_period
+from .. import elements
+from ..elements.element import Element
+from ..extensions import extensions
+from ..geometry import Array
+from ..kinematics.diagnosis import redundancies
+from ..kinematics.settle import STEP, About, settled, settles
+from ..kinematics.start import start
+from ..mechanism import Mechanism
+from ..record.signals import axial_period
+from . import clearance, loads, modal, rigid, rows, stop, strip
+from . import guide as guides
+from .loads import attach
+from .placed import Placed
+from .scene import Scene
 
 BODIES: dict[type, Callable[[Scene, elements.Link, Array], Placed | None]] = {
     elements.Rigid: rigid.add,

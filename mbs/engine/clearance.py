@@ -7,19 +7,19 @@ from functools import partial
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.clearance import Clearance
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
-from buckler.mbs.elements.stop import SLOWEST_ONSET
-from buckler.mbs.engine import System
-from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.kernel import Kernel, plain
-from buckler.mbs.engine.placed import History
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array, onsets
-from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
-from buckler.mbs.record.lookup import hermite
-from buckler.mbs.record.record import Record
+from ..elements.clearance import Clearance
+from ..elements.element import GROUND
+from ..elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
+from ..elements.stop import SLOWEST_ONSET
+from ..geometry import Array, onsets
+from ..laws import BristleLaw, FrictionLaw, NormalLaw
+from ..record.lookup import hermite
+from ..record.record import Record
+from . import System
+from .guarded import watched
+from .kernel import Kernel, plain
+from .placed import History
+from .scene import Scene
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
@@ -30,7 +30,7 @@ def kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     Plain Python is some twenty times slower and gives the same result.
     """
     try:
-        from buckler.mbs.engine.compiled import compile_kernel
+        from .compiled import compile_kernel
     except ImportError:
         return plain(law, friction)
     return compile_kernel(law, friction) or plain(law, friction)  # type: ignore[arg-type] # laws are frozen

@@ -23,16 +23,16 @@ from numba import carray, cfunc, float64, int64, types, void
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
-from buckler.mbs.elements import journal
-from buckler.mbs.elements.journal import GEOMETRY
-from buckler.mbs.engine import Callback
-from buckler.mbs.engine.kernel import PATIENCE, STUCK, Kernel, NoStepError
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
-from buckler.mbs.laws.compiled import Pointer
-from buckler.mbs.spectral.compiling import kept
-from buckler.mbs.spectral.laws import add_friction, add_normal
-from buckler.mbs.spectral.lawtable import bristle_after, friction, normal_force
+from ..elements import journal
+from ..elements.journal import GEOMETRY
+from ..geometry import Array
+from ..laws import BristleLaw, FrictionLaw, NormalLaw
+from ..laws.compiled import Pointer
+from ..spectral.compiling import kept
+from ..spectral.laws import add_friction, add_normal
+from ..spectral.lawtable import bristle_after, friction, normal_force
+from . import Callback
+from .kernel import PATIENCE, STUCK, Kernel, NoStepError
 
 METH_VARARGS = 1
 TIME, Q, Q_T = 1, 3, 4

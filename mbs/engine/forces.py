@@ -8,11 +8,11 @@ from math import cos, sin
 
 import numpy as np
 
-from buckler.mbs.elements.stop import Striking
-from buckler.mbs.elements.strut import Strut, StrutLaw
-from buckler.mbs.engine import System
-from buckler.mbs.engine.placed import Placed
-from buckler.mbs.geometry import Array
+from ..elements.stop import Striking
+from ..elements.strut import Strut, StrutLaw
+from ..geometry import Array
+from . import System
+from .placed import Placed
 
 
 @dataclass

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from buckler.mbs.engine import Callback, System
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.record.errors import Status
+from ..record.errors import Status
+from . import Callback, System
+from .scene import Scene
 
 
 def failed(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:

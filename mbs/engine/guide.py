@@ -8,18 +8,18 @@ from functools import partial
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.guide import Guide, GuideFriction
-from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
-from buckler.mbs.elements.strut import StrutLaw, state
-from buckler.mbs.engine import System
-from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.placed import History, Placed, States
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw
-from buckler.mbs.laws.friction import remembering
-from buckler.mbs.record.motion import BlockMotion
-from buckler.mbs.record.record import Record
+from ..elements.guide import Guide, GuideFriction
+from ..elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
+from ..elements.strut import StrutLaw, state
+from ..geometry import Array
+from ..laws import BristleLaw
+from ..laws.friction import remembering
+from ..record.motion import BlockMotion
+from ..record.record import Record
+from . import System
+from .guarded import watched
+from .placed import History, Placed, States
+from .scene import Scene
 
 SMALLEST_SHARE, LARGEST_SHARE = 0.1, 5.0
 """Of the change of a reaction that friction takes over from one Newton iteration to the next."""

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from buckler.mbs.elements import journal
-from buckler.mbs.engine import Callback, System
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
-from buckler.mbs.laws.friction import remembering
+from ..elements import journal
+from ..geometry import Array
+from ..laws import BristleLaw, FrictionLaw, NormalLaw
+from ..laws.friction import remembering
+from . import Callback, System
 
 PATIENCE, SLOWER = 3_000_000, 20
 """Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit

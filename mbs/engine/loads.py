@@ -10,21 +10,21 @@ from typing import Any, cast
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
-from buckler.mbs.elements.element import GROUND, Burden, place
-from buckler.mbs.elements.references import held_at, holder
-from buckler.mbs.engine import Callback, System, rows
-from buckler.mbs.engine.forces import StrutSpring
-from buckler.mbs.engine.guarded import guarded, watched
-from buckler.mbs.engine.guide import PlacedBlock
-from buckler.mbs.engine.placed import History
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.states import Moving, Sliding, Turning, add_states
-from buckler.mbs.engine.strip import PlacedStrip
-from buckler.mbs.geometry import Array, cross
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.strips import shares
+from ..elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
+from ..elements.element import GROUND, Burden, place
+from ..elements.references import held_at, holder
+from ..geometry import Array, cross
+from ..record.errors import Status
+from ..record.record import Record
+from ..record.strips import shares
+from . import Callback, System, rows
+from .forces import StrutSpring
+from .guarded import guarded, watched
+from .guide import PlacedBlock
+from .placed import History
+from .scene import Scene
+from .states import Moving, Sliding, Turning, add_states
+from .strip import PlacedStrip
 
 FLYWHEEL = 1e12
 """Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""

@@ -13,13 +13,13 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements import Link, Modal
-from buckler.mbs.elements.element import Pair
-from buckler.mbs.engine import System
-from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
+from ..elements import Link, Modal
+from ..elements.element import Pair
+from ..geometry import Array
+from ..modal.planar import STATIONS, ModalHistory, PlanarModel
+from . import System
+from .placed import Placed, States
+from .scene import Scene
 
 ARM = 0.05
 """Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple, Protocol
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Pair
-from buckler.mbs.elements.signal import Moved
-from buckler.mbs.engine import System
-from buckler.mbs.geometry import Array
+from ..elements.element import Pair
+from ..elements.signal import Moved
+from ..geometry import Array
+from . import System
 
 
 class States(NamedTuple):

@@ -15,16 +15,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
-from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
-from buckler.mbs.engine import System
-from buckler.mbs.engine.build import build
-from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.scene import SPARSE_FROM, Scene
-from buckler.mbs.engine.strip import PlacedStrip
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Status
-from buckler.mbs.validate import one_of, positive
+
+from ..elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.errors import Status
+from ..validate import one_of, positive
+from . import System
+from .build import build
+from .placed import States
+from .scene import SPARSE_FROM, Scene
+from .strip import PlacedStrip
 
 OFF_BRANCH = 0.5
 """Relative distance from the exact force beyond which a state is not on the buckled branch."""

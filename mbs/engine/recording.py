@@ -9,16 +9,16 @@ from time import perf_counter
 
 import numpy as np
 
-from buckler.mbs.elements.journal import SINCE
-from buckler.mbs.engine import System
-from buckler.mbs.engine.forces import StopContact
-from buckler.mbs.engine.guarded import failed
-from buckler.mbs.engine.placed import History, Remembering, States
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.process import Progress
-from buckler.mbs.record.errors import Status
-from buckler.mbs.solvers import Exudyn
+from ..elements.journal import SINCE
+from ..geometry import Array
+from ..process import Progress
+from ..record.errors import Status
+from ..solvers import Exudyn
+from . import System
+from .forces import StopContact
+from .guarded import failed
+from .placed import History, Remembering, States
+from .scene import Scene
 
 CHECK_EVERY = 16
 """Steps between looks at the clock."""

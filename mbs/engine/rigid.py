@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Pair, place
-from buckler.mbs.elements.link import Link
-from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array, left, turned
-from buckler.mbs.record.motion import RigidMotion
+from ..elements.element import Pair, place
+from ..elements.link import Link
+from ..geometry import Array, left, turned
+from ..record.motion import RigidMotion
+from .placed import Placed, States
+from .scene import Scene
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,15 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Element, Place
-from buckler.mbs.elements.rows import Row, Turn, pinned
-from buckler.mbs.elements.slider import Slot
-from buckler.mbs.engine import System
-from buckler.mbs.engine.placed import History
-from buckler.mbs.engine.scene import Reader, Scene
-from buckler.mbs.geometry import Array, turned
-from buckler.mbs.kinematics.forms import Ends, Forms
-from buckler.mbs.record.record import Record
+from ..elements.element import GROUND, Element, Place
+from ..elements.rows import Row, Turn, pinned
+from ..elements.slider import Slot
+from ..geometry import Array, turned
+from ..kinematics.forms import Ends, Forms
+from ..record.record import Record
+from . import System
+from .placed import History
+from .scene import Reader, Scene
 
 
 def connect(scene: Scene, elements: dict[str, Element]) -> None:

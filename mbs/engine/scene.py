@@ -11,17 +11,17 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn import SystemContainer
 
-from buckler.mbs.elements.element import GROUND, Burden
-from buckler.mbs.elements.signal import Moved
-from buckler.mbs.engine import System
-from buckler.mbs.engine.forces import StopContact, StrutSpring
-from buckler.mbs.engine.placed import History, Placed, Remembering, States
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.start import Start
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
-from buckler.mbs.solvers import is_loose
+from ..elements.element import GROUND, Burden
+from ..elements.signal import Moved
+from ..geometry import Array
+from ..kinematics.start import Start
+from ..mechanism import Mechanism
+from ..record.errors import Status
+from ..record.record import Record
+from ..solvers import is_loose
+from . import System
+from .forces import StopContact, StrutSpring
+from .placed import History, Placed, Remembering, States
 
 Reader = Callable[[History, Record], Array]
 """What a run is asked for of an element: (times, columns)."""

@@ -13,17 +13,17 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.drive import Ramp
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.engine.build import build
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.solve import implicit_settings
-from buckler.mbs.kinematics.exact import TURN
-from buckler.mbs.kinematics.linkage import turning_speed
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers import Equal, Exudyn
-from buckler.mbs.validate import positive, whole
+from ..elements.clearance import clearances
+from ..elements.drive import Ramp
+from ..elements.element import GROUND
+from ..kinematics.exact import TURN
+from ..kinematics.linkage import turning_speed
+from ..mechanism import Mechanism
+from ..solvers import Equal, Exudyn
+from ..validate import positive, whole
+from .build import build
+from .scene import Scene
+from .solve import implicit_settings
 
 HEAD = '''"""{title}
 

@@ -10,23 +10,23 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.signal import Moved
-from buckler.mbs.engine import System
-from buckler.mbs.engine.build import build
-from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import SPARSE_FROM, Scene
-from buckler.mbs.engine.stepping import StepControl, implicit_control
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.diagnosis import remarks, stuck
-from buckler.mbs.kinematics.exact import sample_times
-from buckler.mbs.kinematics.linkage import determined
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import Progress, ctrl_c
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import Equal, Exudyn, position_error
+from ..elements.clearance import clearances
+from ..elements.signal import Moved
+from ..geometry import Array
+from ..kinematics.diagnosis import remarks, stuck
+from ..kinematics.exact import sample_times
+from ..kinematics.linkage import determined
+from ..mechanism import Mechanism
+from ..process import Progress, ctrl_c
+from ..record.errors import Status
+from ..record.run import Run
+from ..solvers import Equal, Exudyn, position_error
+from . import System
+from .build import build
+from .placed import States
+from .recording import Recorder
+from .scene import SPARSE_FROM, Scene
+from .stepping import StepControl, implicit_control
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""

@@ -13,13 +13,13 @@ from typing import NamedTuple, Protocol
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.states import Stateful
-from buckler.mbs.engine import System
-from buckler.mbs.engine.guarded import guarded
-from buckler.mbs.engine.placed import History
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.record import Record
+from ..elements.states import Stateful
+from ..geometry import Array
+from ..record.record import Record
+from . import System
+from .guarded import guarded
+from .placed import History
+from .scene import Scene
 
 
 class Pushed(Protocol):

@@ -12,15 +12,15 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.stop import GRAZE
-from buckler.mbs.engine import System
-from buckler.mbs.engine.forces import StopContact, StrutSpring
-from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import contact_time
-from buckler.mbs.solvers import Controlled, Exudyn, divided, position_error
+from ..elements.element import kinks_of
+from ..elements.stop import GRAZE
+from ..geometry import Array
+from ..laws import contact_time
+from ..solvers import Controlled, Exudyn, divided, position_error
+from . import System
+from .forces import StopContact, StrutSpring
+from .recording import Recorder
+from .scene import Scene
 
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""

@@ -8,15 +8,15 @@ from math import inf
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, place
-from buckler.mbs.elements.stop import Stop
-from buckler.mbs.engine import System
-from buckler.mbs.engine.forces import End, FreeContact, StopContact
-from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.placed import History
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.record import Record
+from ..elements.element import GROUND, place
+from ..elements.stop import Stop
+from ..geometry import Array
+from ..record.record import Record
+from . import System
+from .forces import End, FreeContact, StopContact
+from .guarded import watched
+from .placed import History
+from .scene import Scene
 
 
 def contact_of(scene: Scene, stop: Stop) -> StopContact:

@@ -14,14 +14,14 @@ from typing import cast
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements import Link, Profile, Section
-from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.elements.element import Pair
-from buckler.mbs.engine import System
-from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.strips import BeamMotion, CableMotion
+from ..elements import Link, Profile, Section
+from ..elements.beam import Flexible
+from ..elements.element import Pair
+from ..geometry import Array
+from ..record.strips import BeamMotion, CableMotion
+from . import System
+from .placed import Placed, States
+from .scene import Scene
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Element, place
-from buckler.mbs.elements.link import Link
-from buckler.mbs.geometry import Array, cross, left
-from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
-from buckler.mbs.kinematics.linkage import Linkage, carried, determined, solved
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import Progress
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.lookup import corrected, quintic
-from buckler.mbs.record.motion import BlockMotion, RigidMotion
-from buckler.mbs.record.record import Record
+from ..elements.element import GROUND, Element, place
+from ..elements.link import Link
+from ..geometry import Array, cross, left
+from ..mechanism import Mechanism
+from ..process import Progress
+from ..record.errors import Status
+from ..record.lookup import corrected, quintic
+from ..record.motion import BlockMotion, RigidMotion
+from ..record.record import Record
+from .diagnosis import blocked, independent_rows
+from .linkage import Linkage, carried, determined, solved
 
 FIRST, FAR, NEAR = 0.02, 0.05, 0.01
 """First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken

@@ -7,13 +7,13 @@ from itertools import combinations
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved, rank
-from buckler.mbs.kinematics.start import jacobian
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
+from ..elements.element import GROUND
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.errors import Status
+from ..record.record import Record
+from .linkage import ROUNDING, Linkage, involved, rank
+from .start import jacobian
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""

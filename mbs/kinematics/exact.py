@@ -8,20 +8,20 @@ from time import perf_counter
 
 import numpy as np
 
-from buckler.mbs.elements import Link, Load
-from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.stop import Stop, Striking
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided
-from buckler.mbs.kinematics.diagnosis import remarks
-from buckler.mbs.kinematics.linkage import turning_speed
-from buckler.mbs.kinematics.start import start
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import Progress, ctrl_c
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import Closure, Controlled, Equal
+from ..elements import Link, Load
+from ..elements.element import kinks_of
+from ..elements.stop import Stop, Striking
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..process import Progress, ctrl_c
+from ..record.errors import Status
+from ..record.record import Record
+from ..record.run import Run
+from ..solvers import Closure, Controlled, Equal
+from .determined import Ended, Follower, UnclosedError, undecided
+from .diagnosis import remarks
+from .linkage import turning_speed
+from .start import start
 
 TURN = 400
 """Samples of a turn of the drive."""

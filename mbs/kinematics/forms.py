@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Place
-from buckler.mbs.elements.rows import Apart, Row, Turn
-from buckler.mbs.geometry import Array
+from ..elements.element import Place
+from ..elements.rows import Apart, Row, Turn
+from ..geometry import Array
 
 
 class Ends(NamedTuple):

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.element import GROUND, Place, place
-from buckler.mbs.elements.rows import Row
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.forms import Ends, Forms
-from buckler.mbs.mechanism import Mechanism
+from ..elements.element import GROUND, Place, place
+from ..elements.rows import Row
+from ..geometry import Array
+from ..mechanism import Mechanism
+from .forms import Ends, Forms
 
 
 class KinematicsError(ValueError):

@@ -20,9 +20,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.signals import axial_period
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.signals import axial_period
 
 SLOWER = 0.35
 """Where the filter's middle lies: of the lowest angular frequency along a strip that holds all mass there is."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.laws.pieces import Reals
+from ..laws.pieces import Reals
 
 
 class SliderCrank(NamedTuple):

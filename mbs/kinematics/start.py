@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, place
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.rows import Row
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix
-from buckler.mbs.mechanism import Mechanism
+from ..elements.element import GROUND, place
+from ..elements.link import Link
+from ..elements.rows import Row
+from ..geometry import Array
+from ..mechanism import Mechanism
+from .linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix
 
 EXACT = 1e-9
 """What may be left of an equation that is met, relative to its right-hand side."""

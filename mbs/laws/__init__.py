@@ -1,7 +1,7 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
-from buckler.mbs.laws.bristle import LuGre, Stiction
-from buckler.mbs.laws.friction import (
+from .bristle import LuGre, Stiction
+from .friction import (
     AdamsFriction,
     Ambrosio,
     BristleLaw,
@@ -11,8 +11,8 @@ from buckler.mbs.laws.friction import (
     Stribeck,
     Threlfall,
 )
-from buckler.mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
-from buckler.mbs.laws.hysteresis import (
+from .hertz import effective_modulus, hertz_external, hertz_internal
+from .hysteresis import (
     CarvalhoMartins,
     ExactRestitution,
     Flores,
@@ -25,10 +25,10 @@ from buckler.mbs.laws.hysteresis import (
     LeeWang,
     ZhiyingQishao,
 )
-from buckler.mbs.laws.normal import Hertz, Impact, KelvinVoigt, PowerLaw
-from buckler.mbs.laws.pieces import step
-from buckler.mbs.laws.protocol import NormalLaw
-from buckler.mbs.laws.rebound import (
+from .normal import Hertz, Impact, KelvinVoigt, PowerLaw
+from .pieces import step
+from .protocol import NormalLaw
+from .rebound import (
     chi_exact,
     contact_time,
     damping_ratio,

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from buckler.mbs.declare import Declared, declared, quantity
-from buckler.mbs.laws.friction import stribeck_level
-from buckler.mbs.laws.pieces import Reals, saturate
+from ..declare import Declared, declared, quantity
+from .friction import stribeck_level
+from .pieces import Reals, saturate
 
 
 @declared

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from buckler.mbs.process import compiler
+from ..process import compiler
 
 
 class Pointer(NamedTuple):

@@ -15,8 +15,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from buckler.mbs.declare import Declared, declared, quantity
-from buckler.mbs.laws.pieces import Reals, ramp, saturate, step
+from ..declare import Declared, declared, quantity
+from .pieces import Reals, ramp, saturate, step
 
 
 @runtime_checkable

@@ -12,7 +12,7 @@ K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), doi 10.1017
 
 import math
 
-from buckler.mbs.validate import number, positive
+from ..validate import number, positive
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:

@@ -11,11 +11,11 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import ClassVar
 
-from buckler.mbs.declare import Declared, Quantity, declared, quantity
-from buckler.mbs.laws.normal import PowerLaw
-from buckler.mbs.laws.pieces import Reals, ramp
-from buckler.mbs.laws.rebound import chi_exact, restitution
-from buckler.mbs.validate import non_negative
+from ..declare import Declared, Quantity, declared, quantity
+from ..validate import non_negative
+from .normal import PowerLaw
+from .pieces import Reals, ramp
+from .rebound import chi_exact, restitution
 
 
 def hysteresis_force(depth: Reals, rate: Reals, onset: Reals, stiffness: float, exponent: float, chi: float) -> Reals:

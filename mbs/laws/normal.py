@@ -7,10 +7,10 @@ onset. A force pushes the bodies apart or is zero: no law here ever pulls.
 import math
 from typing import ClassVar
 
-from buckler.mbs.declare import Declared, declared, quantity
-from buckler.mbs.laws.pieces import Reals, ramp, step
-from buckler.mbs.laws.rebound import damping_ratio, needed, restitution_linear
-from buckler.mbs.validate import positive
+from ..declare import Declared, declared, quantity
+from ..validate import positive
+from .pieces import Reals, ramp, step
+from .rebound import damping_ratio, needed, restitution_linear
 
 
 class PowerLaw:

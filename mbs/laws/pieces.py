@@ -7,7 +7,7 @@
 from math import inf
 from typing import Any, TypeAlias
 
-from buckler.mbs.validate import number
+from ..validate import number
 
 Reals: TypeAlias = Any
 """What a law takes and returns: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""

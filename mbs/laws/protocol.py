@@ -2,7 +2,7 @@
 
 from typing import Protocol, runtime_checkable
 
-from buckler.mbs.laws.pieces import Reals
+from .pieces import Reals
 
 
 @runtime_checkable

@@ -20,8 +20,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from buckler.mbs.laws.protocol import NormalLaw
-from buckler.mbs.validate import non_negative, number, positive
+from ..validate import non_negative, number, positive
+from .protocol import NormalLaw
 
 _LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
 _ROUNDING = 4.0 * float(np.finfo(float).eps)

@@ -6,7 +6,7 @@ the plane of motion sees. The deformation is linear: a modal link vibrates but n
 
 from typing import TYPE_CHECKING
 
-from buckler.mbs.elements.modal import (
+from ..elements.modal import (
     AdamsDamping,
     BarModes,
     Box,
@@ -19,12 +19,12 @@ from buckler.mbs.elements.modal import (
     Nearest,
     PinHole,
 )
-from buckler.mbs.offers import on_demand
+from ..offers import on_demand
 
 if TYPE_CHECKING:
-    from buckler.mbs.modal.modes import MOTIONS
-    from buckler.mbs.modal.planar import PlanarModel
-    from buckler.mbs.modal.reduction import ReducedModel, reduced
+    from .modes import MOTIONS
+    from .planar import PlanarModel
+    from .reduction import ReducedModel, reduced
 
 __all__ = [
     "MOTIONS", "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",

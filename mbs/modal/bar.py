@@ -9,10 +9,10 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from buckler.mbs.elements.modal import BarModes, CraigBampton, FreeModes, Modal
-from buckler.mbs.geometry import Array
-from buckler.mbs.modal.planar import PlanarModel
-from buckler.mbs.modal.reduction import reduced
+from ..elements.modal import BarModes, CraigBampton, FreeModes, Modal
+from ..geometry import Array
+from .planar import PlanarModel
+from .reduction import reduced
 
 STATIONS = 33
 """Points along the bar at which its modes are kept for drawing."""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.modal.solid import Solid, rigid_motions
+from ..geometry import Array
+from .solid import Solid, rigid_motions
 
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """What a mode may do; the first two move the link in the plane."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array, cross, left, turned
+from ..geometry import Array, cross, left, turned
 
 STATIONS = ("start", "end", "centre")
 

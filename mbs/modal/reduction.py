@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
-from buckler.mbs.geometry import Array
-from buckler.mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
-from buckler.mbs.modal.planar import PlanarModel
-from buckler.mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
-from buckler.mbs.validate import positive
+from ..elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
+from ..geometry import Array
+from ..validate import positive
+from .modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
+from .planar import PlanarModel
+from .solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
 
 RIGID = 6
 """Modes of a free body that carry no flexibility."""

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from buckler.mbs.elements.section import Material
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import number, positive, whole
+from ..elements.section import Material
+from ..geometry import Array
+from ..validate import number, positive, whole
 
 TETRA = tuple(combinations(range(4), 3))
 HEXAHEDRON = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))

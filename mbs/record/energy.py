@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.signals import axial_period, follows
+from ..geometry import Array
+from ..laws import BristleLaw
+from .record import Record
+from .signals import axial_period, follows
 
 BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""

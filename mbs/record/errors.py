@@ -8,7 +8,7 @@ from enum import StrEnum
 from math import nan
 from typing import Any
 
-from buckler.mbs.validate import near
+from ..validate import near
 
 SHOWN = 3
 """Signals with the largest errors that are printed."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.validate import near
+from ..geometry import Array
+from ..validate import near
 
 OUTSIDE = 1e-9
 """Of the run: how far from its ends a time still counts as within."""

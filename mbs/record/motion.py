@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.geometry import Array, left, turned
-from buckler.mbs.record.lookup import hermite
+from ..geometry import Array, left, turned
+from .lookup import hermite
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from buckler.mbs.elements.element import Recorded
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.lookup import trapezoidal
-from buckler.mbs.record.motion import between
+from ..elements.element import Recorded
+from ..geometry import Array
+from ..mechanism import Mechanism
+from .lookup import trapezoidal
+from .motion import between
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.signal import Kind, Trait
-from buckler.mbs.geometry import Array
-from buckler.mbs.offers import offered
-from buckler.mbs.record import stored
-from buckler.mbs.record.errors import Errors, Status
-from buckler.mbs.record.lookup import OUTSIDE, between, unknown
-from buckler.mbs.record.stored import Shape
-from buckler.mbs.validate import positive
+from ..elements.signal import Kind, Trait
+from ..geometry import Array
+from ..offers import offered
+from ..validate import positive
+from . import stored
+from .errors import Errors, Status
+from .lookup import OUTSIDE, between, unknown
+from .stored import Shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from buckler.mbs.elements.signal import Signal, Trait
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.signals import collect
+from ..elements.signal import Signal, Trait
+from ..geometry import Array
+from .errors import Status
+from .record import Record
+from .signals import collect
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.link import moving
-from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.motion import between
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.stored import Shape
+from ..elements.link import moving
+from ..elements.signal import Kind, Signal
+from ..geometry import Array
+from ..mechanism import Mechanism
+from .motion import between
+from .record import Record
+from .stored import Shape
 
 
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:

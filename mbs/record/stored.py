@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.signal import Kind, Trait
-from buckler.mbs.geometry import Array
-from buckler.mbs.offers import offered
-from buckler.mbs.record.errors import Errors, Status
+from ..elements.signal import Kind, Trait
+from ..geometry import Array
+from ..offers import offered
+from .errors import Errors, Status
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.elements.section import Profile, Section
-from buckler.mbs.geometry import Array, cross
+from ..elements.beam import Flexible
+from ..elements.section import Profile, Section
+from ..geometry import Array, cross
 
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
 LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)

@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""

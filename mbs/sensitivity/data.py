@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.units import measured, parse_quantity
-from buckler.mbs.validate import near
+from ..geometry import Array
+from ..units import measured, parse_quantity
+from ..validate import near
 
 SIDES = {"is": 0, "at most": 1, "at least": -1}
 HEADER = re.compile(r"\s*(?P<name>[^\[]*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")

@@ -14,16 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.run import Run
-from buckler.mbs.sensitivity.curve import Smooth
-from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
-from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
-from buckler.mbs.sensitivity.reading import check, measure, statical
-from buckler.mbs.sensitivity.table import Derivative, Sensitivities
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.validate import listed, positive, short
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.run import Run
+from ..solvers import Spectral
+from ..validate import listed, positive, short
+from .curve import Smooth
+from .frozen import DEGREES, TIGHT, Steps, needs_compiler
+from .numbers import DURATION, Family, Source
+from .reading import check, measure, statical
+from .table import Derivative, Sensitivities
 
 Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], float]]
 Reading = str | Callable[[Mechanism], float]

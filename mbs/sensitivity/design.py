@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.derivatives import DEGREE, Reading, readings_of
-from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
-from buckler.mbs.sensitivity.numbers import Family, Source
-from buckler.mbs.sensitivity.searching import descend, search
-from buckler.mbs.sensitivity.wants import EnoughError, Task, Want, rounded, wanted
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.units import behind
-from buckler.mbs.validate import positive, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..solvers import Spectral
+from ..units import behind
+from ..validate import positive, whole
+from .derivatives import DEGREE, Reading, readings_of
+from .frozen import RunFailedError, needs_compiler
+from .numbers import Family, Source
+from .searching import descend, search
+from .wants import EnoughError, Task, Want, rounded, wanted
 
 BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""

@@ -7,10 +7,10 @@ from math import nan
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.result import Result
-from buckler.mbs.sensitivity.curve import Smooth
-from buckler.mbs.sensitivity.reading import ARGUMENTS, parsed, value_of
+from ..geometry import Array
+from ..record.result import Result
+from .curve import Smooth
+from .reading import ARGUMENTS, parsed, value_of
 
 ERROR = {"impulse": ".impulse", "mean": "", "rms": "", "begins": ".onset", "ends": ".onset"}
 """Which error of a signal bounds a reading; that of the largest value the others."""

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.offers import offered
-from buckler.mbs.sensitivity.data import Experiment, read_csv
-from buckler.mbs.sensitivity.frozen import needs_compiler
-from buckler.mbs.sensitivity.numbers import Source
-from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms, unexplained
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.units import behind
-from buckler.mbs.validate import whole
+from ..geometry import Array
+from ..offers import offered
+from ..solvers import Spectral
+from ..units import behind
+from ..validate import whole
+from .data import Experiment, read_csv
+from .frozen import needs_compiler
+from .numbers import Source
+from .residuals import LEVEL, Bounds, Problem, Profile, rms, unexplained
 
 VAGUE = 0.5
 """A number whose interval is wider than this share of its range is told as not identified."""

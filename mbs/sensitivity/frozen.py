@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import compiler
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import Controlled, Spectral
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..process import compiler
+from ..record.errors import Status
+from ..record.run import Run
+from ..solvers import Controlled, Spectral
 
 if TYPE_CHECKING:
-    from buckler.mbs.spectral.scene import Scene
-    from buckler.mbs.spectral.tape import Tape
+    from ..spectral.scene import Scene
+    from ..spectral.tape import Tape
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-7), contact_tolerance=1e-3)
 """What chooses the steps, where nothing else is said: in contacts derivatives err far more than values do, as what a step errs by
@@ -81,8 +81,8 @@ class Steps:
         cls, mechanism: Mechanism, duration: float, solver: Spectral | None = None, most: int | None = None, asked: str = ""
     ) -> tuple[Steps, Run]:
         """The same, and the run itself, with the signals that a text names, or all."""
-        from buckler.mbs.spectral.scene import Scene  # loads the compiler
-        from buckler.mbs.spectral.tape import ends_of, tape_for
+        from ..spectral.scene import Scene  # loads the compiler
+        from ..spectral.tape import ends_of, tape_for
 
         solver = replace(solver or TIGHT, method="implicit")
         if most and isinstance(solver.steps, Controlled):
@@ -111,8 +111,8 @@ class Steps:
         ------
         RunFailedError
         """
-        from buckler.mbs.spectral.scene import Scene
-        from buckler.mbs.spectral.tape import tape_for
+        from ..spectral.scene import Scene
+        from ..spectral.tape import tape_for
 
         duration, scene = self.duration if duration is None else duration, Scene.of(mechanism, self.solver.degree)
         if not self.tapes:
@@ -122,8 +122,8 @@ class Steps:
 
 def _run(scene: Scene, duration: float, solver: Spectral, asked: str, tape: Tape, ends: Array | None = None) -> Run:
     """Integrate a scene, by itself or on given steps."""
-    from buckler.mbs.spectral.recording import record_of
-    from buckler.mbs.spectral.run import integrate
+    from ..spectral.recording import record_of
+    from ..spectral.run import integrate
 
     looked.get()()
     out, failure, counts = integrate(scene, duration, solver, ends=ends, tape=tape)

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from typing import Any, NamedTuple
 
-from buckler.mbs.declare import Declaration, declarations
-from buckler.mbs.documents.document import changed, get, steps
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.units import parse_quantity
-from buckler.mbs.validate import short
+from ..declare import Declaration, declarations
+from ..documents.document import changed, get, steps
+from ..mechanism import Mechanism
+from ..units import parse_quantity
+from ..validate import short
 
 DURATION = "duration"
 """Path of the run's length, which is no number of the mechanism."""

@@ -25,10 +25,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.expressions import CONSTANTS, parse
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.curve import Curve
+from ..expressions import CONSTANTS, parse
+from ..geometry import Array
+from ..mechanism import Mechanism
+from .curve import Curve
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
 OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
@@ -83,7 +83,7 @@ def statical(text: str) -> Callable[[Mechanism], float] | None:
     number = int(found[1])
 
     def frequency(mechanism: Mechanism) -> float:
-        from buckler.mbs.statics import frequencies
+        from ..statics import frequencies
 
         found = frequencies(mechanism, count=number).hertz
         return float(found[number - 1]) if len(found) >= number else nan

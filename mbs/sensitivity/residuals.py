@@ -11,18 +11,18 @@ from scipy.optimize import least_squares
 from scipy.stats import f as fisher
 from scipy.stats import qmc
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.lookup import between
-from buckler.mbs.record.run import Run
-from buckler.mbs.sensitivity.curve import Smooth
-from buckler.mbs.sensitivity.data import Experiment
-from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
-from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.sensitivity.reading import WrongReadingError, measure
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.units import fits
-from buckler.mbs.validate import near
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.lookup import between
+from ..record.run import Run
+from ..solvers import Spectral
+from ..units import fits
+from ..validate import near
+from .curve import Smooth
+from .data import Experiment
+from .frozen import RunFailedError, Steps
+from .numbers import Family
+from .reading import WrongReadingError, measure
 
 Bounds = tuple[float, float]
 WIDTH = 1e-6

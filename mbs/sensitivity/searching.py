@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 from scipy.stats import qmc
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.sensitivity.wants import FAR, INSET, SAME, Task, Want
+from ..geometry import Array
+from .wants import FAR, INSET, SAME, Task, Want
 
 POLISHED = 3
 """Starts, of the best, from which a minimum is sought."""

@@ -10,15 +10,15 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Status
-from buckler.mbs.sensitivity.derivatives import Level, Reading
-from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
-from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.sensitivity.reading import WrongReadingError, statical
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.units import Measured, measured
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.errors import Status
+from ..solvers import Spectral
+from ..units import Measured, measured
+from .derivatives import Level, Reading
+from .frozen import RunFailedError, Steps
+from .numbers import Family
+from .reading import WrongReadingError, statical
 
 WIDTH, COARSE = 1e-6, 1e-4
 """Of the differences that make derivatives, relative to a number's range: of runs that share their steps, and of others."""

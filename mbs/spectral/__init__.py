@@ -5,9 +5,9 @@ Without a compiler `interpreted` stands in for `compiling`: the same functions, 
 
 import sys
 
-from buckler.mbs.process import compiler
+from ..process import compiler
 
 if not compiler():
-    from buckler.mbs.spectral import interpreted
+    from . import interpreted
 
     sys.modules[f"{__name__}.compiling"] = interpreted

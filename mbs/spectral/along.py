@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, call1, call2, call3, inner
-from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
-from buckler.mbs.spectral.tables import (
+from .compiling import aside, call1, call2, call3, inner
+from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
+from .tables import (
     CALL,
     CONTACT,
     DRY,

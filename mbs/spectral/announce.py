@@ -8,7 +8,7 @@ from time import perf_counter
 from numba.core.event import Event, Listener, register
 from tqdm import tqdm
 
-from buckler.mbs.process import COMPILING
+from ..process import COMPILING
 
 TEXT = "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs."
 

@@ -16,7 +16,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.elements import Beam, Clearance, Rigid, Section
-from buckler.mbs.laws import Coulomb, Impact
-from buckler.mbs.library import crank_rocker, slider_crank
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import COMPILING, compiler
-from buckler.mbs.solvers import Spectral
+from ..elements import Beam, Clearance, Rigid, Section
+from ..laws import Coulomb, Impact
+from ..library import crank_rocker, slider_crank
+from ..mechanism import Mechanism
+from ..process import COMPILING, compiler
+from ..solvers import Spectral
 
 SHORT = 1e-3
 """Of the runs that are made for it, s: what they compute does not matter."""
@@ -25,7 +25,7 @@ def compile_all() -> float:
     """
     if not compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")
-    from buckler.mbs.spectral.announce import ANNOUNCER  # needs the compiler
+    from .announce import ANNOUNCER  # needs the compiler
 
     begun = COMPILING.seconds
     _implicit()
@@ -46,15 +46,15 @@ def _rattling() -> Mechanism:
 
 
 def _implicit() -> None:
-    from buckler.mbs.spectral.run import once  # compiles, as all that follows
+    from .run import once  # compiles, as all that follows
 
     once(_strip(), SHORT, Spectral())
 
 
 def _explicit() -> None:
-    from buckler.mbs.spectral.dense import at_times, ledger
-    from buckler.mbs.spectral.run import integrate
-    from buckler.mbs.spectral.scene import Scene
+    from .dense import at_times, ledger
+    from .run import integrate
+    from .scene import Scene
 
     scene = Scene.of(_rattling())
     out, _, _ = integrate(scene, SHORT, Spectral())

@@ -13,13 +13,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements import Link, Motion, Ramp
-from buckler.mbs.elements.states import Stateful
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.start import Start
-from buckler.mbs.laws.compiled import Pointer, array_pointer, function_pointer
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral import tables as k
+from ..elements import Link, Motion, Ramp
+from ..elements.states import Stateful
+from ..geometry import Array
+from ..kinematics.start import Start
+from ..laws.compiled import Pointer, array_pointer, function_pointer
+from ..mechanism import Mechanism
+from . import tables as k
 
 Pair = tuple[float, float]
 GROUND = "ground"

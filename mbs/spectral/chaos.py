@@ -13,15 +13,15 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers import Controlled, Spectral
-from buckler.mbs.spectral.ensembles import allowed
-from buckler.mbs.spectral.run import State, integrate, memory_at_end
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import begin as settled
-from buckler.mbs.spectral.tables import TURN
-from buckler.mbs.validate import positive, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..solvers import Controlled, Spectral
+from ..validate import positive, whole
+from .ensembles import allowed
+from .run import State, integrate, memory_at_end
+from .scene import Scene
+from .start import begin as settled
+from .tables import TURN
 
 T = TypeVar("T")
 

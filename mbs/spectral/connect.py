@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Element
-from buckler.mbs.elements.rows import Along, Apart, Measure, Turn
-from buckler.mbs.geometry import turned
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Builder, Pair
-from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.strut import StrutBody
+from ..elements.element import GROUND, Element
+from ..elements.rows import Along, Apart, Measure, Turn
+from ..geometry import turned
+from . import tables as k
+from .builder import Builder, Pair
+from .frame_body import FrameBody
+from .strut import StrutBody
 
 NOWHERE = (0.0, 0.0)
 

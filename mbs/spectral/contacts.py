@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.along import value_along
-from buckler.mbs.spectral.compiling import aside, inner
-from buckler.mbs.spectral.lawtable import normal_force
-from buckler.mbs.spectral.tables import (
+from .along import value_along
+from .compiling import aside, inner
+from .lawtable import normal_force
+from .tables import (
     CONTACT,
     DRY,
     FASTEST,

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.lookup import hermite, quintic
-from buckler.mbs.spectral.explicit import flight_for, look
-from buckler.mbs.spectral.output import Output
-from buckler.mbs.spectral.recording import followed
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.tables import BRISTLE, FRICTION, LENGTH, RATE, SLIP, VALUE
+from ..geometry import Array
+from ..record.lookup import hermite, quintic
+from .explicit import flight_for, look
+from .output import Output
+from .recording import followed
+from .scene import Scene
+from .tables import BRISTLE, FRICTION, LENGTH, RATE, SLIP, VALUE
 
 BARE = 1e-9
 """Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""

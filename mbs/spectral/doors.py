@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, jit, lend
-from buckler.mbs.spectral.fronts import factor, solve
-from buckler.mbs.spectral.kernel import add_multipliers, add_rows, constraints, forces, mass_matrix, tangents
-from buckler.mbs.spectral.markers import curve, measure, place_markers
-from buckler.mbs.spectral.strips import carry_stresses
+from .compiling import aside, jit, lend
+from .fronts import factor, solve
+from .kernel import add_multipliers, add_rows, constraints, forces, mass_matrix, tangents
+from .markers import curve, measure, place_markers
+from .strips import carry_stresses
 
 
 @jit

@@ -23,8 +23,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.tables import Tables
+from ..geometry import Array
+from .tables import Tables
 
 VISIT = 150.0
 """What a front costs by itself, in multiplications: loops that begin and end, entries that are moved."""

@@ -17,22 +17,22 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Result
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import Spectral
-from buckler.mbs.spectral.dense import refined
-from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.recording import record_of
-from buckler.mbs.spectral.run import State, integrate, once
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import begin as settled
-from buckler.mbs.spectral.tables import work_for
-from buckler.mbs.validate import one_of, positive, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.energy import ledger
+from ..record.errors import Status
+from ..record.record import Record
+from ..record.result import Result
+from ..record.run import Run
+from ..solvers import Spectral
+from ..validate import one_of, positive, whole
+from .dense import refined
+from .frame_body import FrameBody
+from .recording import record_of
+from .run import State, integrate, once
+from .scene import Scene
+from .start import begin as settled
+from .tables import work_for
 
 T = TypeVar("T")
 

@@ -17,18 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit, lend
-from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
-from buckler.mbs.spectral.elimination import Arrays
-from buckler.mbs.spectral.forces import add_one
-from buckler.mbs.spectral.fronts import factor, solve
-from buckler.mbs.spectral.kernel import add_modal, constraint, renew_mass, row_times
-from buckler.mbs.spectral.lawtable import bristle_rate
-from buckler.mbs.spectral.markers import place_marker
-from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
-from buckler.mbs.spectral.strips import add_strips
-from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP
+from ..geometry import Array
+from .compiling import aside, close, copy, inner, jit, lend
+from .contacts import first_onset, remember_onset, touches
+from .elimination import Arrays
+from .forces import add_one
+from .fronts import factor, solve
+from .kernel import add_modal, constraint, renew_mass, row_times
+from .lawtable import bristle_rate
+from .markers import place_marker
+from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
+from .strips import add_strips
+from .tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
 WEIGHTS = np.array(

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.along import slopes_along, value_along
-from buckler.mbs.spectral.compiling import aside, call1, close, inner
-from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
-from buckler.mbs.spectral.markers import (
+from .along import slopes_along, value_along
+from .compiling import aside, call1, close, inner
+from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
+from .markers import (
     add_entries,
     add_force,
     add_geometric,
@@ -26,8 +26,8 @@ from buckler.mbs.spectral.markers import (
     put_gradient,
     rate_of,
 )  # fmt: skip
-from buckler.mbs.spectral.stateful import add_stateful, bend_stateful
-from buckler.mbs.spectral.tables import (
+from .stateful import add_stateful, bend_stateful
+from .tables import (
     BENT,
     BRISTLE,
     CALL,

@@ -8,12 +8,12 @@ from typing import cast
 
 import numpy as np
 
-from buckler.mbs.elements import Link, Modal
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.start import Start
-from buckler.mbs.modal.planar import STATIONS, PlanarModel
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Attached, Builder
+from ..elements import Link, Modal
+from ..geometry import Array
+from ..kinematics.start import Start
+from ..modal.planar import STATIONS, PlanarModel
+from . import tables as k
+from .builder import Attached, Builder
 
 
 @dataclass

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from buckler.mbs.spectral.compiling import aside, inner, part
-from buckler.mbs.spectral.elimination import Fronts
+from .compiling import aside, inner, part
+from .elimination import Fronts
 
 ROUNDED = 1e-13
 """A row's pivot below this share of what it is a difference of is rounding."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
-from buckler.mbs.spectral.contacts import (
+from .compiling import aside, copy, inner, jit, lend
+from .contacts import (
     bend_of_depths,
     closing,
     depth_of,
@@ -17,15 +17,15 @@ from buckler.mbs.spectral.contacts import (
     to_faces,
     touches,
 )
-from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.fronts import solve
-from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
-from buckler.mbs.spectral.lawtable import AFTER
-from buckler.mbs.spectral.markers import place_markers
-from buckler.mbs.spectral.newton import SLOW, newton
-from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
-from buckler.mbs.spectral.radau import REAL, error_of, integrate, predict, put_back, renew_heavy
-from buckler.mbs.spectral.samples import (
+from .forces import add_forces
+from .fronts import solve
+from .kernel import changes_at, forces, rows_at
+from .lawtable import AFTER
+from .markers import place_markers
+from .newton import SLOW, newton
+from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
+from .radau import REAL, error_of, integrate, predict, put_back, renew_heavy
+from .samples import (
     JUMP,
     MOST_SAMPLES,
     PARTS,
@@ -36,10 +36,10 @@ from buckler.mbs.spectral.samples import (
     write_at_face,
     write_between,
 )
-from buckler.mbs.spectral.scaling import deformed, follow_units
-from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
-from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
-from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
+from .scaling import deformed, follow_units
+from .strips import MIXED, PLAIN, elastic_stresses
+from .tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
+from .tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
 
 ORDER = 0.25
 """One over the order of the local error."""

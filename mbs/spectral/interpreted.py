@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes import CFUNCTYPE, POINTER, c_double
 from typing import TypeVar
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 T = TypeVar("T")
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, close, copy, inner
-from buckler.mbs.spectral.forces import add_forces, bend_forces
-from buckler.mbs.spectral.lawtable import AFTER, motion, second_rate
-from buckler.mbs.spectral.markers import (
+from .compiling import aside, close, copy, inner
+from .forces import add_forces, bend_forces
+from .lawtable import AFTER, motion, second_rate
+from .markers import (
     add_entries,
     add_geometric,
     add_pair,
@@ -21,8 +21,8 @@ from buckler.mbs.spectral.markers import (
     place_markers,
     put_gradient,
 )  # fmt: skip
-from buckler.mbs.spectral.strips import add_strips, bend_strips
-from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, WIDTH, A, B
+from .strips import add_strips, bend_strips
+from .tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, WIDTH, A, B
 
 
 @close

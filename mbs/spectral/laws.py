@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Protocol
 
-from buckler.mbs import laws
-from buckler.mbs.laws.compiled import Pointer, method_pointer
-from buckler.mbs.spectral import tables as k
+from .. import laws
+from ..laws.compiled import Pointer, method_pointer
+from . import tables as k
 
 Known = Mapping[type, tuple[int, tuple[str, ...]]]
 

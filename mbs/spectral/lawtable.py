@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, call1, call2, call3, inner
-from buckler.mbs.spectral.tables import (
+from .compiling import aside, call1, call2, call3, inner
+from .tables import (
     ADAMS,
     AMBROSIO,
     BRISTLE,

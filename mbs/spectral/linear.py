@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import bmat, csc_array, csr_array
 from scipy.sparse.linalg import splu
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 Matrix = Any
 """A matrix: an array or a sparse one; SciPy has no type for both."""

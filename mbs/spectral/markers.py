@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, close, inner
-from buckler.mbs.spectral.tables import (
+from .compiling import aside, close, inner
+from .tables import (
     ANGLE,
     AX,
     AY,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from buckler.mbs.elements.section import Profile, Section
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.strips import Strain
-from buckler.mbs.spectral.basis import basis, gauss
+from ..elements.section import Profile, Section
+from ..geometry import Array
+from ..record.strips import Strain
+from .basis import basis, gauss
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy
-from buckler.mbs.spectral.fronts import factor, solve
-from buckler.mbs.spectral.kernel import (
+from .compiling import aside, copy
+from .fronts import factor, solve
+from .kernel import (
     add_mass_slope,
     add_multipliers,
     add_reactions,
@@ -18,9 +18,9 @@ from buckler.mbs.spectral.kernel import (
     rows_at,
     tangents,
 )
-from buckler.mbs.spectral.radau import BACK, NODES, PAIR, REAL, A, T, integrate, size_of, solve_real
-from buckler.mbs.spectral.strips import MIXED, RENEWED, carry_stresses
-from buckler.mbs.spectral.tape import MODE, READS, SLOT, free_slot
+from .radau import BACK, NODES, PAIR, REAL, A, T, integrate, size_of, solve_real
+from .strips import MIXED, RENEWED, carry_stresses
+from .tape import MODE, READS, SLOT, free_slot
 
 MOST = 14
 """Newton iterations with one matrix."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 Record = Any
 """A record, whose fields are read by name."""

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Builder, Force, Row
-from buckler.mbs.spectral.tables import Tables
+from ..geometry import Array
+from . import tables as k
+from .builder import Builder, Force, Row
+from .tables import Tables
 
 
 class Block(NamedTuple):

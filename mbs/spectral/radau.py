@@ -29,12 +29,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, inner
-from buckler.mbs.spectral.fronts import factor, solve
-from buckler.mbs.spectral.kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
-from buckler.mbs.spectral.lawtable import BEFORE
-from buckler.mbs.spectral.markers import place_markers
-from buckler.mbs.spectral.tape import SLOT
+from .compiling import aside, inner
+from .fronts import factor, solve
+from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
+from .lawtable import BEFORE
+from .markers import place_markers
+from .tape import SLOT
 
 
 def _coefficients() -> tuple[Any, ...]:

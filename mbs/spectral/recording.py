@@ -6,22 +6,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.link import Link
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.modal.planar import ModalHistory
-from buckler.mbs.record.lookup import corrected
-from buckler.mbs.record.motion import BlockMotion, RigidMotion
-from buckler.mbs.record.record import Record
-from buckler.mbs.spectral.compiling import aside, copy, jit, lend
-from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.markers import place_markers
-from buckler.mbs.spectral.motion import Piece, SpectralStrip
-from buckler.mbs.spectral.output import Output
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import (
+from ..elements.link import Link
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..modal.planar import ModalHistory
+from ..record.lookup import corrected
+from ..record.motion import BlockMotion, RigidMotion
+from ..record.record import Record
+from .compiling import aside, copy, jit, lend
+from .forces import add_forces
+from .frame_body import FrameBody
+from .markers import place_markers
+from .motion import Piece, SpectralStrip
+from .output import Output
+from .scene import Scene
+from .strip_body import StripBody
+from .tables import (
     AX,
     CONTACT,
     COUNT,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from buckler.mbs.elements.element import GROUND, place
-from buckler.mbs.spectral.builder import Builder
-from buckler.mbs.spectral.connect import marker_of
+from ..elements.element import GROUND, place
+from .builder import Builder
+from .connect import marker_of
 
 
 def link_of(builder: Builder, reference: str) -> tuple[str, str]:

@@ -6,24 +6,24 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
-from buckler.mbs.elements import Belt, Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, Torque, TorsionSpring
-from buckler.mbs.elements.element import GROUND, Element, place
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.motor import CREEP
-from buckler.mbs.elements.references import held_at
-from buckler.mbs.extensions import extensions
-from buckler.mbs.functions import numbers_of
-from buckler.mbs.laws import BristleLaw, FrictionLaw
-from buckler.mbs.laws.compiled import function_pointer
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.basis import gauss
-from buckler.mbs.spectral.builder import Body, Builder
-from buckler.mbs.spectral.connect import NOWHERE, connect, marker_of, turned_back
-from buckler.mbs.spectral.frame_body import add_modal, add_rigid
-from buckler.mbs.spectral.laws import add_friction, add_normal
-from buckler.mbs.spectral.reference import marker_at
-from buckler.mbs.spectral.strip_body import StripBody, add_strip
-from buckler.mbs.spectral.strut import add_strut
+from ..elements import Belt, Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, Torque, TorsionSpring
+from ..elements.element import GROUND, Element, place
+from ..elements.link import Link
+from ..elements.motor import CREEP
+from ..elements.references import held_at
+from ..extensions import extensions
+from ..functions import numbers_of
+from ..laws import BristleLaw, FrictionLaw
+from ..laws.compiled import function_pointer
+from . import tables as k
+from .basis import gauss
+from .builder import Body, Builder
+from .connect import NOWHERE, connect, marker_of, turned_back
+from .frame_body import add_modal, add_rigid
+from .laws import add_friction, add_normal
+from .reference import marker_at
+from .strip_body import StripBody, add_strip
+from .strut import add_strut
 
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.elimination import Arrays
-from buckler.mbs.spectral.tape import ALONE, READS, WRITES, Tape, tape_for
+from ..geometry import Array
+from .elimination import Arrays
+from .tape import ALONE, READS, WRITES, Tape, tape_for
 
 
 class Room(NamedTuple):

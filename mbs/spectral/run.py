@@ -8,26 +8,26 @@ from typing import NamedTuple
 import numpy as np
 from numba.core.errors import NumbaError
 
-from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.stop import GRAZE, SLOWEST_ONSET
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.diagnosis import remarks
-from buckler.mbs.laws import BristleLaw, FrictionLaw
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import Progress, ctrl_c, working_time
-from buckler.mbs.record.errors import Status
-from buckler.mbs.record.run import Run
-from buckler.mbs.solvers import COARSEST, Spectral, divided, stiffly_damped
-from buckler.mbs.spectral import explicit, implicit, output
-from buckler.mbs.spectral.elimination import Fronts
-from buckler.mbs.spectral.fronts import Orders
-from buckler.mbs.spectral.output import Output
-from buckler.mbs.spectral.recording import record_of
-from buckler.mbs.spectral.room import Room, room_for
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import Balance, balance, begin
-from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
-from buckler.mbs.spectral.tape import Tape
+from ..elements.element import kinks_of
+from ..elements.stop import GRAZE, SLOWEST_ONSET
+from ..geometry import Array
+from ..kinematics.diagnosis import remarks
+from ..laws import BristleLaw, FrictionLaw
+from ..mechanism import Mechanism
+from ..process import Progress, ctrl_c, working_time
+from ..record.errors import Status
+from ..record.run import Run
+from ..solvers import COARSEST, Spectral, divided, stiffly_damped
+from . import explicit, implicit, output
+from .elimination import Fronts
+from .fronts import Orders
+from .output import Output
+from .recording import record_of
+from .room import Room, room_for
+from .scene import Scene
+from .start import Balance, balance, begin
+from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
+from .tape import Tape
 
 CLOSE = 1e-4
 """Last Newton step, of the local error allowed: what is left of a place, over the step, is left of a speed, and adds up."""

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, inner
-from buckler.mbs.spectral.radau import lagrange, size_of
-from buckler.mbs.spectral.tables import BRISTLE, FASTEST, ONSET, SLIDING
-from buckler.mbs.spectral.tape import ALONE, MODE
+from .compiling import aside, copy, inner
+from .radau import lagrange, size_of
+from .tables import BRISTLE, FASTEST, ONSET, SLIDING
+from .tape import ALONE, MODE
 
 STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""

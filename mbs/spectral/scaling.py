@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, inner
-from buckler.mbs.spectral.newton import ROUNDING
-from buckler.mbs.spectral.tables import STATE
+from .compiling import aside, inner
+from .newton import ROUNDING
+from .tables import STATE
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""

@@ -13,31 +13,31 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from buckler.mbs.elements.element import Element
-from buckler.mbs.elements.stop import SLOWEST_ONSET
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import compiler
-from buckler.mbs.spectral import doors
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Attached, Builder
-from buckler.mbs.spectral.elimination import Fronts, fronts_of
-from buckler.mbs.spectral.linear import Assembly, Linear, Matrix
-from buckler.mbs.spectral.packing import pack
-from buckler.mbs.spectral.reference import link_of
-from buckler.mbs.spectral.registry import add_body, add_element
-from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
-from buckler.mbs.spectral.tables import Tables, Work, work_for
+from ..elements.element import Element
+from ..elements.stop import SLOWEST_ONSET
+from ..geometry import Array
+from ..kinematics.diagnosis import independent_rows, redundancies
+from ..mechanism import Mechanism
+from ..process import compiler
+from . import doors
+from . import tables as k
+from .builder import Attached, Builder
+from .elimination import Fronts, fronts_of
+from .linear import Assembly, Linear, Matrix
+from .packing import pack
+from .reference import link_of
+from .registry import add_body, add_element
+from .strip_body import StripBody
+from .strut import StrutBody, find_hosts, join_strut
+from .tables import Tables, Work, work_for
 
 DEGREE = 8
 """Of a strip's polynomials, where none is asked for."""
 
 
 if compiler():
-    from buckler.mbs.spectral.announce import announce
-    from buckler.mbs.spectral.compiling import DRAFTED
+    from .announce import announce
+    from .compiling import DRAFTED
 
     announce(len(DRAFTED))
 

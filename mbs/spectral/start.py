@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.settle import About, settled, settles
-from buckler.mbs.kinematics.start import start
-from buckler.mbs.spectral.doors import place
-from buckler.mbs.spectral.scene import Scene
+from ..geometry import Array
+from ..kinematics.settle import About, settled, settles
+from ..kinematics.start import start
+from .doors import place
+from .scene import Scene
 
 ROUNDING = 1e-12
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, called, inner
-from buckler.mbs.spectral.markers import add_force, add_geometric
-from buckler.mbs.spectral.tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
+from .compiling import aside, called, inner
+from .markers import add_force, add_geometric
+from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 
 SMALL = 1e-3
 """What derivatives take for the size of a smaller argument of a law."""

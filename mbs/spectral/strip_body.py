@@ -9,15 +9,15 @@ from typing import cast
 
 import numpy as np
 
-from buckler.mbs.elements import Link, Profile, Section
-from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.start import Start
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.basis import basis, fit, gauss
-from buckler.mbs.spectral.builder import Attached, Builder
-from buckler.mbs.spectral.frame_body import add_block, line_of
-from buckler.mbs.spectral.motion import Piece
+from ..elements import Link, Profile, Section
+from ..elements.beam import Flexible
+from ..geometry import Array
+from ..kinematics.start import Start
+from . import tables as k
+from .basis import basis, fit, gauss
+from .builder import Attached, Builder
+from .frame_body import add_block, line_of
+from .motion import Piece
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 

@@ -30,9 +30,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, close, copy, inner
-from buckler.mbs.spectral.markers import add_entries, clear_block
-from buckler.mbs.spectral.tables import REISSNER
+from .compiling import aside, close, copy, inner
+from .markers import add_entries, clear_block
+from .tables import REISSNER
 
 PLAIN, MIXED, RENEWED = 0.0, 1.0, 2.0
 """Forces of strips: of their strains; of stresses that are unknowns of their own; likewise, and B0 is taken anew."""

@@ -7,13 +7,13 @@ from typing import cast
 
 import numpy as np
 
-from buckler.mbs.elements import Link, Strut
-from buckler.mbs.elements.strut import StrutLaw
-from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.start import Start
-from buckler.mbs.laws.compiled import function_pointer
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import GROUND, Builder
+from ..elements import Link, Strut
+from ..elements.strut import StrutLaw
+from ..geometry import Array
+from ..kinematics.start import Start
+from ..laws.compiled import function_pointer
+from . import tables as k
+from .builder import GROUND, Builder
 
 
 @dataclass

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 # --- kinds ------------------------------------------------------------------------------------------------------------
 GROUND, FRAME, LINEAR, CURVE = range(4)

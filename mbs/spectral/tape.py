@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.compiling import aside, copy, inner
-from buckler.mbs.spectral.elimination import Arrays
+from ..geometry import Array
+from .compiling import aside, copy, inner
+from .elimination import Arrays
 
 ALONE, WRITES, READS = range(3)
 """Whether a run has no neighbours, leaves a tape, or goes by one."""

@@ -2,16 +2,16 @@
 
 from typing import TYPE_CHECKING
 
-from buckler.mbs.offers import on_demand
+from ..offers import on_demand
 
 if TYPE_CHECKING:
-    from buckler.mbs.statics.answer import Path
-    from buckler.mbs.statics.cycles import Periodic, periodic
-    from buckler.mbs.statics.follow import path
-    from buckler.mbs.statics.problem import StaticsError
-    from buckler.mbs.statics.resonance import Response, response
-    from buckler.mbs.statics.rest import Equilibrium, equilibrium
-    from buckler.mbs.statics.vibration import Frequencies, frequencies
+    from .answer import Path
+    from .cycles import Periodic, periodic
+    from .follow import path
+    from .problem import StaticsError
+    from .resonance import Response, response
+    from .rest import Equilibrium, equilibrium
+    from .vibration import Frequencies, frequencies
 
 __all__ = [
     "Equilibrium", "Frequencies", "Path", "Periodic", "Response", "StaticsError", "equilibrium", "frequencies", "path",

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.problem import places
-from buckler.mbs.validate import number, one_of, positive, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..spectral.scene import Scene
+from ..validate import number, one_of, positive, whole
+from .problem import places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -157,7 +157,7 @@ class Route(Answer):
 
     def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
         """Draw the diagram: a point's place, or amplitude, over the parameter, stable and unstable; returns the axes."""
-        from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
+        from ..view.equilibria import plot_path  # Matplotlib takes half a second to load
 
         return plot_path(self, link, point, axis, ax)
 

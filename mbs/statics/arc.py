@@ -19,8 +19,8 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import KroghInterpolator
 from scipy.optimize import brentq
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError
+from ..geometry import Array
+from .problem import Problem, Rest, StaticsError
 
 SHORTEST = 1e-7
 """Arc below which a step is given up."""

@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.statics.arc import Arc, Step
-from buckler.mbs.statics.lowest import EPS
-from buckler.mbs.statics.problem import ITERATIONS, Problem, Rest, StaticsError
-from buckler.mbs.statics.spectrum import Spectrum, Tangent, spectrum, squares
+from ..geometry import Array
+from .arc import Arc, Step
+from .lowest import EPS
+from .problem import ITERATIONS, Problem, Rest, StaticsError
+from .spectrum import Spectrum, Tangent, spectrum, squares
 
 FEW = 1
 """Eigenvalues above zero that are found of a large tangent: the next ones to pass it."""

@@ -19,16 +19,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral.run import State
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.answer import CRITICAL, RISE
-from buckler.mbs.statics.arc import CORNER, next_arc
-from buckler.mbs.statics.cycles import Periodic, compared, motion_of
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
-from buckler.mbs.statics.shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
-from buckler.mbs.statics.varied import Varied
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..spectral.run import State
+from ..spectral.scene import Scene
+from .answer import CRITICAL, RISE
+from .arc import CORNER, next_arc
+from .cycles import Periodic, compared, motion_of
+from .problem import Problem, Rest, StaticsError, has_strips, refined, solve
+from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
+from .varied import Varied
 
 SHORTEST = 1e-5
 """Arc below which a step is given up."""

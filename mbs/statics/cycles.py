@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral.run import State
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import begin
-from buckler.mbs.statics.answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
-from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
-from buckler.mbs.statics.shooting import Found, Shooting, SpentError, off_from, values_of
-from buckler.mbs.validate import positive, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..spectral.run import State
+from ..spectral.scene import Scene
+from ..spectral.start import begin
+from ..validate import positive, whole
+from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
+from .problem import StaticsError, apart, has_strips, places, refined
+from .shooting import Found, Shooting, SpentError, off_from, values_of
 
 FIRST = 8
 """Degree of strips, at first."""

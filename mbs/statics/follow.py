@@ -6,18 +6,18 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import one_thread
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
-from buckler.mbs.statics.arc import SAME, Arc, Step
-from buckler.mbs.statics.critical import Critical, State, criticals, partings, state_at
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from buckler.mbs.statics.settling import find, settle
-from buckler.mbs.statics.varied import Varied
-from buckler.mbs.validate import one_of, pair
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..process import one_thread
+from ..spectral.scene import Scene
+from ..spectral.start import slopes
+from ..validate import one_of, pair
+from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
+from .arc import SAME, Arc, Step
+from .critical import Critical, State, criticals, partings, state_at
+from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
+from .settling import find, settle
+from .varied import Varied
 
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12

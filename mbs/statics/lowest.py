@@ -19,7 +19,7 @@ from scipy.sparse import block_diag, csc_array, csr_array, eye_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigsh, splu
 
-from buckler.mbs.geometry import Array
+from ..geometry import Array
 
 EPS = float(np.finfo(float).eps)
 LARGE = 220

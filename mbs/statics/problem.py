@@ -10,16 +10,16 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from scipy.sparse import block_array, csr_array, eye_array
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.doors import carry, place
-from buckler.mbs.spectral.linear import Assembly, Factors, SingularError
-from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.strips import PLAIN, RENEWED
-from buckler.mbs.spectral.tables import SPIN, VX
-from buckler.mbs.statics.lowest import COUNT, EPS, LARGE
-from buckler.mbs.statics.spectrum import ROUNDING, Spectrum, Tangent, spectrum
-from buckler.mbs.statics.turntable import Turntable
+from ..geometry import Array
+from ..spectral.doors import carry, place
+from ..spectral.linear import Assembly, Factors, SingularError
+from ..spectral.scene import Place, Scene
+from ..spectral.strip_body import StripBody
+from ..spectral.strips import PLAIN, RENEWED
+from ..spectral.tables import SPIN, VX
+from .lowest import COUNT, EPS, LARGE
+from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
+from .turntable import Turntable
 
 ITERATIONS = 25
 LONGEST_STEP = 0.3

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
-from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
-from buckler.mbs.statics.cycles import Periodic, prepared
-from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
-from buckler.mbs.statics.shooting import SpentError
-from buckler.mbs.statics.varied import Varied
-from buckler.mbs.validate import positive
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..validate import positive
+from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
+from .curve import KINDS, Curve, Orbit, Paced, Turn
+from .cycles import Periodic, prepared
+from .problem import Problem, StaticsError, loads_of
+from .shooting import SpentError
+from .varied import Varied
 
 STEPS = 400
 """Most steps, by default."""

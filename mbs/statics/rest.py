@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import one_thread
-from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.statics import sticking
-from buckler.mbs.statics.answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
-from buckler.mbs.statics.follow import DEGREE, ends
-from buckler.mbs.statics.lowest import sparse_null_space
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
-from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find, others
-from buckler.mbs.validate import number, one_of, pair
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..process import one_thread
+from ..spectral import tables as k
+from ..spectral.scene import Place, Scene
+from ..validate import number, one_of, pair
+from . import sticking
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
+from .follow import DEGREE, ends
+from .lowest import sparse_null_space
+from .problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
+from .settling import RunsAwayError, SlackError, carried, check_ropes, find, others
 
 FRICTION = "friction may hold it elsewhere"
 

@@ -18,9 +18,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.elements import Rope
-from buckler.mbs.geometry import Array
-from buckler.mbs.statics.problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, least, moving, solve
+from ..elements import Rope
+from ..geometry import Array
+from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, least, moving, solve
 
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""

@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.solvers import Controlled, Spectral
-from buckler.mbs.spectral.output import Output
-from buckler.mbs.spectral.run import State, integrate, memory_at_end
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.tape import Tape, ends_of, tape_for
-from buckler.mbs.statics.lowest import null_space
-from buckler.mbs.statics.problem import LONGEST_STEP, StaticsError, solve
+from ..geometry import Array
+from ..solvers import Controlled, Spectral
+from ..spectral.output import Output
+from ..spectral.run import State, integrate, memory_at_end
+from ..spectral.scene import Scene
+from ..spectral.tape import Tape, ends_of, tape_for
+from .lowest import null_space
+from .problem import LONGEST_STEP, StaticsError, solve
 
 TOLERANCE, COARSER, FINE = 1e-7, 1e4, 1e-10
 """Local error of the run that chooses the steps, how much larger that of depths of contacts is, over the depth; and the local

@@ -25,10 +25,10 @@ from scipy.linalg import eig, eigh
 from scipy.sparse import csc_array, csr_array, diags_array, issparse
 from scipy.sparse.linalg import splu
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.linear import Matrix
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.lowest import COUNT, EPS, MANY, nearest, null_space, sparse_null_space, turned_over
+from ..geometry import Array
+from ..spectral.linear import Matrix
+from ..spectral.scene import Scene
+from .lowest import COUNT, EPS, MANY, nearest, null_space, sparse_null_space, turned_over
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""

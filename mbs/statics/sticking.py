@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from buckler.mbs.elements import Guide, GuideFriction, Rope
-from buckler.mbs.geometry import Array
-from buckler.mbs.laws import FrictionLaw
-from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError
-from buckler.mbs.statics.spectrum import Tangent, spectrum
+from ..elements import Guide, GuideFriction, Rope
+from ..geometry import Array
+from ..laws import FrictionLaw
+from ..spectral.start import slopes
+from .problem import Problem, Rest, StaticsError
+from .spectrum import Tangent, spectrum
 
 ROUNDS = 100
 """Most corrections of friction that follows the reaction it comes from."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.scene import Scene
+from ..spectral.frame_body import FrameBody
+from ..spectral.scene import Scene
 
 
 class Turntable:

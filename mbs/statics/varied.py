@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.documents.document import changed, get
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.problem import Problem, Rest
+from ..documents.document import changed, get
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..spectral.scene import Scene
+from .problem import Problem, Rest
 
 STEP = 1e-5
 """Relative step of the differences by the number."""

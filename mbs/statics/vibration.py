@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import one_thread
-from buckler.mbs.spectral.doors import place
-from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
-from buckler.mbs.statics.rest import Equilibrium, equilibrium
-from buckler.mbs.statics.settling import carried
-from buckler.mbs.statics.spectrum import Spectrum
-from buckler.mbs.validate import pair, whole
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..process import one_thread
+from ..spectral.doors import place
+from ..spectral.scene import Scene
+from ..spectral.start import slopes
+from ..validate import pair, whole
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
+from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
+from .rest import Equilibrium, equilibrium
+from .settling import carried
+from .spectrum import Spectrum
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from buckler.elastica import pinned
-from buckler.mbs.elements import Body, Link, Modal, Strut
-from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.motion import chosen
-from buckler.mbs.record.record import Record
+
+from ..elements import Body, Link, Modal, Strut
+from ..elements.beam import Flexible
+from ..geometry import Array
+from ..record.motion import chosen
+from ..record.record import Record
 
 STATIONS = 25
 """Places along a massless strip."""

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import cos, pi, sin
 
-from buckler.mbs.elements import Belt, Gear, Rack, Rope
-from buckler.mbs.elements.element import place
-from buckler.mbs.elements.references import distance
-from buckler.mbs.view.drawing import Disc, Mark, Path, Sheet, Span
+from ..elements import Belt, Gear, Rack, Rope
+from ..elements.element import place
+from ..elements.references import distance
+from .drawing import Disc, Mark, Path, Sheet, Span
 
 INK = "spring"
 

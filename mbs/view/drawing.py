@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.mechanism import Mechanism
+from ..elements.element import GROUND
+from ..mechanism import Mechanism
 
 Points = tuple[tuple[float, float], ...]
 

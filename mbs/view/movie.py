@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.motion import chosen
-from buckler.mbs.record.record import Record
-from buckler.mbs.view.bands import Band, bent
-from buckler.mbs.view.drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, packed, unpacked
-from buckler.mbs.view.symbols import drawn
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.motion import chosen
+from ..record.record import Record
+from .bands import Band, bent
+from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, packed, unpacked
+from .symbols import drawn
 
 FEWEST, MOST, A_TURN = 240, 1440, 180
 """Pictures of a movie: at least, at most, and for a turn of the link that turns most."""

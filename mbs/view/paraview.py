@@ -12,13 +12,13 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.modal import Modal
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Result
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Path
-from buckler.mbs.view.movie import Movie, corners, filmed
+from ..elements.modal import Modal
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.record import Record
+from ..record.result import Result
+from .drawing import INKS, Arrow, Disc, Path
+from .movie import Movie, corners, filmed
 
 HEXAHEDRON, TETRA, VERTEX, POLYGON = 12, 10, 1, 7
 
@@ -88,7 +88,7 @@ def solids(record: Record, times: Array) -> dict[str, Deformed]:
 def _deformed(mechanism: Mechanism, name: str, q: Array) -> Deformed:
     from scipy.spatial import cKDTree
 
-    from buckler.mbs.modal.reduction import reduced, solid_mesh
+    from ..modal.reduction import reduced, solid_mesh
 
     body, length = cast(Modal, mechanism.link(name).body), mechanism.length(name)
     mesh, model = solid_mesh(body, length), reduced(body, length)

@@ -12,21 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Element
-from buckler.mbs.elements.link import Link
-from buckler.mbs.geometry import Array
-from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.units import labelled
-from buckler.mbs.validate import near
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
-from buckler.mbs.view.movie import Movie, corners, still
-from buckler.mbs.view.style import WIDTH, house_style
+from ..elements.element import Element
+from ..elements.link import Link
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..units import labelled
+from ..validate import near
+from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
+from .movie import Movie, corners, still
+from .style import WIDTH, house_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from buckler.mbs.record.result import Result
+    from ..record.result import Result
 
 
 MARGIN = 4.0

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.result import Result
-from buckler.mbs.view.drawing import INKS, Arrow, packed
-from buckler.mbs.view.movie import Movie, filmed
-from buckler.mbs.view.shell import filled
-from buckler.mbs.view.verdicts import IDLE, verdicts
+from ..geometry import Array
+from ..record.energy import ledger
+from ..record.result import Result
+from .drawing import INKS, Arrow, packed
+from .movie import Movie, filmed
+from .shell import filled
+from .verdicts import IDLE, verdicts
 
 MOTION, SIGNALS = 190_000, 180_000
 """Bytes for the motion and for the signals, before base64 adds a third."""

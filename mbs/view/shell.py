@@ -10,8 +10,8 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.units import labelled
-from buckler.mbs.view.style import house_style, subplots
+from ..units import labelled
+from .style import house_style, subplots
 
 HERE = "buckler.mbs.view"
 

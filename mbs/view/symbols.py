@@ -12,26 +12,26 @@ from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 
-from buckler.mbs.elements.clearance import Clearance
-from buckler.mbs.elements.drive import Drive
-from buckler.mbs.elements.element import GROUND, Element, place
-from buckler.mbs.elements.force import Force
-from buckler.mbs.elements.guide import Guide
-from buckler.mbs.elements.joint import Joint
-from buckler.mbs.elements.line_load import LineLoad
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.mass import Mass
-from buckler.mbs.elements.motor import Motor
-from buckler.mbs.elements.section import Section
-from buckler.mbs.elements.slider import Slider, Slot
-from buckler.mbs.elements.spring import Spring
-from buckler.mbs.elements.stop import Stop
-from buckler.mbs.elements.torque import Torque
-from buckler.mbs.elements.torsion_spring import TorsionSpring
-from buckler.mbs.elements.weld import Weld
-from buckler.mbs.extensions import extensions
-from buckler.mbs.view import couplings
-from buckler.mbs.view.drawing import (
+from ..elements.clearance import Clearance
+from ..elements.drive import Drive
+from ..elements.element import GROUND, Element, place
+from ..elements.force import Force
+from ..elements.guide import Guide
+from ..elements.joint import Joint
+from ..elements.line_load import LineLoad
+from ..elements.link import Link
+from ..elements.mass import Mass
+from ..elements.motor import Motor
+from ..elements.section import Section
+from ..elements.slider import Slider, Slot
+from ..elements.spring import Spring
+from ..elements.stop import Stop
+from ..elements.torque import Torque
+from ..elements.torsion_spring import TorsionSpring
+from ..elements.weld import Weld
+from ..extensions import extensions
+from . import couplings
+from .drawing import (
     FIXED,
     MIDDLE,
     Arrow,

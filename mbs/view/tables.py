@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from buckler.mbs.record.result import Result
+    from ..record.result import Result
 
 
 def needed(name: str, what: str, extra: str) -> ModuleType:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from buckler.mbs.record.result import Result
+from ..record.result import Result
 
 QUESTIONS = {
     "NOT_FINITE": "Are all signals finite?",

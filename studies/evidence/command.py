@@ -17,14 +17,14 @@ from math import hypot
 from pathlib import Path
 from typing import Any
 
-from buckler.studies.evidence.items import FILES, ITEMS, ROOT, Item, stored
-from buckler.studies.evidence.pages import Quoted, fill, looked_up, pages, quoted, rounding, stale
-from buckler.studies.kit import registry
-from buckler.studies.kit.options import writable
-from buckler.studies.kit.report import atomic, to_json, write
-from buckler.studies.kit.running import attempt, drawn
-from buckler.studies.kit.words import Command, repeated, wrong_input
-from buckler.studies.sweeping.worker import sources
+from ..kit import registry
+from ..kit.options import writable
+from ..kit.report import atomic, to_json, write
+from ..kit.running import attempt, drawn
+from ..kit.words import Command, repeated, wrong_input
+from ..sweeping.worker import sources
+from .items import FILES, ITEMS, ROOT, Item, stored
+from .pages import Quoted, fill, looked_up, pages, quoted, rounding, stale
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:

@@ -20,7 +20,7 @@ from math import floor, isfinite, log10
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from buckler.studies.evidence.items import ROOT, stored
+from .items import ROOT, stored
 
 Files = Callable[[str], Mapping[str, Any]]
 QUOTED = re.compile(r"<!--= (\S+) (\S+) (\S+) -->(.*?)<!--/-->", re.DOTALL)

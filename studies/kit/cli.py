@@ -14,8 +14,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from buckler.studies.kit import registry
-from buckler.studies.kit.words import MECHANISMS, Command, Parser, program, target, wrong_input
+from . import registry
+from .words import MECHANISMS, Command, Parser, program, target, wrong_input
 
 STUDIES = "buckler.studies"
 """The package of all places."""

@@ -12,9 +12,10 @@ from typing import Any, Protocol
 
 from buckler.mbs.declare import Declaration, Flag
 from buckler.mbs.declare.spec import Choice
-from buckler.studies.kit import registry
-from buckler.studies.kit.parameters import Cases, Repeated, StudyParameters, specs
-from buckler.studies.kit.words import MECHANISMS, Parser, target
+
+from . import registry
+from .parameters import Cases, Repeated, StudyParameters, specs
+from .words import MECHANISMS, Parser, target
 
 EPILOG = (
     "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "

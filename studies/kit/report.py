@@ -20,9 +20,9 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.style import Figure, house_style
-from buckler.studies.kit.versions import versions
+from .parameters import StudyParameters
+from .style import Figure, house_style
+from .versions import versions
 
 T = TypeVar("T")
 P = TypeVar("P", bound=StudyParameters)

@@ -13,12 +13,13 @@ from types import ModuleType
 from typing import Any
 
 from buckler.mbs.process import Interrupted
-from buckler.studies.kit.options import parser_of, subject, writable
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import Progress, StudyResult, write
-from buckler.studies.kit.style import Figure, house_style
-from buckler.studies.kit.versions import versions
-from buckler.studies.kit.words import wrong_input
+
+from .options import parser_of, subject, writable
+from .parameters import StudyParameters
+from .report import Progress, StudyResult, write
+from .style import Figure, house_style
+from .versions import versions
+from .words import wrong_input
 
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.report import Metric
+
+from .report import Metric
 
 
 class Mean(NamedTuple):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from buckler.studies.kit import registry
+from . import registry
 
 MECHANISMS = (".toml", ".json")
 """Endings of a mechanism's file."""

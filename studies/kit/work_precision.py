@@ -20,10 +20,11 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.validate import whole
-from buckler.studies.kit.labels import Label, write_labels
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import Metric, Progress, Table, provenance
-from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
+
+from .labels import Label, write_labels
+from .parameters import StudyParameters
+from .report import Metric, Progress, Table, provenance
+from .style import Axes, Figure, plain_ticks, subplots
 
 Runs = Mapping[str, Mapping[str, Callable[[], Any]]]
 """What makes a run, by series and setting."""

@@ -26,7 +26,8 @@ from scipy.optimize import least_squares
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, Torque, TorsionSpring
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.published import GRAVITY
+
+from ..kit.published import GRAVITY
 
 CREEP = 0.02
 """Relative speed, rad/s, at which dry friction has tanh 1 of its size."""

@@ -22,10 +22,11 @@ import numpy as np
 
 from buckler.mbs import simulate
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.measured.chain import Chain, Data, Fit, apart, fitted, predicted
+
+from ..kit.parameters import StudyParameters, choices, integer, quantity, text
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from .chain import Chain, Data, Fit, apart, fitted, predicted
 
 
 class Measured(NamedTuple):

@@ -13,13 +13,14 @@ from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
-from buckler.studies.kit.options import add_options, answers, writable
-from buckler.studies.kit.parameters import Cases
-from buckler.studies.kit.words import Parser, repeated
-from buckler.studies.own import study
-from buckler.studies.own.places import OPTIONS, opened, set_all, spec, to_json
-from buckler.studies.own.solver import CHOICE, KIND, Setting, settings
-from buckler.studies.own.study import HERE, Parameters, asked, digest
+
+from ..kit.options import add_options, answers, writable
+from ..kit.parameters import Cases
+from ..kit.words import Parser, repeated
+from . import study
+from .places import OPTIONS, opened, set_all, spec, to_json
+from .solver import CHOICE, KIND, Setting, settings
+from .study import HERE, Parameters, asked, digest
 
 PROBED = 1e-6
 """Duration of the run that shows which signals there are, s."""

@@ -30,8 +30,9 @@ from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.validate import number
-from buckler.studies.kit.words import repeated
-from buckler.studies.own.turning import Opened, command, lasting, number_range, numbers
+
+from ..kit.words import repeated
+from .turning import Opened, command, lasting, number_range, numbers
 
 HOST = "127.0.0.1"
 PICTURES, FINE = 240, 10_000

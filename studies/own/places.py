@@ -15,7 +15,8 @@ from buckler.mbs.documents.document import changed
 from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.sensitivity.numbers import standing
-from buckler.studies.own.study import Parameters
+
+from .study import Parameters
 
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}

@@ -16,8 +16,9 @@ from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.schema import schema
 from buckler.mbs.spectral.beforehand import compile_all
-from buckler.studies.kit.report import Table
-from buckler.studies.kit.words import Command
+
+from ..kit.report import Table
+from ..kit.words import Command
 
 
 def show(path: Path, out: Path | None = None) -> str:

@@ -15,7 +15,8 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.units import measured, parse_quantity
 from buckler.mbs.validate import number
-from buckler.studies.kit.words import Command
+
+from ..kit.words import Command
 
 
 def _in(unit: str) -> Callable[[str], float]:

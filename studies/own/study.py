@@ -22,11 +22,12 @@ from buckler.mbs.sensitivity.reading import check, measure
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import labelled
 from buckler.mbs.view.report import page
-from buckler.studies.kit.parameters import Repeated, StudyParameters
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.own.solver import Settings, solver
-from buckler.studies.sweeping.rows import report_name
+
+from ..kit.parameters import Repeated, StudyParameters
+from ..kit.report import QUIET, Metric, Progress, StudyResult
+from ..kit.style import Figure, subplots
+from ..sweeping.rows import report_name
+from .solver import Settings, solver
 
 if TYPE_CHECKING:
     from buckler.mbs.record.result import Result

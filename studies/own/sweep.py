@@ -11,17 +11,18 @@ from time import perf_counter
 from typing import Any
 
 from buckler.mbs.mechanism import Mechanism
-from buckler.studies.kit.parameters import Cases
-from buckler.studies.kit.report import QUIET, Progress
-from buckler.studies.own import study
-from buckler.studies.own.places import spec, to_json
-from buckler.studies.own.study import Parameters
-from buckler.studies.sweeping import sweep as cases
-from buckler.studies.sweeping.executors import Workers
-from buckler.studies.sweeping.report import Heading, page, summary, worst
-from buckler.studies.sweeping.rows import Row
-from buckler.studies.sweeping.table import points
-from buckler.studies.sweeping.vary import Grid, plan
+
+from ..kit.parameters import Cases
+from ..kit.report import QUIET, Progress
+from ..sweeping import sweep as cases
+from ..sweeping.executors import Workers
+from ..sweeping.report import Heading, page, summary, worst
+from ..sweeping.rows import Row
+from ..sweeping.table import points
+from ..sweeping.vary import Grid, plan
+from . import study
+from .places import spec, to_json
+from .study import Parameters
 
 
 def sweep(

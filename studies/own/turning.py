@@ -21,11 +21,12 @@ from buckler.mbs.sensitivity.fitting import fit as fitted
 from buckler.mbs.sensitivity.frozen import RunFailedError, looked
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.units import parse_quantity
-from buckler.studies.kit.options import writable
-from buckler.studies.kit.report import counting
-from buckler.studies.kit.words import Command, repeated
-from buckler.studies.own import places
-from buckler.studies.own.command import named
+
+from ..kit.options import writable
+from ..kit.report import counting
+from ..kit.words import Command, repeated
+from . import places
+from .command import named
 
 NOT_TURNED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers are not turned unless they are named: whole numbers and places."""

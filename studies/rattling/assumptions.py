@@ -12,7 +12,8 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal import AdamsDamping
-from buckler.studies.kit.parameters import Gravity, choice, choices, integer, quantity
+
+from ..kit.parameters import Gravity, choice, choices, integer, quantity
 
 JOINTS = "OABC"
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""

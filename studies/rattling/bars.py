@@ -15,10 +15,11 @@ from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
 from buckler.mbs.elements.element import Body
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
 from buckler.mbs.laws.pieces import Reals
-from buckler.studies.kit.parameters import choice, integer, quantity
-from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
-from buckler.studies.rattling.assumptions import JOINTS, JointAssumptions, ModalAssumptions
-from buckler.studies.rattling.mode_sets import damped, rocker_modes, section
+
+from ..kit.parameters import choice, integer, quantity
+from ..kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
+from .assumptions import JOINTS, JointAssumptions, ModalAssumptions
+from .mode_sets import damped, rocker_modes, section
 
 OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
 """Parameters of a rocker of modes alone."""

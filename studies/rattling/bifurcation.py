@@ -22,13 +22,14 @@ import numpy as np
 
 from buckler.mbs import Mechanism
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import Mean
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling import bifurcation_points as diagram
-from buckler.studies.rattling.bifurcation_points import DiagramPoint, Growth
-from buckler.studies.rattling.bifurcation_points import SectionParameters as Parameters
-from buckler.studies.rattling.turns import period
+
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import Mean
+from ..kit.style import COLOURS, Figure, subplots
+from . import bifurcation_points as diagram
+from .bifurcation_points import DiagramPoint, Growth
+from .bifurcation_points import SectionParameters as Parameters
+from .turns import period
 
 LABELS = {"alone": "left alone", "drawn": "drawn back, growth added up"}
 """Curves of the growth over a turn."""

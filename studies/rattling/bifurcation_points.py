@@ -21,11 +21,12 @@ from buckler.mbs.spectral.ensembles import offset, resume
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import start_rates
-from buckler.studies.kit.parameters import choice, integer, quantities, quantity
-from buckler.studies.kit.statistics import Mean
-from buckler.studies.rattling.assumptions import JOINTS
-from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.rattling.turns import deep, finished, gap, period, solver
+
+from ..kit.parameters import choice, integer, quantities, quantity
+from ..kit.statistics import Mean
+from .assumptions import JOINTS
+from .bars import RockerParameters
+from .turns import deep, finished, gap, period, solver
 
 LONGEST_PERIOD = 8
 """Turns after which a section is looked at for repeating."""

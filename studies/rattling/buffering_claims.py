@@ -23,17 +23,17 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import integer, quantities, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
-from buckler.studies.rattling import buffering_measures as measures
-from buckler.studies.rattling import world_shares
-from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
-from buckler.studies.rattling.bars import flexible
-from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, ClaimCase, EnsembleParameters
-from buckler.studies.rattling.turns import BALANCED, Ensemble, period
-from buckler.studies.rattling.worlds import drawn
-from buckler.studies.sweeping.sweep import sweep
+from ..kit.parameters import integer, quantities, quantity, text
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
+from ..sweeping.sweep import sweep
+from . import buffering_measures as measures
+from . import world_shares
+from .assumptions import BODIES, ModalAssumptions
+from .bars import flexible
+from .buffering_measures import CLAIMS, VERDICTS, ClaimCase, EnsembleParameters
+from .turns import BALANCED, Ensemble, period
+from .worlds import drawn
 
 ROCKERS = ("rigid", "flexible")
 OVER_IDEAL = ("acceleration", "force", "smooth_acceleration")

@@ -31,12 +31,13 @@ from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.record.lookup import between
 from buckler.mbs.spectral.ensembles import Member
-from buckler.studies.kit.parameters import choices, integer, quantities, quantity
-from buckler.studies.kit.report import Metric
-from buckler.studies.kit.statistics import Mean
-from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
-from buckler.studies.rattling.bars import bars
-from buckler.studies.rattling.turns import Ensemble, along, ensemble, gap, period, root_mean_squares
+
+from ..kit.parameters import choices, integer, quantities, quantity
+from ..kit.report import Metric
+from ..kit.statistics import Mean
+from .assumptions import BODIES, JOINTS, Assumptions
+from .bars import bars
+from .turns import Ensemble, along, ensemble, gap, period, root_mean_squares
 
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
 """Contact laws by how the unit of the published c_max = 253 is read."""

@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Body
-from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
-from buckler.studies.kit.style import Figure, plain_ticks, subplots
-from buckler.studies.rattling.assumptions import ModalAssumptions
-from buckler.studies.rattling.bars import FourBarParameters, flexible
-from buckler.studies.rattling.buffering_measures import CLAIMS, curves, mean, numbers, ratio, trouble
-from buckler.studies.rattling.turns import Ensemble, ensemble
+
+from ..kit.parameters import integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.style import Figure, plain_ticks, subplots
+from .assumptions import ModalAssumptions
+from .bars import FourBarParameters, flexible
+from .buffering_measures import CLAIMS, curves, mean, numbers, ratio, trouble
+from .turns import Ensemble, ensemble
 
 JOURNALS = 0.2
 """Standard deviation of the bars' places at the start, in clearances: journals then lie all over their bushes."""

@@ -10,11 +10,12 @@ from buckler.mbs import Beam, Mechanism, Modal, Rigid, Section
 from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
-from buckler.studies.kit.parameters import choices, integer, quantity
-from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.bars import PlayParameters
-from buckler.studies.rattling.mode_sets import damped, section
-from buckler.studies.rattling.turns import chance
+
+from ..kit.parameters import choices, integer, quantity
+from .assumptions import Assumptions
+from .bars import PlayParameters
+from .mode_sets import damped, section
+from .turns import chance
 
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""

@@ -19,18 +19,19 @@ import numpy as np
 from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers import usual_tolerance
-from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.parameters import choice, choices, counts, integer, quantities, quantity
-from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Bar, Point, Runs, Series
-from buckler.studies.rattling import clearance_precision_runs as variants
-from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.bars import InPython
-from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.rattling.clearance_precision_runs import QUANTITIES, Comparison, compare
-from buckler.studies.rattling.turns import BALANCED
+
+from ..kit import work_precision as precision
+from ..kit.parameters import choice, choices, counts, integer, quantities, quantity
+from ..kit.published import DAMPING_UNITS
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure, subplots
+from ..kit.work_precision import Bar, Point, Runs, Series
+from . import clearance_precision_runs as variants
+from .assumptions import Assumptions
+from .bars import InPython
+from .clearance import CrankRockerParameters
+from .clearance_precision_runs import QUANTITIES, Comparison, compare
+from .turns import BALANCED
 
 DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
 """Setting of a run with no settings; the compiled solver's tolerance for ratios; step with the engine's own settings."""

@@ -22,10 +22,11 @@ from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import start_rates
-from buckler.studies.rattling import turns
-from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.rattling.mode_sets import LENGTH
-from buckler.studies.rattling.turns import by_turn, ensemble, period, solver
+
+from . import turns
+from .clearance import CrankRockerParameters
+from .mode_sets import LENGTH
+from .turns import by_turn, ensemble, period, solver
 
 LINKS, GOOD = ("coupler", "rocker"), ("OK", "SUSPECT")
 FINEST = 1e-12

@@ -20,14 +20,15 @@ import numpy as np
 
 from buckler.mbs import Mechanism, Result, simulate
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import integer, quantities
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import mean, power_law
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling import turns
-from buckler.studies.rattling.assumptions import JOINTS, MEASURES
-from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.rattling.turns import by_turn, ensemble, period
+
+from ..kit.parameters import integer, quantities
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import mean, power_law
+from ..kit.style import COLOURS, Figure, subplots
+from . import turns
+from .assumptions import JOINTS, MEASURES
+from .bars import RockerParameters
+from .turns import by_turn, ensemble, period
 
 JOINT = JOINTS.index("B")
 """Joint whose force is read: coupler and rocker."""

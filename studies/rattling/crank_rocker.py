@@ -19,13 +19,14 @@ from buckler import mbs
 from buckler.mbs import Result
 from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.curve import Curve
-from buckler.studies.kit.parameters import integer
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
-from buckler.studies.kit.statistics import mean
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.rattling.assumptions import BODIES
-from buckler.studies.rattling.clearance import COLOURS, CrankRockerParameters, label
-from buckler.studies.rattling.turns import STEPS_A_TURN, force_on_second, joint_force
+
+from ..kit.parameters import integer
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
+from ..kit.statistics import mean
+from ..kit.style import Figure, subplots
+from .assumptions import BODIES
+from .clearance import COLOURS, CrankRockerParameters, label
+from .turns import STEPS_A_TURN, force_on_second, joint_force
 
 BAND = 2001
 """Times at which the members' band is drawn."""

@@ -20,14 +20,15 @@ from itertools import product
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity
-from buckler.studies.kit.published import DAMPING_UNITS, GRAVITY
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling import buffering_world as world
-from buckler.studies.rattling.bars import flexible
-from buckler.studies.rattling.buffering_measures import CLAIMS, Ratio, mean, ratio
-from buckler.studies.rattling.worlds import COUNTS
+
+from ..kit.parameters import choice, choices, integer, quantities, quantity
+from ..kit.published import DAMPING_UNITS, GRAVITY
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from . import buffering_world as world
+from .bars import flexible
+from .buffering_measures import CLAIMS, Ratio, mean, ratio
+from .worlds import COUNTS
 
 CLAIM = next(claim for claim in CLAIMS if claim.name == "force.rocker_frame")
 THEORIES = {"Timoshenko": "free", "Euler-Bernoulli": "Euler-Bernoulli"}

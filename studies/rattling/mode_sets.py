@@ -15,8 +15,9 @@ from buckler.mbs import Modal, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
-from buckler.studies.kit.published import BAR_AREA, STEEL
-from buckler.studies.rattling.assumptions import DAMPINGS
+
+from ..kit.published import BAR_AREA, STEEL
+from .assumptions import DAMPINGS
 
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Of the rocker, m."""

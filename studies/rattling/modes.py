@@ -20,13 +20,14 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Modal
 from buckler.mbs.modal import FreeModes
-from buckler.studies.kit.parameters import choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
-from buckler.studies.rattling import buffering_measures as measures
-from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, ClaimCase, EnsembleParameters, Ratio
-from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
-from buckler.studies.rattling.turns import Ensemble, solver
+
+from ..kit.parameters import choices, integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
+from . import buffering_measures as measures
+from .buffering_measures import CLAIMS, Claim, ClaimCase, EnsembleParameters, Ratio
+from .mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
+from .turns import Ensemble, solver
 
 LISTED = 12
 """Flexible modes in the printed table."""

@@ -19,11 +19,12 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Result, simulate
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, FOURBAR, ROD, SLIDER_CRANK, fourbar, slider_crank
+
+from ..kit.parameters import StudyParameters, choices, quantities, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import exponent
+from ..kit.style import COLOURS, Figure, subplots
+from .nonsmooth_cases import ARM, CLEARANCE, CRANK, FOURBAR, ROD, SLIDER_CRANK, fourbar, slider_crank
 
 CASES = {"four-bar": (fourbar, 1.0, CRANK), "slider-crank": (slider_crank, 0.1, ARM)}
 """Mechanism by stiffness, length of a run, s, and the length of its crank, m."""

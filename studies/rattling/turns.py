@@ -23,7 +23,8 @@ from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
 from buckler.mbs.spectral.ensembles import Member
 from buckler.mbs.validate import whole
-from buckler.studies.rattling.assumptions import BODIES, JOINTS
+
+from .assumptions import BODIES, JOINTS
 
 LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""

@@ -19,14 +19,15 @@ from buckler import mbs
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import Mean
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.rattling.assumptions import BODIES
-from buckler.studies.rattling.clearance import COLOURS, CrankRockerParameters, label
-from buckler.studies.rattling.turns import STEPS_A_TURN
-from buckler.studies.rattling.wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
+
+from ..kit.parameters import integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import Mean
+from ..kit.style import Figure, subplots
+from .assumptions import BODIES
+from .clearance import COLOURS, CrankRockerParameters, label
+from .turns import STEPS_A_TURN
+from .wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
 
 SIDES = {"bush": BUSH, "pin": PIN}
 TRUSTED = 0.1

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.report import Metric, Table
-from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
-from buckler.studies.rattling.buffering_measures import CLAIMS
-from buckler.studies.rattling.worlds import ASSUMPTIONS, Worlds, grown, sentence, wilson
+
+from ..kit.report import Metric, Table
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
+from .buffering_measures import CLAIMS
+from .worlds import ASSUMPTIONS, Worlds, grown, sentence, wilson
 
 NOTES = """\
 A world has one value of everything that the paper leaves open, drawn from a Sobol' set: {names}.

@@ -21,9 +21,10 @@ import numpy as np
 from scipy.stats import binomtest, qmc
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.published import DAMPING_UNITS, GRAVITY
-from buckler.studies.rattling import buffering_world as world
-from buckler.studies.rattling.assumptions import BODIES, DAMPINGS, JOINTS, KINDS
+
+from ..kit.published import DAMPING_UNITS, GRAVITY
+from . import buffering_world as world
+from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS
 
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}
 """Of gravity in the plane, from the frame."""

@@ -13,7 +13,8 @@ import numpy as np
 
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import Gravity, integer, quantity
+
+from ..kit.parameters import Gravity, integer, quantity
 
 SLOWED = 1.2
 """How much longer a run takes whose crank a motor turns."""

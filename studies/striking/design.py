@@ -22,13 +22,14 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.declare import specs
-from buckler.studies.kit.parameters import choice, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, worst
-from buckler.studies.kit.style import Figure
-from buckler.studies.striking.assumptions import StrikeParameters
-from buckler.studies.striking.design_check import BARS, BeamDesign, CheckedTurn, check, drawn_wishes, for_beam, random_wishes
-from buckler.studies.striking.inverse import FREE, Design, Given, Wish, design
-from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
+
+from ..kit.parameters import choice, choices, integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, worst
+from ..kit.style import Figure
+from .assumptions import StrikeParameters
+from .design_check import BARS, BeamDesign, CheckedTurn, check, drawn_wishes, for_beam, random_wishes
+from .inverse import FREE, Design, Given, Wish, design
+from .inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
 ASKED = {"contact_force": ("N", 1.0), "impact_force": ("N", 1.0), "contact_angle": ("deg", degrees(1.0))}
 """Numbers of a wish: the unit in which they are shown, and how many of it are one in SI."""
@@ -270,6 +271,6 @@ def _spread(around: Sequence[tuple[Design, Turns]], held: str) -> tuple[dict[str
 
 def figure(result: StudyResult) -> Figure:
     """Contact force over thickness and stop, limits shaded; force on the stop over crank angle."""
-    from buckler.studies.striking.design_figure import draw
+    from .design_figure import draw
 
     return draw(result)

@@ -17,11 +17,12 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Material, Mechanism, Section, Spectral, optimise
 from buckler.mbs.elements.section import STEEL
-from buckler.studies.striking.assumptions import StrikeParameters
-from buckler.studies.striking.impact import ModelRun, read
-from buckler.studies.striking.impact_models import COUPLERS, coupler, simulated, striking
-from buckler.studies.striking.inverse import Design, Given, Wish, design
-from buckler.studies.striking.inverse_limits import DEEP, NEAR, Limit, feasible, limits
+
+from .assumptions import StrikeParameters
+from .impact import ModelRun, read
+from .impact_models import COUPLERS, coupler, simulated, striking
+from .inverse import Design, Given, Wish, design
+from .inverse_limits import DEEP, NEAR, Limit, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
 """How far the crank turns on after the release, rad."""

@@ -12,11 +12,12 @@ from matplotlib.patches import Patch
 
 from buckler.elastica import law
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.report import StudyResult
-from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
-from buckler.studies.striking import impact
-from buckler.studies.striking.inverse import Design, Given, Wish, design
-from buckler.studies.striking.inverse_limits import feasible, limits
+
+from ..kit.report import StudyResult
+from ..kit.style import Axes, Figure, plain_ticks, subplots
+from . import impact
+from .inverse import Design, Given, Wish, design
+from .inverse_limits import feasible, limits
 
 SHADES = {
     "dead centre": "#bdbdbd", "shortening": "#d9d9d9", "stop": "#c9b8a8", "slenderness": "#e0d4f0", "yield": "#f4b6b0",

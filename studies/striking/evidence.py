@@ -24,7 +24,8 @@ from scipy.stats import qmc
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws.pieces import Reals
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
+
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
 
 DEAD_BAND = (0.0, 1.8)
 """Prior of the voltage below which the motor does not turn, V; uniform."""

@@ -25,14 +25,15 @@ from scipy.stats import qmc
 from buckler.mbs import Controlled, Mechanism, Spectral, fit
 from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.data import Experiment, Read
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
-from buckler.studies.kit.published import GRAVITY
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
-from buckler.studies.striking import evidence
-from buckler.studies.striking.evidence import DEAD_BAND, READINGS, Hypothesis, Posterior, Strikes
-from buckler.studies.striking.strike import UNITS, duration, mechanism, peak, struck
-from buckler.studies.striking.strike import Parameters as Strike
+
+from ..kit.parameters import StudyParameters, choice, choices, integer, quantity
+from ..kit.published import GRAVITY
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Axes, Figure, subplots
+from . import evidence
+from .evidence import DEAD_BAND, READINGS, Hypothesis, Posterior, Strikes
+from .strike import UNITS, duration, mechanism, peak, struck
+from .strike import Parameters as Strike
 
 NAMES = ("f125", "v25", "v30", "v44")
 """Of the readings in metrics."""

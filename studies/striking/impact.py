@@ -19,11 +19,12 @@ from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.sensitivity.curve import spells
-from buckler.studies.kit.parameters import choices, quantity
-from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
-from buckler.studies.kit.report import Metric, StudyResult, Table, worst
-from buckler.studies.kit.style import Axes
-from buckler.studies.striking.assumptions import StrikeParameters
+
+from ..kit.parameters import choices, quantity
+from ..kit.published import GRAVITY, STRIP_WIDTH
+from ..kit.report import Metric, StudyResult, Table, worst
+from ..kit.style import Axes
+from .assumptions import StrikeParameters
 
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}

@@ -16,16 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
-from buckler.studies.striking import strike
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.impact_models import BUCKLED_FROM
-from buckler.studies.striking.impact_numbers import LATE, REGIMES, SAGS, ImpactNumbers, regime
-from buckler.studies.striking.sine_strip import SineStrike, SineStrip
-from buckler.studies.sweeping.sweep import sweep
+from ..kit.parameters import integer, quantities, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import exponent
+from ..kit.style import COLOURS, Axes, Figure, subplots
+from ..sweeping.sweep import sweep
+from . import strike
+from .assumptions import StrikeAssumptions
+from .impact_models import BUCKLED_FROM
+from .impact_numbers import LATE, REGIMES, SAGS, ImpactNumbers, regime
+from .sine_strip import SineStrike, SineStrip
 
 SINE_TO, CLOSED_TO = 0.05, 0.35
 """Median difference of the sine strip's and the closed form's peak from the simulation beyond which the study is suspect."""

@@ -20,11 +20,12 @@ from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Section, St
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.kit.report import Metric
-from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
-from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
-from buckler.studies.striking.stitched import Stitched, follow
+
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED
+from ..kit.report import Metric
+from .assumptions import StrikeAssumptions, crank_angle
+from .impact import ImpactParameters, ModelRun, read
+from .stitched import Stitched, follow
 
 COUPLERS: dict[str, type[Beam | Strut]] = {"strut": Strut, "beam": Beam}
 AXIAL_DAMPING = 9e-5

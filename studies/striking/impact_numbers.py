@@ -41,7 +41,8 @@ from scipy.optimize import brentq
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
-from buckler.studies.striking.sine_strip import SineStrip
+
+from .sine_strip import SineStrip
 
 LATE, SAGS = 1.5, 0.95
 """Compression over the Euler load above which buckling is late, and below which the strip sags."""

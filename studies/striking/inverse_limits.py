@@ -37,7 +37,8 @@ from scipy.optimize import minimize
 from buckler.elastica import law, pinned
 from buckler.mbs.elements import GuideFriction
 from buckler.mbs.geometry import Array
-from buckler.studies.striking.inverse import Design, Given, Wish, design
+
+from .inverse import Design, Given, Wish, design
 
 SLENDER, HELD, NEAR, RESTED, CREPT, DEEP, GIVEN_WAY, CHANGED = 0.02, 0.8, np.radians(5.0), 0.8, 2e-3, 0.02, 0.1, 0.03
 """The bounds above, angles in rad."""

@@ -16,13 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs import Ramp
-from buckler.studies.kit.parameters import choices, quantity
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.striking import impact, impact_models
-from buckler.studies.striking.impact import MODELS, ImpactParameters
-from buckler.studies.striking.impact_models import NotCalibratedError
+
+from ..kit.parameters import choices, quantity
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
+from ..kit.style import Figure, subplots
+from . import impact, impact_models
+from .impact import MODELS, ImpactParameters
+from .impact_models import NotCalibratedError
 
 REFERENCE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""

@@ -17,12 +17,13 @@ import numpy as np
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.parameters import quantity
-from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
-from buckler.studies.kit.style import Axes, Figure, subplots
-from buckler.studies.striking import impact, impact_models
-from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
+
+from ..kit.parameters import quantity
+from ..kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
+from ..kit.style import Axes, Figure, subplots
+from . import impact, impact_models
+from .impact import ImpactParameters, ModelRun, Reading
 
 CONTACT = float(np.degrees(PAPER.contact_angle(PAPER_STOP)))
 PLATEAU = np.radians((150.0, 210.0))

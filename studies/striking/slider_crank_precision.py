@@ -25,15 +25,16 @@ from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.errors import Status
 from buckler.mbs.sensitivity.curve import spells
-from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.parameters import counts, integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure
-from buckler.studies.kit.work_precision import Bar, Point, Runs, Series
-from buckler.studies.striking import impact, impact_models
-from buckler.studies.striking import slider_crank as main_study
-from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
-from buckler.studies.trust import plain
+
+from ..kit import work_precision as precision
+from ..kit.parameters import counts, integer, quantities, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure
+from ..kit.work_precision import Bar, Point, Runs, Series
+from ..trust import plain
+from . import impact, impact_models
+from . import slider_crank as main_study
+from .assumptions import StrikeAssumptions, crank_angle
 
 JOB = main_study.Parameters()
 """The main job."""

@@ -17,14 +17,15 @@ import numpy as np
 
 from buckler.mbs import Ramp
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.parameters import quantity
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import Axes, Figure, subplots
-from buckler.studies.striking import impact, impact_models
-from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
-from buckler.studies.striking.impact_models import Fit
+
+from ..kit.parameters import quantity
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
+from ..kit.statistics import exponent
+from ..kit.style import Axes, Figure, subplots
+from . import impact, impact_models
+from .impact import ImpactParameters, ModelRun, Reading
+from .impact_models import Fit
 
 CONTACT = PAPER.contact_angle(PAPER_STOP)
 COLUMNS = ("contact_angle", "impact_speed", "impact_peak", "contact_max", "contact_time", "settling_time")

@@ -19,14 +19,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import quantities, quantity
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import Axes, Figure, subplots
-from buckler.studies.striking import impact
-from buckler.studies.striking.impact import ImpactParameters, ModelRun
-from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
+from ..kit.parameters import quantities, quantity
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
+from ..kit.statistics import exponent
+from ..kit.style import Axes, Figure, subplots
+from . import impact
+from .impact import ImpactParameters, ModelRun
+from .impact_models import Fit, NotCalibratedError, calibrate, strike
 
 VARIED = {"friction": (0.0, 0.9), "mass": (0.01, 10.0), "restitution": (0.1, 1.0)}
 """Parameters whose influence is measured, and their ranges."""

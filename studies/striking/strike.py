@@ -18,13 +18,14 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.run import Run
 from buckler.mbs.sensitivity.curve import spells
 from buckler.mbs.spectral.run import once
-from buckler.studies.kit.parameters import choices, quantity
-from buckler.studies.kit.published import IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.striking import impact_models
-from buckler.studies.striking.assumptions import crank_angle
-from buckler.studies.striking.impact import ImpactParameters
+
+from ..kit.parameters import choices, quantity
+from ..kit.published import IMPACT_SPEED
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
+from ..kit.style import Figure, subplots
+from . import impact_models
+from .assumptions import crank_angle
+from .impact import ImpactParameters
 
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""

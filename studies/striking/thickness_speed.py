@@ -20,16 +20,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import choices, integer, quantities, quantity
-from buckler.studies.kit.published import CONTACT_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
-from buckler.studies.kit.statistics import power_law
-from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
-from buckler.studies.striking import slider_crank
-from buckler.studies.striking.assumptions import StrikeParameters
-from buckler.studies.striking.impact import MODELS
-from buckler.studies.sweeping.report import study_page
-from buckler.studies.sweeping.sweep import sweep
+
+from ..kit.parameters import choices, integer, quantities, quantity
+from ..kit.published import CONTACT_FORCES
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
+from ..kit.statistics import power_law
+from ..kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
+from ..sweeping.report import study_page
+from ..sweeping.sweep import sweep
+from . import slider_crank
+from .assumptions import StrikeParameters
+from .impact import MODELS
 
 CUBE_TO = 2e-3
 """How far a ratio of quasi-static forces may be from the cube; the stop gives way by 2e-4."""

@@ -29,16 +29,17 @@ from scipy import stats
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER_STOP
 from buckler.mbs.sensitivity.table import Sensitivities
-from buckler.studies.kit.parameters import choice, choices, integer, quantity
-from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import PowerLaw, power_law
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.assumptions import MEASURES
-from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.striking import uncertainty_models as models
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.uncertainty_models import LEVEL, Indices, Input, Striker
+
+from ..kit.parameters import choice, choices, integer, quantity
+from ..kit.published import DAMPING_UNITS
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import PowerLaw, power_law
+from ..kit.style import COLOURS, Figure, subplots
+from ..rattling.assumptions import MEASURES
+from ..rattling.bars import RockerParameters
+from . import uncertainty_models as models
+from .assumptions import StrikeAssumptions
+from .uncertainty_models import LEVEL, Indices, Input, Striker
 
 MECHANISMS = ("slider-crank", "crank-rocker")
 STOP = 1.633e4

@@ -29,13 +29,14 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.table import Sensitivities
-from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
-from buckler.studies.kit.report import Metric
-from buckler.studies.kit.statistics import mean
-from buckler.studies.rattling.assumptions import MEASURES
-from buckler.studies.rattling.bars import FourBarParameters
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
+
+from ..kit.published import GRAVITY, STRIP_WIDTH
+from ..kit.report import Metric
+from ..kit.statistics import mean
+from ..rattling.assumptions import MEASURES
+from ..rattling.bars import FourBarParameters
+from .assumptions import StrikeAssumptions
+from .impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
 
 LEVEL = 0.95
 """Of all confidence intervals."""
@@ -255,7 +256,7 @@ class Rattler:
 
     def run(self, x: Sequence[float]) -> tuple[list[float], str]:
         """Outputs of one run, means over its turns, and the name of what speaks against it."""
-        from buckler.studies.rattling.turns import ensemble  # loads the compiler
+        from ..rattling.turns import ensemble  # loads the compiler
 
         clearance, contact, friction, chance = x
         seed = int(np.float64(chance).view(np.uint64))

@@ -25,11 +25,12 @@ from buckler.mbs import Beam, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.errors import Status
-from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
-from buckler.studies.kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Axes, Figure, subplots
-from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
+
+from ..kit.parameters import StudyParameters, integer, quantities, quantity
+from ..kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Axes, Figure, subplots
+from .friction_interval import Pressed, friction_interval, laws
 
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""

@@ -21,9 +21,10 @@ import numpy as np
 
 from buckler.elastica.hoff import Hoff
 from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
-from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
+
+from ..kit.parameters import StudyParameters, integer, quantities, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
 
 AGREES_TO = 0.03
 """Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""

@@ -17,11 +17,12 @@ from buckler.elastica.rod import Rod
 from buckler.mbs.elements.section import Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.parameters import StudyParameters, integer, quantity
-from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import work_precision
+
+from ..kit.parameters import StudyParameters, integer, quantity
+from ..kit.published import STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure, subplots
+from ..kit.work_precision import work_precision
 
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
 """Largest relative differences from the closed form that the inextensible rod and the fast law may show."""

@@ -25,7 +25,8 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.published import GRAVITY
+
+from ..kit.published import GRAVITY
 
 DAMPING_RATIO = 0.2
 """Of slider and stop."""

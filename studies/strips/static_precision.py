@@ -20,13 +20,14 @@ from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
-from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.parameters import StudyParameters, integer, quantity
-from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, Series
+
+from ..kit import work_precision as precision
+from ..kit.parameters import StudyParameters, integer, quantity
+from ..kit.published import STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import exponent
+from ..kit.style import Figure, subplots
+from ..kit.work_precision import Point, Series
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
@@ -104,7 +105,8 @@ def _title(series: str, elements: str) -> str:
 def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], LoadCurve]]]:
     """Runs by series and number of elements."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
-    from buckler.studies.trust import plain
+
+    from ..trust import plain
 
     section, length = p.section, PAPER.coupler
     unit = section.bending_stiffness / length**2

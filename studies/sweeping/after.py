@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.mbs.view.tables import Column, csv_of, parquet_of
-from buckler.studies.kit.report import atomic
-from buckler.studies.kit.words import Command
-from buckler.studies.sweeping.rows import FIELDS, Row
-from buckler.studies.sweeping.store import Store, StoreError
+
+from ..kit.report import atomic
+from ..kit.words import Command
+from .rows import FIELDS, Row
+from .store import Store, StoreError
 
 KINDS = (".csv", ".parquet")
 CLOSE = 1e-9

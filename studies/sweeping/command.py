@@ -17,18 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.options import Study, Subject, parser_of, subject, writable
-from buckler.studies.kit.parameters import Cases, StudyParameters, specs
-from buckler.studies.kit.report import Metric, Progress, StudyResult
-from buckler.studies.kit.running import told
-from buckler.studies.kit.style import house_style
-from buckler.studies.kit.words import Parser, program, wrong_input
-from buckler.studies.sweeping.executors import Dask, Here, Local, SweepError, Workers
-from buckler.studies.sweeping.report import Heading, page, summary, worst
-from buckler.studies.sweeping.rows import Row
-from buckler.studies.sweeping.sweep import Part, sweep
-from buckler.studies.sweeping.table import Point, choose, points, table
-from buckler.studies.sweeping.vary import METHODS, Plan, Sampling, parse, plan
+from ..kit.options import Study, Subject, parser_of, subject, writable
+from ..kit.parameters import Cases, StudyParameters, specs
+from ..kit.report import Metric, Progress, StudyResult
+from ..kit.running import told
+from ..kit.style import house_style
+from ..kit.words import Parser, program, wrong_input
+from .executors import Dask, Here, Local, SweepError, Workers
+from .report import Heading, page, summary, worst
+from .rows import Row
+from .sweep import Part, sweep
+from .table import Point, choose, points, table
+from .vary import METHODS, Plan, Sampling, parse, plan
 
 OPTIONS = (
     "vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "scheduler_file", "part", "store", "signals", "retry",
@@ -210,7 +210,7 @@ def _add_options(parser: argparse.ArgumentParser, seeded: bool) -> None:
 
 def _report(asked: Asked, rows: Sequence[Row], wall: float) -> int:
     """Print the table and write the files."""
-    from buckler.studies.sweeping.figure import figures  # loads Matplotlib, which help and completion do without
+    from .figure import figures  # loads Matplotlib, which help and completion do without
 
     options, units, chosen, name = asked.options, asked.units, asked.plan, asked.subject.title
     found = points(chosen, rows)

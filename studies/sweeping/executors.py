@@ -19,7 +19,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Self
 
-from buckler.studies.sweeping import worker
+from . import worker
 
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Never a fork of this process, whose threads and open store would come along. A fork server imports the engine once,

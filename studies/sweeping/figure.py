@@ -13,9 +13,10 @@ from matplotlib.lines import Line2D
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.units import labelled
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.sweeping.table import Point
-from buckler.studies.sweeping.vary import Plan
+
+from ..kit.style import COLOURS, Figure, subplots
+from .table import Point
+from .vary import Plan
 
 FEW = 4
 """Up to so many values of the second number are lines of a family; more make a heat map."""

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from buckler.mbs.view.shell import filled
-from buckler.studies.kit.parameters import StudyParameters, specs
-from buckler.studies.kit.versions import versions
-from buckler.studies.kit.words import program
-from buckler.studies.sweeping.rows import Row, report_name
-from buckler.studies.sweeping.table import Point, points, units_of
-from buckler.studies.sweeping.vary import Plan
+
+from ..kit.parameters import StudyParameters, specs
+from ..kit.versions import versions
+from ..kit.words import program
+from .rows import Row, report_name
+from .table import Point, points, units_of
+from .vary import Plan
 
 MOST = 20_000
 """Points a page holds."""

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import Metric, plain
+from ..kit.parameters import StudyParameters
+from ..kit.report import Metric, plain
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.sweeping.rows import FIELDS, Row, canonical, packed, to_json, unpacked
+from ..kit.parameters import StudyParameters
+from .rows import FIELDS, Row, canonical, packed, to_json, unpacked
 
 APPLICATION, SCHEMA = 0x4275636B, 1  # SQLite keeps both in the header of the file
 WAIT = 1.0

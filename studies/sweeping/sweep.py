@@ -24,14 +24,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from buckler.studies.kit import registry
-from buckler.studies.kit.parameters import StudyParameters, specs
-from buckler.studies.kit.report import QUIET, Progress
-from buckler.studies.kit.versions import versions
-from buckler.studies.sweeping.executors import Here, Local, SweepError, Workers
-from buckler.studies.sweeping.rows import Row
-from buckler.studies.sweeping.store import About, Store, StoreError
-from buckler.studies.sweeping.worker import Job, run_case, sources, stamp
+from ..kit import registry
+from ..kit.parameters import StudyParameters, specs
+from ..kit.report import QUIET, Progress
+from ..kit.versions import versions
+from .executors import Here, Local, SweepError, Workers
+from .rows import Row
+from .store import About, Store, StoreError
+from .worker import Job, run_case, sources, stamp
 
 __all__ = ["sweep", "Part", "Row", "StoreError", "SweepError"]
 

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.units import labelled
-from buckler.studies.kit.report import Metric, Table
-from buckler.studies.kit.statistics import Mean
-from buckler.studies.sweeping.rows import Row
-from buckler.studies.sweeping.vary import Plan
+
+from ..kit.report import Metric, Table
+from ..kit.statistics import Mean
+from .rows import Row
+from .vary import Plan
 
 MOST_LINES = 100
 """Of the table in the terminal."""

@@ -21,8 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Declaration
-from buckler.studies.kit.parameters import Cases, StudyParameters, specs
-from buckler.studies.kit.registry import hint
+
+from ..kit.parameters import Cases, StudyParameters, specs
+from ..kit.registry import hint
 
 METHODS = ("sobol", "halton", "lhs")
 DIGITS = 12

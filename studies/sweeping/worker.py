@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.versions import versions
-from buckler.studies.sweeping.rows import Row
+from ..kit.parameters import StudyParameters
+from ..kit.versions import versions
+from .rows import Row
 
 _ONE = threading.Lock()
 """The engine is not made for threads, and a Dask worker may have several."""

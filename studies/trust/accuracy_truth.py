@@ -20,7 +20,8 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Exudyn, Spectral
-from buckler.studies.trust.drawn import EVERYTHING, Drawn
+
+from .drawn import EVERYTHING, Drawn
 
 SAMPLES = 2001
 """Times at which motions known otherwise are compared."""

@@ -23,12 +23,13 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.result import Result
-from buckler.studies.kit.parameters import StudyParameters, choices, integer
-from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.kit.work_precision import footnote, verdict, work_precision
-from buckler.studies.strips.static_precision import SHORTENINGS
+
+from ..kit.parameters import StudyParameters, choices, integer
+from ..kit.published import STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from ..kit.work_precision import footnote, verdict, work_precision
+from ..strips.static_precision import SHORTENINGS
 
 SMOOTH, PLAY = 6.2e-4, 1e-2
 """Accuracies asked for: that of the tuned plain run, and in clearances."""
@@ -65,7 +66,8 @@ class Parameters(StudyParameters):
 
 def _static() -> TimedJob:
     from buckler.mbs.engine.pressed import pinned_strip
-    from buckler.studies.trust import plain
+
+    from . import plain
 
     section, length = Section(STRIP_WIDTH, 3e-4), PAPER.coupler
     unit = section.bending_stiffness / length**2
@@ -80,7 +82,7 @@ def _static() -> TimedJob:
 
 
 def _smooth() -> TimedJob:
-    from buckler.studies.trust import smooth_precision as study
+    from . import smooth_precision as study
 
     p = study.Parameters()
     exact = study.reference(p, p.degree)
@@ -95,7 +97,7 @@ def _smooth() -> TimedJob:
 
 
 def _buckling() -> TimedJob:
-    from buckler.studies.striking import slider_crank_precision as study
+    from ..striking import slider_crank_precision as study
 
     reference = study.simulated(study.with_coupler(Beam, 16), 1e-8).reading
     return TimedJob(
@@ -107,8 +109,8 @@ def _buckling() -> TimedJob:
 
 
 def _with_play(beam: bool) -> TimedJob:
-    from buckler.studies.rattling.clearance import CrankRockerParameters
-    from buckler.studies.rattling.turns import period, solver
+    from ..rattling.clearance import CrankRockerParameters
+    from ..rattling.turns import period, solver
 
     p = CrankRockerParameters()
     like = p.bars(rocker=Modal(p.section, BarModes(2, 1), p.rocker_damping) if beam else None)

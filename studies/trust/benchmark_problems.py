@@ -9,7 +9,8 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 from buckler.mbs import Beam, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Rigid, Section, Spring, Torque, Weld
-from buckler.studies.kit.published import GRAVITY as G
+
+from ..kit.published import GRAVITY as G
 
 # --- Andrews' squeezing mechanism: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.7,
 # --- doi 10.1007/978-3-642-05221-7

@@ -16,11 +16,12 @@ from typing import NamedTuple
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import Equal, Exudyn, Mechanism, simulate
 from buckler.mbs.statics import equilibrium
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure
-from buckler.studies.trust import benchmark_problems as problems
-from buckler.studies.trust import known
+
+from ..kit.parameters import StudyParameters, choices, integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure
+from . import benchmark_problems as problems
+from . import known
 
 
 class Row(NamedTuple):

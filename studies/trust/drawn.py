@@ -21,9 +21,10 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
-from buckler.studies.trust import drawn_linkages as parts
-from buckler.studies.trust.drawn_linkages import Dice, Made
+
+from ..kit.published import GRAVITY, STRIP_WIDTH
+from . import drawn_linkages as parts
+from .drawn_linkages import Dice, Made
 
 
 class Drawn(NamedTuple):

@@ -15,7 +15,8 @@ from buckler.mbs.functions import Expression, Table
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
+
+from ..kit.published import GRAVITY, STRIP_WIDTH
 
 WEIGHT = (0.0, -GRAVITY)
 PLAYED = 0.01

@@ -13,13 +13,14 @@ from buckler.elastica import pinned
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.parameters import StudyParameters, choice, integer, quantity
-from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
-from buckler.studies.trust import extremes_listed
-from buckler.studies.trust.drawn import FAMILIES as DRAWN
-from buckler.studies.trust.extremes_case import VERDICTS, Case, CaseOutcome, Finding, judge
-from buckler.studies.trust.extremes_truth import drawn_case, listed_case
+
+from ..kit.parameters import StudyParameters, choice, integer, quantity
+from ..kit.published import STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult
+from . import extremes_listed
+from .drawn import FAMILIES as DRAWN
+from .extremes_case import VERDICTS, Case, CaseOutcome, Finding, judge
+from .extremes_truth import drawn_case, listed_case
 
 FIXED = (
     "slider-crank, range", "slider-crank, steps", "slider-crank, mesh", "four-bar, ideal joints", "four-bar with clearance",

@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.sweeping.sweep import sweep
-from buckler.studies.trust import extreme
-from buckler.studies.trust.extreme import FAMILIES, slug
-from buckler.studies.trust.extremes_case import KINDS, VERDICTS, Finding, Verdict
+from ..kit.parameters import StudyParameters, choices, integer, quantity, text
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from ..sweeping.sweep import sweep
+from . import extreme
+from .extreme import FAMILIES, slug
+from .extremes_case import KINDS, VERDICTS, Finding, Verdict
 
 ENDS = (
     Verdict.WITHIN, Verdict.WRONG, Verdict.SUSPECT, Verdict.REFUSED, Verdict.FALSE_ALARM, Verdict.FAILED, Verdict.UNFINISHED,

@@ -22,10 +22,11 @@ from buckler.mbs.elements.signal import Kind
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.signals import axial_period
-from buckler.studies.kit.published import GRAVITY
-from buckler.studies.trust.drawn import Drawn, drawn
-from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
-from buckler.studies.trust.extremes_listed import Listed
+
+from ..kit.published import GRAVITY
+from .drawn import Drawn, drawn
+from .extremes_case import KINDS, Case, CaseOutcome, Measures, largest
+from .extremes_listed import Listed
 
 SAMPLES = np.linspace(0.02, 0.98, 49)
 """When places are compared, of the run's length."""

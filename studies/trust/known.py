@@ -8,8 +8,9 @@ from math import nan
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.report import StudyResult
-from buckler.studies.kit.style import Figure, subplots
+
+from ..kit.report import StudyResult
+from ..kit.style import Figure, subplots
 
 
 def as_signals(errors: Mapping[str, float], allowed: Callable[[str], float | None]) -> dict[str, Array]:

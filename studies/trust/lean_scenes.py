@@ -29,11 +29,12 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLa
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.signals import collect
 from buckler.mbs.solvers import Exudyn
-from buckler.studies.kit.parameters import StudyParameters, choices, integer
-from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, IMPACT_SPEED, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.kit.work_precision import footnote, work_precision
+
+from ..kit.parameters import StudyParameters, choices, integer
+from ..kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, IMPACT_SPEED, STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from ..kit.work_precision import footnote, work_precision
 
 BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}

@@ -16,11 +16,12 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Clearance, Drive, Guide, Link, Mechanism, Ramp, Rigid, Section, laws
 from buckler.mbs.laws import Hertz, Impact, KelvinVoigt, NormalLaw, delivered
-from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
-from buckler.studies.kit.published import CONTACT_DAMPING, DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.bars import InPython
+
+from ..kit.parameters import StudyParameters, choices, quantities, quantity
+from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from ..rattling.bars import InPython
 
 HYSTERESIS = (
     "HuntCrossley", "LankaraniNikravesh", "HerbertMcWhannell", "LeeWang", "Gonthier",

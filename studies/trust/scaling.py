@@ -30,13 +30,14 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Impact
 from buckler.mbs.record.lookup import hermite
-from buckler.studies.kit import statistics
-from buckler.studies.kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
-from buckler.studies.kit.published import GRAVITY
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import footnote
-from buckler.studies.trust import plain
+
+from ..kit import statistics
+from ..kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
+from ..kit.published import GRAVITY
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure, subplots
+from ..kit.work_precision import footnote
+from . import plain
 
 SIDE = 0.1
 """Length of a link, m."""

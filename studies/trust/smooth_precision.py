@@ -18,13 +18,14 @@ import numpy as np
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Result, Section, Spectral, simulate, slider_crank
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
-from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.parameters import StudyParameters, counts, integer, quantities, quantity
-from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure
-from buckler.studies.kit.work_precision import Point, Runs, Series
-from buckler.studies.trust import plain
+
+from ..kit import work_precision as precision
+from ..kit.parameters import StudyParameters, counts, integer, quantities, quantity
+from ..kit.published import STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure
+from ..kit.work_precision import Point, Runs, Series
+from . import plain
 
 DEFLECTION = "coupler.deflection"
 TIMES = 401

@@ -27,11 +27,12 @@ from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.lookup import cubic
 from buckler.mbs.solvers import Spectral
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, footnote, work_precision
-from buckler.studies.trust.smooth_precision import DEFLECTION, TIMES, DeflectionRun, deflection, plain_deflection
+
+from ..kit.parameters import StudyParameters, choices, integer, quantity
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure, subplots
+from ..kit.work_precision import Point, footnote, work_precision
+from .smooth_precision import DEFLECTION, TIMES, DeflectionRun, deflection, plain_deflection
 
 MASS, STIFFNESS = 0.3, 1e5
 """Of the slider, kg; of the stop, N/m, which is damped critically."""

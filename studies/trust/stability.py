@@ -20,13 +20,14 @@ from buckler import mbs
 from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import frequencies, path
 from buckler.mbs.statics.answer import Path
-from buckler.studies.kit.parameters import StudyParameters, choices
-from buckler.studies.kit.published import GRAVITY
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure
-from buckler.studies.trust import columns, frames, known
-from buckler.studies.trust.columns import LENGTH, STRIP, THIN, ZIEGLER
-from buckler.studies.trust.frames import Frame
+
+from ..kit.parameters import StudyParameters, choices
+from ..kit.published import GRAVITY
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import Figure
+from . import columns, frames, known
+from .columns import LENGTH, STRIP, THIN, ZIEGLER
+from .frames import Frame
 
 
 class Found(NamedTuple):
