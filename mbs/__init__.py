@@ -89,6 +89,5 @@ offer({
     "to_xarray": "buckler.mbs.view.tables:to_xarray",
     "write_csv": "buckler.mbs.view.tables:write_csv",
     "write_parquet": "buckler.mbs.view.tables:write_parquet",
-    "exudyn_script": "buckler.mbs.engine.script:exudyn_script",
     "planar_model": "buckler.mbs.modal.bar:planar_model",
 })  # fmt: skip

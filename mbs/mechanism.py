@@ -269,32 +269,6 @@ class Mechanism(Parts):
         """
         return offered("plot_mechanism")(self, axes, names)
 
-    def write_exudyn_script(self, path: str | Path, duration: float, steps: int | None = None) -> Path:
-        """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
-
-        The script writes the places of all points into a CSV file beside it. Its numbers are those of
-        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`.
-
-        Parameters
-        ----------
-        path : str or Path
-        duration : float
-            s, positive.
-        steps : int, optional
-            Equal steps of the run; by default 400 a turn of the drive, 200 at least.
-
-        Raises
-        ------
-        ValueError
-            If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
-            springs with laws. It names them.
-        """
-        path = Path(path)
-        text = offered("exudyn_script")(self, duration, steps, f"{path.stem}.csv")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-        return path
-
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
         return offered("mechanism_html")(self)

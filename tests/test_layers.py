@@ -119,7 +119,8 @@ def test_imports_inside_a_package_are_relative():
     for package in ("elastica", "mbs", "studies"):
         for path in sources(package):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                absolute = isinstance(node, ast.ImportFrom) and not node.level and str(node.module).startswith(f"buckler.{package}")
+                absolute = isinstance(node, ast.ImportFrom) and not node.level
+                absolute = absolute and str(node.module).startswith(f"buckler.{package}")
                 assert not absolute or path.name == "__main__.py", f"{path}:{node.lineno}"
 
 
