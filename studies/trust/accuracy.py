@@ -20,11 +20,11 @@ from buckler.mbs.accuracy.goal import Asked, worst
 from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 
+from ..kit.drawn import Drawn, drawn
 from ..kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from ..kit.style import COLOURS, Figure, subplots
 from .accuracy_truth import PATIENCE, SCENES, Truth, runner
-from .drawn import Drawn, drawn
 
 SILENT = 3.0
 """Delivered over asked error from which a result must say that it is not what was asked for."""

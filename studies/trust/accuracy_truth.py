@@ -21,7 +21,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Exudyn, Spectral
 
-from .drawn import EVERYTHING, Drawn
+from ..kit.drawn import EVERYTHING, Drawn
 
 SAMPLES = 2001
 """Times at which motions known otherwise are compared."""

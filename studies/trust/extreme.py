@@ -14,11 +14,11 @@ from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER
 
+from ..kit.drawn import FAMILIES as DRAWN
 from ..kit.parameters import StudyParameters, choice, integer, quantity
 from ..kit.published import STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult
 from . import extremes_listed
-from .drawn import FAMILIES as DRAWN
 from .extremes_case import VERDICTS, Case, CaseOutcome, Finding, judge
 from .extremes_truth import drawn_case, listed_case
 

@@ -14,9 +14,9 @@ from buckler.mbs import laws
 from buckler.mbs.elements.element import Body
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 
+from ..kit.drawn import pressed
+from ..kit.drawn_linkages import PLAYED
 from ..kit.published import STEEL, STRIP_WIDTH
-from .drawn import pressed
-from .drawn_linkages import PLAYED
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
 """Of the coupler, m; of the slider, kg; how much of a turn is run: until 200 degrees, contact began at 120."""

@@ -23,8 +23,8 @@ from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.signals import axial_period
 
+from ..kit.drawn import Drawn, drawn
 from ..kit.published import GRAVITY
-from .drawn import Drawn, drawn
 from .extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from .extremes_listed import Listed
 

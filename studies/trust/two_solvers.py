@@ -23,13 +23,13 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
 from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
 from buckler.mbs.spectral.run import once
 
+from ..kit.drawn import EVERYTHING, Drawn, drawn
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.published import STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from ..kit.style import Figure, subplots
 from . import benchmark_problems as problems
 from .accuracy_truth import runner
-from .drawn import EVERYTHING, Drawn, drawn
 
 BEYOND = 3.0
 """Difference over the sum of the estimates from which the two contradict each other."""

@@ -36,9 +36,9 @@ from buckler.mbs.functions import Table, own_functions
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.lookup import cubic
+from buckler.studies.kit.drawn import drawn
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust.accuracy_truth import SCENES
-from buckler.studies.trust.drawn import drawn
 from buckler.studies.trust.smooth_precision import Parameters as Smooth
 from buckler.studies.trust.smooth_precision import reference
 

@@ -10,8 +10,8 @@ from simulations import pendulum
 
 from buckler.mbs import Exudyn, Rigid, Section, Spectral, Status, crank_rocker, simulate
 from buckler.studies.kit import cli
+from buckler.studies.kit.drawn import drawn
 from buckler.studies.rattling import modes
-from buckler.studies.trust.drawn import drawn
 
 BAR = Rigid(Section(0.005, 0.020))
 HOURS = 1e5

@@ -17,7 +17,7 @@ from simulations import pendulum
 from buckler.mbs import Exudyn, Spectral, Status, simulate
 from buckler.mbs.functions import Components
 from buckler.mbs.modal import BarModes, FreeModes
-from buckler.studies.trust.drawn import FAMILIES, drawn
+from buckler.studies.kit.drawn import FAMILIES, drawn
 
 PATIENCE = 2.0
 """Longest time of a run, s; what is beyond it by more than as much again hangs."""

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("numba")
 
+from buckler.studies.kit.drawn import EVERYTHING, drawn
 from buckler.studies.trust import two_solvers
-from buckler.studies.trust.drawn import EVERYTHING, drawn
 from buckler.studies.trust.two_solvers import known
 
 EITHER = {"Strip": ("Beam", "Cable"), "Slider": ("Slider", "Slot")}

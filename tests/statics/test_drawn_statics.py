@@ -11,7 +11,7 @@ from buckler.mbs import Force, Motor, Torque, TorsionSpring, equilibrium
 from buckler.mbs.engine.build import build
 from buckler.mbs.spectral.basis import basis
 from buckler.mbs.statics.problem import places
-from buckler.studies.trust.drawn import Dice, drawn
+from buckler.studies.kit.drawn import Dice, drawn
 
 FAMILIES = (
     "any chain",

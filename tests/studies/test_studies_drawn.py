@@ -5,7 +5,7 @@ import pytest
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS, Body
 from buckler.mbs.mechanism import Mechanism
-from buckler.studies.trust.drawn import EVERYTHING, FAMILIES, drawn
+from buckler.studies.kit.drawn import EVERYTHING, FAMILIES, drawn
 
 
 def kinds(mechanism):

@@ -10,10 +10,10 @@ from drawing import drawn
 
 from buckler.elastica import pinned
 from buckler.mbs import Beam, Section, Status
+from buckler.studies.kit.drawn import Drawn
+from buckler.studies.kit.drawn import drawn as drawn_mechanism
 from buckler.studies.kit.report import to_json
 from buckler.studies.trust import extreme, extremes, extremes_truth
-from buckler.studies.trust.drawn import Drawn
-from buckler.studies.trust.drawn import drawn as drawn_mechanism
 from buckler.studies.trust.extremes_case import KINDS, VERDICTS, Case, CaseOutcome, Verdict, compare, judge
 from buckler.studies.trust.extremes_listed import loose, pressed
 

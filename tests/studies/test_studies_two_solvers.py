@@ -12,9 +12,9 @@ from buckler.mbs import Exudyn, Mechanism, Rigid
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.spectral import registry
+from buckler.studies.kit.drawn import Drawn
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust import two_solvers
-from buckler.studies.trust.drawn import Drawn
 from buckler.studies.trust.two_solvers import READY, Parameters, compare, figure, known, pairs, run
 
 with (Path(__file__).parent / "told_too_little.json").open() as file:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Mechanism, Spectral, simulate
-from buckler.studies.trust.drawn import Drawn
+from buckler.studies.kit.drawn import Drawn
 from buckler.studies.trust.extremes_case import Verdict, judge
 from buckler.studies.trust.extremes_listed import loose, played
 from buckler.studies.trust.extremes_truth import _reference, case_of, listed_case

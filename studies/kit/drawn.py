@@ -22,9 +22,9 @@ from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
 
-from ..kit.published import GRAVITY, STRIP_WIDTH
 from . import drawn_linkages as parts
 from .drawn_linkages import Dice, Made
+from .published import GRAVITY, STRIP_WIDTH
 
 
 class Drawn(NamedTuple):

@@ -1,4 +1,4 @@
-"""Mechanisms drawn at random: the dice, the parts, and linkages made of them; see `buckler.studies.trust.drawn`."""
+"""Mechanisms drawn at random: the dice, the parts, and linkages made of them; see `buckler.studies.kit.drawn`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
 
-from ..kit.published import GRAVITY, STRIP_WIDTH
+from .published import GRAVITY, STRIP_WIDTH
 
 WEIGHT = (0.0, -GRAVITY)
 PLAYED = 0.01
