@@ -3,7 +3,6 @@
 import subprocess
 import sys
 import sysconfig
-import tomllib
 import venv
 from pathlib import Path
 
@@ -34,11 +33,9 @@ mechanism.loads[0].strength_of_nothing
 
 def environment(folder):
     """An environment with Buckler as an editable install leaves it, a path, and with the libraries of this one."""
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        (place,) = tomllib.load(file)["tool"]["setuptools"]["package-dir"].values()
     venv.create(folder)
     site = Path(sysconfig.get_path("purelib", vars={"base": str(folder)}))
-    site.joinpath("buckler.pth").write_text(f"{ROOT / place}\n{sysconfig.get_path('purelib')}\n")
+    site.joinpath("buckler.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n")
     return folder / "bin" / "python"
 
 
