@@ -30,7 +30,6 @@ INSTEAD: Mapping[tuple[str, str], str] = {
     ("design", "friction"): "`friction_force`",
     ("impact-map", "imperfection"): "`bows`",
     ("impact-map", "mass"): "`masses`",
-    ("uncertainty", "friction"): "`guide_friction`",
     ("clearance-precision", "pin"): "5 mm",
     ("clearance-precision", "in_plane_depth"): "20 mm",
     **{

@@ -11,10 +11,9 @@ from buckler.mbs.view.report import page
 SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "docs" / "gallery").glob("*.py"))
 
 
-def test_there_are_eleven_and_the_site_shows_them():
+def test_the_site_shows_every_script():
     order = re.search(r"^ORDER = \((.*?)^\)", (SCRIPTS[0].parents[1] / "pages.py").read_text(), re.MULTILINE | re.DOTALL)[1]
     assert sorted(re.findall(r'"(\w+)"', order)) == [script.stem for script in SCRIPTS]
-    assert len(SCRIPTS) == 11
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
