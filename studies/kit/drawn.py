@@ -1,9 +1,8 @@
-"""Mechanisms drawn at random: one grammar for studies and tests.
+"""Grammar of random mechanisms for studies and tests.
 
-    name, mechanism, duration = drawn(seed=1, k=7, families=("kinks", "any chain"))
+    name, mechanism, duration = draw(seed=1, k=7, families=("kinks", "any chain"))
 
-A family is a skeleton (linkage, chain, block, strip, ...) and what may be put on it: bodies, drives, clearances, stops,
-springs, loads. What is drawn can be compared, and written to a file.
+A family is a skeleton (linkage, chain, block, strip) with optional bodies, drives, clearances, stops, springs and loads.
 """
 
 from __future__ import annotations
@@ -27,49 +26,40 @@ from .drawn_linkages import Dice, Made
 from .published import GRAVITY, STRIP_WIDTH
 
 
-class Drawn(NamedTuple):
-    """A mechanism, what it is called, and how long it runs, s."""
+class Draw(NamedTuple):
+    """Mechanism with its name and the duration of its run [s]."""
 
     name: str
     mechanism: mbs.Mechanism
     duration: float
 
 
-def drawn(seed: int, k: int, families: Sequence[str] = ()) -> Drawn:
-    """The k-th random mechanism of a seed; families take turns, all of them where none is named."""
+def draw(seed: int, k: int, families: Sequence[str] = ()) -> Draw:
+    """Draw the k-th mechanism of a seed; families take turns, all of them where none is given."""
     names = families or tuple(FAMILIES)
     family = names[k % len(names)]
-    return Drawn(f"{family} {seed}.{k}", *FAMILIES[family](Dice(seed, list(FAMILIES).index(family), k)))
+    return Draw(f"{family} {seed}.{k}", *FAMILIES[family](Dice(seed, list(FAMILIES).index(family), k)))
 
 
 # --- chains and blocks -----------------------------------------------------------------------------------------------------
 
 
 def _free(d: Dice) -> Made:
-    """A pendulum let go, for three to a hundred periods."""
+    """Draw a pendulum released for three to a hundred periods."""
     angle, length = d.uniform(0.05, 2.8), d.uniform(0.2, 0.6)
-    return mbs.Mechanism(
-        {"O": (0, 0), "A": parts.place(length * parts.ray(angle - pi / 2))},
-        [mbs.Link("bar", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.01)))],
-        [mbs.Revolute("O", "ground", "bar")],
-        gravity=parts.WEIGHT,
-    ), d.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
+    points, bar = {"O": (0, 0), "A": parts.place(length * parts.ray(angle - pi / 2))}, mbs.Rigid(mbs.Section(0.02, 0.01))
+    made = mbs.Mechanism(points, [mbs.Link("bar", "O", "A", bar)], parts.revolutes("O ground bar"), gravity=parts.WEIGHT)
+    return made, d.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
 
 
 def _chain(d: Dice) -> Made:
-    """A chain of one to three pendulums with loads, masses and springs of any kind, let go."""
+    """Draw a released chain of one to three pendulums with loads, masses and springs."""
     count = int(d.integers(1, 4))
     names, lengths, turns = [f"bar{k}" for k in range(count)], d.uniform(0.1, 0.5, count), d.uniform(-pi, pi, count)
     ends = np.concatenate([[0j], np.cumsum(lengths * np.exp(1j * turns))])
-    points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)}
-    points |= {
-        "Q": tuple(d.uniform(0.5, 1.0, 2).tolist()),
-        "R": parts.place(ends[-1] + d.uniform(-0.1, 0.1) * 1j * parts.ray(turns[-1])),
-    }
-    last = names[-1]
-    wound = mbs.TorsionSpring(
-        "ground", "bar0", stiffness=d.uniform(0.1, 1), damping=d.uniform(0, 0.01), free_angle=d.uniform(-1, 1)
-    )
+    points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)} | {"Q": tuple(d.uniform(0.5, 1.0, 2).tolist())}
+    points["R"] = parts.place(ends[-1] + d.uniform(-0.1, 0.1) * 1j * parts.ray(turns[-1]))
+    last, wound = names[-1], mbs.TorsionSpring("ground", "bar0", d.uniform(0.1, 1), d.uniform(0, 0.01), d.uniform(-1, 1))
     loads = d.some(
         mbs.Force("R", (d.uniform(-1, 1), d.uniform(-1, 1)), follows=d.one(last, None)),
         mbs.Spring("R", "ground:Q", stiffness=d.uniform(5, 100), damping=d.uniform(0, 0.5), free_length=d.uniform(0.1, 0.5)),
@@ -77,10 +67,7 @@ def _chain(d: Dice) -> Made:
     )
     return mbs.Mechanism(
         points,
-        [
-            mbs.Link(name, f"P{k}", f"P{k + 1}", parts.solid(d, lengths[k]), carries=("R",) if name == last else ())
-            for k, name in enumerate(names)
-        ],
+        [mbs.Link(x, f"P{k}", f"P{k + 1}", parts.solid(d, lengths[k]), ("R",) * (x == last)) for k, x in enumerate(names)],
         [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
         loads=[wound, *loads],
         masses=d.some(mbs.Mass("R", d.uniform(0.05, 0.5), d.uniform(0, 1e-4)), share=0.5),
@@ -90,17 +77,13 @@ def _chain(d: Dice) -> Made:
 
 
 def _block(d: Dice, **more: Any) -> mbs.Mechanism:
-    """A block on a line."""
-    return mbs.Mechanism(
-        {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)},
-        [mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))],
-        guides=[mbs.Guide("A", "bar", mass=d.uniform(0.1, 1)), mbs.Guide("B", "bar")],
-        **more,
-    )
+    """Make a block that slides along x."""
+    points, bar = {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)}, mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))
+    return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=d.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 
 
 def _grazing(d: Dice) -> Made:
-    """A rigid slider that just reaches its stops, or a block thrown to and fro between two."""
+    """Draw a rigid slider that only just reaches its stops, or a block that moves to and fro between two."""
     law = parts.impact(d)
     if d.chance():
         made, duration = parts.turning(d, ("slider-crank",), ("rigid",))
@@ -112,7 +95,7 @@ def _grazing(d: Dice) -> Made:
 
 
 def _bouncing(d: Dice) -> Made:
-    """A block on a spring, thrown against a stop that it meets once or many times."""
+    """Draw a block on a spring that strikes a stop once or many times."""
     stiffness, away = d.log(20, 2000), d.uniform(0.02, 0.08)
     spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=d.uniform(0, 0.5), free_length=0.3 + away)
     made = _block(d, loads=[spring], stops=[mbs.Stop("A", d.uniform(0.05, 1.9) * away, parts.impact(d))])
@@ -123,24 +106,20 @@ def _bouncing(d: Dice) -> Made:
 
 
 def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:
-    """A link in line with the guide of its near end, its far end on a pin."""
-    return mbs.Mechanism(
-        {"A": (0, 0), "B": (length, 0)},
-        [mbs.Link("strip", "A", "B", body)],
-        [mbs.Revolute("B", "ground", "strip")],
-        guides=[mbs.Guide("A", "strip", mass=mass)],
-        **more,
-    )
+    """Make a pinned column: its near end slides along its axis."""
+    links, guides = [mbs.Link("strip", "A", "B", body)], [mbs.Guide("A", "strip", mass=mass)]
+    return mbs.Mechanism({"A": (0, 0), "B": (length, 0)}, links, parts.revolutes("B ground strip"), guides, **more)
 
 
 def pressed(body: Body, share: float, duration: float) -> mbs.Mechanism:
-    """A strip in line with its guide; the near end travels as t^3 to a share of the length."""
-    rate = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
-    return _column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", rate)])
+    """Make a column whose near end travels as t^3 to a share of its length."""
+    return _column(
+        PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2"))]
+    )
 
 
 def _pressed(d: Dice) -> Made:
-    """A strip, or a modal link, in line with its guide and pressed slowly far beyond its critical load."""
+    """Draw a strip or modal link compressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, d.log(2e-4, 6e-4)).damped(0.5, length)
     bow = d.one(0.0, 1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
@@ -150,7 +129,7 @@ def _pressed(d: Dice) -> Made:
 
 
 def _critical(d: Dice) -> Made:
-    """A bowed strip near its critical load, laid on slowly or suddenly."""
+    """Draw a bowed column under a load near the critical one, applied slowly or suddenly."""
     length = d.uniform(0.2, 0.4)
     body = parts.strip(d, length, 3e-4, 1.5e-3, bow=d.log(1e-4, 1e-2) * length)
     load = d.uniform(0.4, 0.99) * body.section.euler_load(length)
@@ -160,7 +139,7 @@ def _critical(d: Dice) -> Made:
 
 
 def _cantilever(d: Dice) -> Made:
-    """A clamped strip with a rigid arm welded or pinned to its tip, loaded there and, if it is a beam, along itself, heavy."""
+    """Draw a cantilever with a rigid arm at its tip, under a tip force, gravity and, if it is a beam, a line load."""
     length = d.uniform(0.2, 0.4)
     made = mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": parts.place(length + d.uniform(0.05, 0.15) * parts.ray(d.uniform(-pi / 2, pi / 2)))},
@@ -177,7 +156,7 @@ def _cantilever(d: Dice) -> Made:
 
 
 def _landing(d: Dice) -> Made:
-    """A pendulum, rigid or a clamped strip, let go or bent by a force, that lands with a point on a stop of the ground."""
+    """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = d.uniform(0.2, 0.4)
     strip = mbs.Link("bar", "O", "A", parts.strip(d, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld("O", "ground", "bar")
     rigid = mbs.Link("bar", "O", "A", parts.bar(d), carries=("M",)), mbs.Revolute("O", "ground", "bar")
@@ -190,7 +169,7 @@ def _landing(d: Dice) -> Made:
 
 
 def _spinning(d: Dice) -> Made:
-    """A soft bowed link on a pin, a strip or one of modes, that starts with a spin; an arm welded to its tip is pushed; heavy."""
+    """Draw a flexible link that starts with a spin, its welded arm under a force that follows it."""
     length, turn, spin = d.uniform(0.3, 0.5), d.uniform(-pi, pi), d.one(-1, 1) * d.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, d.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
     body = d.one(parts.strip(d, length, 1.5e-3, bow=d.uniform(0.01, 0.02)), soft)
@@ -210,21 +189,17 @@ def _spinning(d: Dice) -> Made:
 
 
 def _coupled(d: Dice) -> Made:
-    """Two wheels on fixed axles, geared or belted, stiffly or not: a torque on one lifts a weight by a rack, eased by another."""
+    """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
     apart, size, hang = d.uniform(0.1, 0.2), d.uniform(0.03, 0.05), d.uniform(0.2, 0.4)
     near, far = apart + size, apart + 2 * size
     points = {"A": (0, 0), "a": (0.02, 0), "B": (apart, 0), "b": (apart + 0.02, 0), "P": (near, 0.1), "Q": (far, 0.1)}
     points |= {"C": (near, -hang), "c": (near, -hang - 0.1), "D": (far, -hang), "d": (far, -hang - 0.1)}
     wheels = [("one", "A", d.log(1e-4, 1e-3)), ("two", "B", d.log(1e-4, 1e-3))]
-    links = [
-        mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=d.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)))
-        for name, at, inertia in wheels
-    ]
+    discs = [mbs.Rigid.of(mass=d.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)) for _, _, inertia in wheels]
+    links = [mbs.Link(name, at, at.lower(), disc) for (name, at, _), disc in zip(wheels, discs, strict=True)]
     weights = [("weight", "C", d.uniform(0.1, 0.5)), ("counter", "D", d.uniform(0.3, 0.6))]
     links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
-    joints = [mbs.Revolute(at, "ground", name) for name, at, _ in wheels] + [
-        mbs.Slider(at, name, "ground", (0, 1)) for name, at, _ in weights
-    ]
+    joints = [*parts.revolutes("A ground one", "B ground two"), *(mbs.Slider(at, x, "ground", (0, 1)) for x, at, _ in weights)]
     belt = mbs.Belt("one:A", "two:B", size, d.uniform(0.5, 1.5) * size, crossed=d.one(True, False))
     soft = replace(belt, stiffness=d.log(1e3, 1e5), damping=d.uniform(0, 2))
     pair = d.one(mbs.Gear("one:A", "two:B", d.one(-1, 1) * d.uniform(0.6, 0.9)), belt, soft)
@@ -264,9 +239,8 @@ FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "smooth": partial(parts.turning, kinds=SLIDER, bodies=("strip",), most=0.3),
     "ramp": partial(parts.turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
     "rigid": partial(parts.turning, kinds=SLIDER, bodies=("rigid",)),
-    "rigid clearance": partial(parts.rattling, bodies=("rigid",), joints="OABC"),
-    "modal clearance": partial(parts.rattling, bodies=("modal",), joints="OABC"),
-    "beam clearance": partial(parts.rattling, bodies=("beam",), joints="OABC"),
+    **{f"{name} clearance": partial(parts.rattling, bodies=(name,), joints="OABC") for name in ("rigid", "modal", "beam")},
 }
-"""What is drawn, by family. Those called `any` are the whole grammar: every element, joint and law that both solvers take."""
+"""Generator of each family. Those called `any` cover every element, joint and law that both solvers take."""
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
+"""Families of the whole grammar."""

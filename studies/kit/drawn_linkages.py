@@ -1,4 +1,4 @@
-"""Mechanisms drawn at random: the dice, the parts, and linkages made of them; see `buckler.studies.kit.drawn`."""
+"""Parts of random mechanisms, and linkages made of them; see `buckler.studies.kit.drawn`."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from buckler.mbs.modal import BarModes
 from .published import GRAVITY, STRIP_WIDTH
 
 WEIGHT = (0.0, -GRAVITY)
-PLAYED = 0.01
-"""Longest time of a run with clearance, s: its motion is one trajectory for so long, a twentieth of a turn at 300 r/min."""
+PREDICTABLE = 0.01
+"""Longest run of a linkage with clearance [s]: a twentieth of a turn at 300 r/min, before motions of nearby clearances part."""
 Made = tuple[mbs.Mechanism, float]
 
 
 class Dice(np.random.Generator):
-    """A generator of random numbers with the draws a grammar needs."""
+    """Generator of random numbers with the draws of a grammar."""
 
     def __init__(self, *seed: int) -> None:
         super().__init__(np.random.PCG64(seed))
 
     def log(self, low: float, high: float) -> float:
-        """A number, its logarithm uniform."""
+        """Draw a number whose logarithm is uniform."""
         return float(np.exp(self.uniform(np.log(low), np.log(high))))
 
     def chance(self, share: float = 0.5) -> bool:
-        """True for a share of all draws."""
+        """Return True for a share of all draws."""
         return bool(self.random() < share)
 
     def one(self, *options: object) -> Any:
-        """One of them, alike."""
+        """Choose one option, all equally likely."""
         return options[int(self.integers(len(options)))]
 
     def some(self, *options: object, share: float = 0.6) -> list[Any]:
-        """Each for a share of all draws."""
+        """Keep each option for a share of all draws."""
         return [option for option in options if self.chance(share)]
 
 
@@ -51,7 +51,7 @@ class Dice(np.random.Generator):
 
 
 def strip(d: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
-    """A damped strip of elements that are named, or left to the run."""
+    """Draw a damped strip, its number of elements given or left to the solver."""
     section = mbs.Section(STRIP_WIDTH, d.log(thin, thick)).damped(d.log(3e-3, 0.1), length)
     kind, fewest, most = d.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
     made: mbs.Beam | mbs.Cable = kind(section, elements=int(d.integers(fewest, most)) if d.chance() else None, imperfection=bow)
@@ -59,18 +59,18 @@ def strip(d: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: 
 
 
 def bar(d: Dice) -> mbs.Rigid:
-    """A plain bar."""
+    """Draw a rigid bar."""
     return mbs.Rigid(mbs.Section(d.uniform(0.01, 0.03), d.uniform(3e-3, 1e-2)))
 
 
 def solid(d: Dice, length: float) -> mbs.Rigid:
-    """A bar, or a body with its centre of mass aside."""
+    """Draw a bar, or a rigid body whose centre of mass is off its axis."""
     mass, centre = d.uniform(0.05, 0.5), (d.uniform(0.2, 0.8) * length, d.uniform(-0.3, 0.3) * length)
     return d.one(bar(d), mbs.Rigid.of(mass=mass, inertia=d.uniform(0.05, 0.1) * mass * length**2, centre=centre))
 
 
 def modal(d: Dice) -> mbs.Modal:
-    """A bar of modes."""
+    """Draw a bar described by vibration modes."""
     return mbs.Modal(mbs.Section(d.uniform(5e-3, 2e-2), d.uniform(4e-3, 2e-2)), BarModes(2, 1), d.uniform(0.01, 0.05))
 
 
@@ -84,7 +84,7 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
 
 
 def speed_of(d: Dice, kind: str, fast: float, duration: float) -> Any:
-    """Speed of a crank over time, rad/s."""
+    """Draw the speed of a crank [rad/s]: constant, ramp, table or oscillation."""
     if kind == "constant":
         return fast
     if kind == "ramp":
@@ -97,36 +97,38 @@ def speed_of(d: Dice, kind: str, fast: float, duration: float) -> Any:
 
 
 def impact(d: Dice) -> Any:
-    """Law of a stop."""
+    """Draw the contact law of a stop."""
     stiffness = d.log(1e4, 1e6)
     soft = laws.KelvinVoigt(stiffness, d.uniform(0.05, 1.0) * sqrt(stiffness))
-    return d.one(
-        laws.CarvalhoMartins(stiffness, d.uniform(0.2, 0.95), exponent=d.one(1.0, 1.5)), soft, laws.HuntCrossley(stiffness, 0.3)
-    )
+    hard = laws.CarvalhoMartins(stiffness, d.uniform(0.2, 0.95), exponent=d.one(1.0, 1.5))
+    return d.one(hard, soft, laws.HuntCrossley(stiffness, 0.3))
 
 
 def joints_of(d: Dice) -> Callable[[str, str, str], mbs.Clearance]:
-    """Joints with clearance of one law and friction."""
+    """Draw a gap, a contact law and a friction law, for all joints with clearance of a mechanism."""
     gap, stiffness, rough = d.log(2e-5, 1e-3), 10 ** d.uniform(7.5, 10.4), d.uniform(0.05, 0.3)
-    law = d.one(
-        laws.Impact(stiffness, d.uniform(100, 2e3), 1e-5), laws.Hertz(stiffness), laws.Flores(stiffness, d.uniform(0.3, 0.9)),
-        laws.KelvinVoigt(1e7, d.uniform(0, 500)),
-    )  # fmt: skip
+    damped, lossy = laws.Impact(stiffness, d.uniform(100, 2e3), 1e-5), laws.Flores(stiffness, d.uniform(0.3, 0.9))
+    law = d.one(damped, laws.Hertz(stiffness), lossy, laws.KelvinVoigt(1e7, d.uniform(0, 500)))
+    pair = 1.5 * rough, rough
     friction = d.one(
-        laws.NoFriction(), laws.Coulomb(rough, 0.01), laws.AdamsFriction(1.5 * rough, rough, 0.1, 1.0),
-        laws.AdamsFriction(1.5 * rough, rough), laws.Ambrosio(rough, 0.01, 0.1), laws.Threlfall(rough, 0.1),
-        laws.Stribeck(1.5 * rough, rough, 0.1), laws.LuGre(1.5 * rough, rough, 0.1),
+        laws.NoFriction(), laws.Coulomb(rough, 0.01), laws.AdamsFriction(*pair, 0.1, 1.0), laws.AdamsFriction(*pair),
+        laws.Ambrosio(rough, 0.01, 0.1), laws.Threlfall(rough, 0.1), laws.Stribeck(*pair, 0.1), laws.LuGre(*pair, 0.1),
     )  # fmt: skip
     return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
 
+def revolutes(*places: str) -> list[mbs.Revolute]:
+    """Make ideal joints of 'point first second'."""
+    return [mbs.Revolute(*each.split()) for each in places]
+
+
 def place(z: complex) -> tuple[float, float]:
-    """Of a complex number."""
+    """Return the coordinates of a complex number."""
     return z.real, z.imag
 
 
 def ray(angle: float) -> complex:
-    """Unit vector at an angle, rad."""
+    """Return the unit vector at an angle [rad]."""
     return complex(cos(angle), sin(angle))
 
 
@@ -137,7 +139,7 @@ def turning(
     d: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), most: float = 0.5,
 ) -> Made:  # fmt: skip
-    """A slider-crank or four-bar without stops; a slider's inertia takes up to `most` of the load at which a strip buckles."""
+    """Draw a slider-crank or four-bar without stops; the slider's inertia stays below the share `most` of the buckling load."""
     motion, fast = d.one(*motions), d.log(2, 30)
     if d.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * d.uniform(0.95, 1.05) for side in CrankRocker()))
@@ -153,7 +155,7 @@ def turning(
 
 
 def striking(d: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
-    """The slider-crank on its stop, its coupler so thin that it buckles; a share of guides rubs. It ends pressed, or released."""
+    """Draw a slider-crank that strikes a stop and whose thin coupler buckles; a share of the guides has friction."""
     fast, length = d.log(1, 15), PAPER.coupler
     bowed = strip(d, length, 2e-4, 8e-4, bow=d.one(-1, 1) * d.log(1e-4, 1e-2) * length)
     body = bowed if d.one(*bodies) == "strip" else mbs.Strut(mbs.Section(STRIP_WIDTH, d.log(2e-4, 6e-4)))
@@ -164,21 +166,20 @@ def striking(d: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
 
 
 def rattling(d: Dice, bodies: Sequence[str], joints: str = "") -> Made:
-    """A crank-rocker with clearance in the joints named, or in one to all."""
+    """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
     fast, some = d.log(5, 60), joints or "".join(d.some(*"OABC")) or "B"
-    made = crank_rocker(
-        BODIES[d.one(*bodies)](d, CrankRocker().rocker), speed=fast, play=joints_of(d), with_play=some, angle=d.uniform(-pi, pi)
-    )
-    return replace(made, gravity=d.one(WEIGHT, (0.0, 0.0))), PLAYED * d.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)
+    rocker, play = BODIES[d.one(*bodies)](d, CrankRocker().rocker), joints_of(d)
+    made = crank_rocker(rocker, speed=fast, play=play, with_play=some, angle=d.uniform(-pi, pi))
+    return replace(made, gravity=d.one(WEIGHT, (0.0, 0.0))), PREDICTABLE * d.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)
 
 
 def strut(d: Dice) -> Made:
-    """A strut in a slider-crank or four-bar."""
+    """Draw a slider-crank or four-bar with a strut."""
     return striking(d, ("strut",)) if d.chance() else turning(d, bodies=("strut",), motions=("constant", "ramp"))
 
 
 def mixed(d: Dice) -> Made:
-    """Two flexible links, or clearance beside a flexible link or a stop."""
+    """Draw a four-bar with two flexible links, or a linkage with clearance and a flexible link or a stop."""
     kind = d.integers(3)
     if kind == 0:
         made, duration = turning(d, ("four-bar",), ("strip",))
@@ -188,11 +189,11 @@ def mixed(d: Dice) -> Made:
         return rattling(d, ("strip", "beam"))
     near, play = PAPER.crank - PAPER.coupler - d.uniform(5e-4, 3e-3), joints_of(d)
     made = slider_crank(mbs.Rigid(BAR), law=impact(d), mass=0.3, speed=d.uniform(20, 60), stop=near)
-    return replace(made, joints=[made.joints[0], play("A", "crank", "coupler")]), PLAYED
+    return replace(made, joints=[made.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 
 
 def rubbing(d: Dice) -> Made:
-    """A slider-crank of rigid links, driven or let go, whose guide rubs, by its own reaction or as given."""
+    """Draw a rigid slider-crank, driven or released, with friction in its guide by the reaction or of given size."""
     fast = d.uniform(5, 20)
     made = slider_crank(bar(d), law=None, mass=d.uniform(0.1, 0.5), speed=fast)
     guide = replace(made.guides[0], friction=d.one(laws.Coulomb(d.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
@@ -202,13 +203,13 @@ def rubbing(d: Dice) -> Made:
 
 
 def guided(d: Dice) -> Made:
-    """A driven bar with a block on a line, or a falling one with a block on an inclined line, pulled by a spring."""
+    """Draw a rigid slider-crank with a spring: driven on a level line, or falling on an inclined one."""
     length, turn, driven = d.uniform(0.2, 0.5), d.uniform(0.3, 1.2), d.chance()
     along = (1.0, 0.0) if driven else place(ray(d.uniform(-0.6, 0.6)))
     return mbs.Mechanism(
         {"A": (0.0, 0.0), "B": place(length * ray(turn)), "C": (2 * length, 0.0)},
         [mbs.Link("crank", "A", "B", bar(d)), mbs.Link("rod", "B", "C", bar(d))],
-        [mbs.Revolute("A", "ground", "crank"), mbs.Revolute("B", "crank", "rod")],
+        revolutes("A ground crank", "B crank rod"),
         guides=[mbs.Guide("C", "rod", along=along, mass=d.uniform(0.1, 0.5))],
         loads=[mbs.Spring("C", "ground:A", stiffness=d.uniform(10, 200), damping=d.uniform(0, 1))],
         drives=[mbs.Drive("crank", d.uniform(2, 10))] if driven else [],
@@ -217,7 +218,7 @@ def guided(d: Dice) -> Made:
 
 
 def sliding(d: Dice) -> Made:
-    """A swinging bar in whose slot or along which a block on a bar slides, pulled by springs, turned by a motor or a torque."""
+    """Draw a swinging bar along which a second body slides, with springs and a motor or a torque."""
     length, turn = d.uniform(0.2, 0.4), d.uniform(-0.4, 0.4)
     end = length * ray(d.uniform(-1.0, 1.0))
     points = {"O": 0j, "A": end, "B": 0.6 * end, "C": 0.6 * end + 0.15 * ray(turn - pi / 2)}
@@ -230,31 +231,22 @@ def sliding(d: Dice) -> Made:
         d.one(motor, mbs.Torque("arm", d.uniform(-0.1, 0.1))),
     )
     pull = mbs.Spring("B", "ground:O", stiffness=d.uniform(100, 500), damping=d.uniform(0, 2), free_length=0.6 * length)
-    return mbs.Mechanism(
-        {name: place(z) for name, z in points.items()},
-        [mbs.Link("arm", "O", "A", bar(d)), mbs.Link("bob", "B", "C", bar(d))],
-        [mbs.Revolute("O", "ground", "arm"), joint],
-        loads=[pull, *loads],
-        masses=d.some(mbs.Mass("C", d.uniform(0.02, 0.2), d.uniform(0, 1e-5)), share=0.5),
-        gravity=WEIGHT,
-    ), d.uniform(0.1, 0.25)
+    links = [mbs.Link("arm", "O", "A", bar(d)), mbs.Link("bob", "B", "C", bar(d))]
+    masses = d.some(mbs.Mass("C", d.uniform(0.02, 0.2), d.uniform(0, 1e-5)), share=0.5)
+    joints, places = [mbs.Revolute("O", "ground", "arm"), joint], {name: place(z) for name, z in points.items()}
+    return mbs.Mechanism(places, links, joints, loads=[pull, *loads], masses=masses, gravity=WEIGHT), d.uniform(0.1, 0.25)
 
 
 def two_drives(d: Dice) -> Made:
-    """A five-bar turned by two drives, one of them swinging; one of its links may be of modes."""
+    """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
     low, fast = d.uniform(0.08, 0.12), d.uniform(3, 12)
     duration = d.uniform(0.4, 1.0) / fast
     left = speed_of(d, d.one("constant", "ramp", "table"), fast, duration)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + d.uniform(0.15, 0.2))},
-        [
-            mbs.Link("left", "O", "A", bar(d)), mbs.Link("right", "P", "D", bar(d)),
-            mbs.Link("one", "A", "B", d.one(bar(d), modal(d))), mbs.Link("two", "D", "B", bar(d)),
-        ],
-        [
-            mbs.Revolute("O", "ground", "left"), mbs.Revolute("P", "ground", "right"), mbs.Revolute("A", "left", "one"),
-            mbs.Revolute("D", "right", "two"), mbs.Revolute("B", "one", "two"),
-        ],
+        [mbs.Link("left", *"OA", bar(d)), mbs.Link("right", *"PD", bar(d)), mbs.Link("one", *"AB", d.one(bar(d), modal(d))),
+         mbs.Link("two", *"DB", bar(d))],
+        revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),
         loads=d.some(mbs.Force("B", (d.uniform(-2, 2), d.uniform(-2, 2))), share=0.5),
         drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{d.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],
         gravity=WEIGHT,

@@ -20,7 +20,7 @@ from buckler.mbs.accuracy.goal import Asked, worst
 from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 
-from ..kit.drawn import Drawn, drawn
+from ..kit.drawn import Draw, draw
 from ..kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from ..kit.style import COLOURS, Figure, subplots
@@ -93,13 +93,13 @@ def _outcomes(p: Parameters, progress: Progress) -> Iterator[Delivered]:
     jobs = [(name, asked, k) for k in range(p.cases) for name in p.scenes for asked in p.accuracies]
     for name, asked, k in progress(jobs, label="mechanisms"):
         scene = SCENES[name]
-        made = drawn(p.seed, k, scene.families)
+        made = draw(p.seed, k, scene.families)
         truth = scene.right(made, asked, p.reference)
         if truth is not None:
             yield _judged(name, made, truth, asked, scene.of, p)
 
 
-def _judged(scene: str, made: Drawn, truth: Truth, asked: float, of: str, p: Parameters) -> Delivered:
+def _judged(scene: str, made: Draw, truth: Truth, asked: float, of: str, p: Parameters) -> Delivered:
     """Deliver a mechanism, and hold it against the truth."""
     goal, start, begun = Asked(asked, of), perf_counter(), process_time()
     ladder = ladder_of(made.mechanism, made.duration, asked, suited(made.mechanism))

@@ -21,7 +21,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Exudyn, Spectral
 
-from ..kit.drawn import EVERYTHING, Drawn
+from ..kit.drawn import EVERYTHING, Draw
 
 SAMPLES = 2001
 """Times at which motions known otherwise are compared."""
@@ -38,14 +38,14 @@ class Truth(NamedTuple):
     errors: Mapping[str, float]
 
 
-def closed_loop(made: Drawn, _asked: float, _solver: str) -> Truth:
+def closed_loop(made: Draw, _asked: float, _solver: str) -> Truth:
     """The place of a rigid slider-crank's slider."""
     mechanism, speed = made.mechanism, _constant(made)
     time = np.linspace(0.0, made.duration, SAMPLES)
     return _slider(time, SliderCrank(mechanism.length("crank"), mechanism.length("coupler")).slider(speed * time), made)
 
 
-def moving_slider(made: Drawn, _asked: float, _solver: str) -> Truth:
+def moving_slider(made: Draw, _asked: float, _solver: str) -> Truth:
     """The equation of motion of a slider on a strut, from one touch of its stop to the next."""
     (stop,), (guide,), body = made.mechanism.stops, made.mechanism.guides, made.mechanism.link("coupler").body
     crank, length, speed = made.mechanism.length("crank"), made.mechanism.length("coupler"), _constant(made)
@@ -77,19 +77,19 @@ def moving_slider(made: Drawn, _asked: float, _solver: str) -> Truth:
     return _slider(time, x, made)
 
 
-def _constant(made: Drawn) -> float:
+def _constant(made: Draw) -> float:
     """Speed of its crank, rad/s."""
     speed = made.mechanism.drives[0].speed
     assert isinstance(speed, float)
     return speed
 
 
-def _slider(time: Any, x: Any, made: Drawn) -> Truth:
+def _slider(time: Any, x: Any, made: Draw) -> Truth:
     size = max(made.mechanism.length(link.name) for link in made.mechanism.links)
     return Truth(Functions(time, {"B.x": Signal("B.x", x, "m", Kind.PLACE)}, size), {})
 
 
-def two_runs(made: Drawn, asked: float, solver: str) -> Truth | None:
+def two_runs(made: Draw, asked: float, solver: str) -> Truth | None:
     """A run far finer than what was asked for, its error by one finer still; None where either fails."""
     level, run = FINE * asked, runner(PATIENCE)
     ladder: Ladder = SpectralLadder(made.mechanism, made.duration, level, Spectral())
@@ -118,7 +118,7 @@ class Scene(NamedTuple):
 
     families: tuple[str, ...]
     of: str = PLACES
-    right: Callable[[Drawn, float, str], Truth | None] = two_runs
+    right: Callable[[Draw, float, str], Truth | None] = two_runs
 
 
 SCENES = {

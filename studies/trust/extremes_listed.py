@@ -15,7 +15,7 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 
 from ..kit.drawn import pressed
-from ..kit.drawn_linkages import PLAYED
+from ..kit.drawn_linkages import PREDICTABLE
 from ..kit.published import STEEL, STRIP_WIDTH
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
@@ -178,7 +178,7 @@ def loose(
 
 def played(name: str, share: float = 1.0, solver: mbs.Exudyn | None = None, kind: str = "", **given: Any) -> Listed:
     """Make a case with clearance; `share` scales the time run."""
-    duration = share * PLAYED * SPEED / given.get("speed", SPEED)
+    duration = share * PREDICTABLE * SPEED / given.get("speed", SPEED)
     return Listed(f"four-bar with clearance{kind}", name, partial(loose, **given), duration, solver)
 
 
@@ -267,7 +267,7 @@ def wrong() -> Iterator[Listed]:
     """What nothing can compute: it must be refused before the run."""
     for name, make in WRONG.items():
         made = partial(lambda make: (make(), loose())[1], make)
-        yield Listed("wrong input", name, made, PLAYED, possible=False)
+        yield Listed("wrong input", name, made, PREDICTABLE, possible=False)
     for name, duration in {"duration 0": 0.0, "duration negative": -1.0, "duration not a number": nan}.items():
         yield Listed("wrong input", name, loose, duration, possible=False)
 

@@ -23,7 +23,7 @@ from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.signals import axial_period
 
-from ..kit.drawn import Drawn, drawn
+from ..kit.drawn import Draw, draw
 from ..kit.published import GRAVITY
 from .extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from .extremes_listed import Listed
@@ -46,14 +46,14 @@ ACCURACIES = (None, None, None, 1e-2, 1e-3)
 
 def drawn_case(family: str, seed: int, number: int) -> Case:
     """The case of a family, of a seed, of a number."""
-    made = drawn(seed, number, (family,))
+    made = draw(seed, number, (family,))
     return case_of(family, made, ACCURACIES[int(np.random.default_rng([seed, number]).integers(len(ACCURACIES)))], priced=True)
 
 
 def listed_case(row: Listed) -> Case:
     """A row of the lists as a case."""
     try:
-        made = Drawn(row.name, row.mechanism(), row.duration)
+        made = Draw(row.name, row.mechanism(), row.duration)
     except ValueError as error:  # KinematicsError among them
         return Case(row.family, row.name, partial(_refuse, error))
     return case_of(row.family, made, None, row.solver, row.possible)
@@ -64,7 +64,7 @@ def _refuse(error: ValueError, _timeout: float) -> CaseOutcome:
 
 
 def case_of(
-    family: str, made: Drawn, asked: float | None, solver: Exudyn | None = None, possible: bool = True, priced: bool = False
+    family: str, made: Draw, asked: float | None, solver: Exudyn | None = None, possible: bool = True, priced: bool = False
 ) -> Case:
     """A mechanism as a case: with an accuracy asked for, a solver, or neither; its time may be measured against a plain run's."""
     name, mechanism, duration = made
@@ -96,7 +96,7 @@ def _scales(mechanism: Mechanism, asked: float | None) -> Iterator[tuple[str, fl
         yield "journal", min(joint.gap for joint in clearances(mechanism))
 
 
-def _read(made: Drawn, result: Result) -> Measures:
+def _read(made: Draw, result: Result) -> Measures:
     """What is compared of a result."""
     mechanism, duration = made.mechanism, made.duration
     if _pressed(mechanism):
@@ -153,7 +153,7 @@ def _push(result: Result) -> float:
     return float(np.mean((result.signals["drive.force"] - inertia)[late]))
 
 
-def _right(made: Drawn, scales: Mapping[str, float]) -> Measures | None:
+def _right(made: Draw, scales: Mapping[str, float]) -> Measures | None:
     """The measures that are known; None if none is."""
     if _pressed(made.mechanism):
         return {"force of the push": np.array([_load(made)])}
@@ -191,7 +191,7 @@ def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until
             yield name, second
 
 
-def reference_solver(made: Drawn, finer: int) -> Spectral:
+def reference_solver(made: Draw, finer: int) -> Spectral:
     """Of a reference run, its steps and strips finer the second time."""
     longest = made.duration / 800
     if any(link.body.massless for link in made.mechanism.links):  # they ring in places far smaller than a tolerance
@@ -200,7 +200,7 @@ def reference_solver(made: Drawn, finer: int) -> Spectral:
     return Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
 
 
-def _reference(made: Drawn, finer: int) -> Measures | None:
+def _reference(made: Draw, finer: int) -> Measures | None:
     """One run of the compiled solver."""
     solver = reference_solver(made, finer)
     try:
@@ -216,7 +216,7 @@ def _pressed(mechanism: Mechanism) -> bool:
     return mechanism.links[0].name == "strip" and bool(mechanism.drives)
 
 
-def _load(made: Drawn) -> float:
+def _load(made: Draw) -> float:
     """Of the elastica at the end of a push, N."""
     (strip,), motion = made.mechanism.links, made.mechanism.drives[0].motion
     section, length = strip.body.section, made.mechanism.length("strip")
@@ -230,7 +230,7 @@ def _swings(mechanism: Mechanism) -> bool:
     return len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
 
 
-def _pendulum(made: Drawn) -> Array:
+def _pendulum(made: Draw) -> Array:
     """Places of the two points of a bar that swings about the first: its equation to 1e-12."""
     (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
     length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))

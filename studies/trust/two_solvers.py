@@ -23,7 +23,7 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
 from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
 from buckler.mbs.spectral.run import once
 
-from ..kit.drawn import EVERYTHING, Drawn, drawn
+from ..kit.drawn import EVERYTHING, Draw, draw
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.published import STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
@@ -74,7 +74,7 @@ class Compared(NamedTuple):
         return self.difference / self.allowed
 
 
-def known() -> Iterator[Drawn]:
+def known() -> Iterator[Draw]:
     """The ready mechanisms and the published problems, over short times."""
     strip = Section(STRIP_WIDTH, 2e-3).damped(0.01, PAPER.coupler)
 
@@ -85,27 +85,27 @@ def known() -> Iterator[Drawn]:
         return slider_crank(coupler, law=law, mass=0.3, speed=speed)
 
     struck = slider(Strut(Section(STRIP_WIDTH, 3e-4)), 6.0, CarvalhoMartins(1e5, 0.5, exponent=1.0))
-    yield Drawn("slider-crank, strut, stop", struck, 0.5)
-    yield Drawn("slider-crank, beam", slider(Beam(strip)), 0.2)
-    yield Drawn("slider-crank, cable", slider(Cable(strip, imperfection=1e-3)), 0.2)
-    yield Drawn("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.2)
-    yield Drawn("Andrews", problems.andrews(), 0.01)
-    yield Drawn("crank-rocker, clearance", crank_rocker(Rigid(BAR), speed=30.0, play=play), 0.01)
-    yield Drawn("crank-rocker, clearance, beam", crank_rocker(Beam(BAR), speed=30.0, play=play), 0.01)
-    yield Drawn("four-bars", problems.four_bars(2), 1.0)
-    yield Drawn("Simeon", problems.simeon(), 0.02)
-    yield Drawn("double pendulum", problems.double_pendulum(), 1.0)
-    yield Drawn("Princeton", problems.princeton(8.896), 0.05)
+    yield Draw("slider-crank, strut, stop", struck, 0.5)
+    yield Draw("slider-crank, beam", slider(Beam(strip)), 0.2)
+    yield Draw("slider-crank, cable", slider(Cable(strip, imperfection=1e-3)), 0.2)
+    yield Draw("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.2)
+    yield Draw("Andrews", problems.andrews(), 0.01)
+    yield Draw("crank-rocker, clearance", crank_rocker(Rigid(BAR), speed=30.0, play=play), 0.01)
+    yield Draw("crank-rocker, clearance, beam", crank_rocker(Beam(BAR), speed=30.0, play=play), 0.01)
+    yield Draw("four-bars", problems.four_bars(2), 1.0)
+    yield Draw("Simeon", problems.simeon(), 0.02)
+    yield Draw("double pendulum", problems.double_pendulum(), 1.0)
+    yield Draw("Princeton", problems.princeton(8.896), 0.05)
 
 
-def pairs(p: Parameters) -> Iterator[Drawn]:
+def pairs(p: Parameters) -> Iterator[Draw]:
     """The ready mechanisms first, then those drawn of the whole grammar."""
     yield from islice(known(), p.cases)
     for k in range(p.cases - READY):
-        yield drawn(p.seed, k, EVERYTHING)
+        yield draw(p.seed, k, EVERYTHING)
 
 
-def compare(pair: Drawn, p: Parameters) -> Compared:
+def compare(pair: Draw, p: Parameters) -> Compared:
     """Run both solvers."""
     ours, engine_s = _known(pair, p, Exudyn())
     once(pair.mechanism, 1e-6 * pair.duration, Spectral())  # compiles the mechanism's own functions
@@ -123,7 +123,7 @@ def compare(pair: Drawn, p: Parameters) -> Compared:
     return Compared(pair.name, found.error, found.name, engine, compiled, engine_s, compiled_s, notes, allowed=found.allowed)
 
 
-def _known(pair: Drawn, p: Parameters, solver: Exudyn | Spectral) -> tuple[Delivery, float]:
+def _known(pair: Draw, p: Parameters, solver: Exudyn | Spectral) -> tuple[Delivery, float]:
     """A solver's run with its errors, and its time."""
     begin = perf_counter()
     climb = Climb(ladder_of(pair.mechanism, pair.duration, p.accuracy, solver), runner(p.timeout))

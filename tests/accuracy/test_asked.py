@@ -36,7 +36,7 @@ from buckler.mbs.functions import Table, own_functions
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.lookup import cubic
-from buckler.studies.kit.drawn import drawn
+from buckler.studies.kit.drawn import draw
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust.accuracy_truth import SCENES
 from buckler.studies.trust.smooth_precision import Parameters as Smooth
@@ -62,7 +62,7 @@ def test_cubic_is_of_fourth_order():
 
 def drawn_case(scene, seed, number, asked):
     """A mechanism of the study `accuracy`, and how far a result's places are off, as long as it is one trajectory."""
-    made = drawn(seed, number, SCENES[scene].families)
+    made = draw(seed, number, SCENES[scene].families)
     truth = SCENES[scene].right(made, asked, "compiled").functions
     places = [name for name, signal in truth.signals.items() if signal.kind is Kind.PLACE]
 

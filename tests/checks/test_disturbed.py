@@ -10,7 +10,7 @@ from simulations import pendulum
 
 from buckler.mbs import Exudyn, Rigid, Section, Spectral, Status, crank_rocker, simulate
 from buckler.studies.kit import cli
-from buckler.studies.kit.drawn import drawn
+from buckler.studies.kit.drawn import draw
 from buckler.studies.rattling import modes
 
 BAR = Rigid(Section(0.005, 0.020))
@@ -46,7 +46,7 @@ def test_ctrl_c_ends_any_run(kind):
 def test_runs_in_threads_do_not_disturb_each_other(solver):
     """Bit for bit what they are one after the other."""
     names = ("clearance", "strip on a stop", "strut", "kinks")
-    made = [drawn(1, k, names) for k in range(len(names))]
+    made = [draw(1, k, names) for k in range(len(names))]
     alone = [simulate(d.mechanism, d.duration / 4, solver=solver) for d in made]
     together = [None] * len(made)
 

@@ -17,7 +17,7 @@ from simulations import pendulum
 from buckler.mbs import Exudyn, Spectral, Status, simulate
 from buckler.mbs.functions import Components
 from buckler.mbs.modal import BarModes, FreeModes
-from buckler.studies.kit.drawn import FAMILIES, drawn
+from buckler.studies.kit.drawn import FAMILIES, draw
 
 PATIENCE = 2.0
 """Longest time of a run, s; what is beyond it by more than as much again hangs."""
@@ -63,7 +63,7 @@ def one_clear_line(text):
 
 def survives(family, number, share, value, scale=None):
     """Put a value somewhere in a drawn mechanism, or scale a number there, and run what comes of it."""
-    made = drawn(0, number, (family,))
+    made = draw(0, number, (family,))
     everywhere = list(places(made.mechanism))
     at = everywhere[min(len(everywhere) - 1, int(share * len(everywhere)))]
     if scale is not None:
@@ -159,7 +159,7 @@ def test_odd_values_at_every_place_are_taken_or_refused():
     """At places of a mechanism of each family, without a run."""
     dice = np.random.default_rng(5)
     for family in sorted(FAMILIES):
-        mechanism = drawn(5, 0, (family,)).mechanism
+        mechanism = draw(5, 0, (family,)).mechanism
         for at in places(mechanism):
             for value in dice.choice(len(ODD), 4, replace=False):
                 try:

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from buckler.studies.kit.drawn import EVERYTHING, drawn
+from buckler.studies.kit.drawn import EVERYTHING, draw
 from buckler.studies.trust import two_solvers
 from buckler.studies.trust.two_solvers import known
 
@@ -25,7 +25,7 @@ def kinds(mechanism):
 def cases(kind):
     """Mechanisms that have it, drawn ones first."""
     names = set(EITHER.get(kind, (kind,)))
-    some = (drawn(1, k, EVERYTHING) for k in reversed(range(12 * len(EVERYTHING))))
+    some = (draw(1, k, EVERYTHING) for k in reversed(range(12 * len(EVERYTHING))))
     return islice((pair for pair in chain(some, known()) if names & kinds(pair.mechanism)), CASES)
 
 

@@ -11,7 +11,7 @@ from buckler.mbs import Force, Motor, Torque, TorsionSpring, equilibrium
 from buckler.mbs.engine.build import build
 from buckler.mbs.spectral.basis import basis
 from buckler.mbs.statics.problem import places
-from buckler.studies.kit.drawn import Dice, drawn
+from buckler.studies.kit.drawn import Dice, draw
 
 FAMILIES = (
     "any chain",
@@ -31,7 +31,7 @@ NEAR = 0.05
 
 def resting(seed, k):
     """A drawn mechanism that is let go, its loads as they are at t = 0; a share of forces follow, or pull the other way."""
-    made = drawn(seed, k, FAMILIES).mechanism
+    made = draw(seed, k, FAMILIES).mechanism
     d, loads = Dice(seed, k), []
     for load in made.loads:
         if isinstance(load, Force) and isinstance(load.value, tuple):

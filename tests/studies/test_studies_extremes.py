@@ -10,8 +10,7 @@ from drawing import drawn
 
 from buckler.elastica import pinned
 from buckler.mbs import Beam, Section, Status
-from buckler.studies.kit.drawn import Drawn
-from buckler.studies.kit.drawn import drawn as drawn_mechanism
+from buckler.studies.kit.drawn import Draw, draw
 from buckler.studies.kit.report import to_json
 from buckler.studies.trust import extreme, extremes, extremes_truth
 from buckler.studies.trust.extremes_case import KINDS, VERDICTS, Case, CaseOutcome, Verdict, compare, judge
@@ -76,7 +75,7 @@ def test_a_clearance_a_thousandth_larger_decides_how_long_a_motion_is_compared(m
         return {"journal": journal, "force, peak of a": np.ones(1)}
 
     monkeypatch.setattr(extremes_truth, "_reference", reference)
-    case = extremes_truth.case_of("made up", Drawn("case", loose(), 0.01), None)
+    case = extremes_truth.case_of("made up", Draw("case", loose(), 0.01), None)
     right = case.reference()
     assert set(right) == {"journal"} and right["journal"].shape[1] == 25
 
@@ -84,7 +83,7 @@ def test_a_clearance_a_thousandth_larger_decides_how_long_a_motion_is_compared(m
 def test_the_load_of_a_pressed_strip_is_the_elastica_s():
     """Shortened by a third: its load goes by what is beyond the compression."""
     strip, length = Section(0.03, 3e-4), 0.31
-    made = Drawn("pressed", pressed(Beam(strip), 1 / 3, 10.0), 10.0)
+    made = Draw("pressed", pressed(Beam(strip), 1 / 3, 10.0), 10.0)
     critical = strip.euler_load(length)
     expected = critical / np.pi**2 * float(pinned.load(1 / 3 - critical / strip.axial_stiffness))
     assert extremes_truth._right(made, {})["force of the push"] == pytest.approx(expected, rel=1e-9)
@@ -145,7 +144,7 @@ def test_a_pendulum_is_known_in_closed_form():
 
     length = 0.4
     period = 4 * ellipk(np.sin(1.0) ** 2) * np.sqrt((length**2 / 3 + 0.01**2 / 12) / (9.81 * length / 2))
-    made = drawn_mechanism(1, 0, ("free",))
+    made = draw(1, 0, ("free",))
     points = {"O": (0, 0), "A": (length * np.sin(2.0), -length * np.cos(2.0))}
     made = made._replace(mechanism=replace(made.mechanism, points=points), duration=period / 0.98)
     end = extremes_truth._pendulum(made)[2:, -1]

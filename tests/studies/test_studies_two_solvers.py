@@ -12,13 +12,13 @@ from buckler.mbs import Exudyn, Mechanism, Rigid
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.spectral import registry
-from buckler.studies.kit.drawn import Drawn
+from buckler.studies.kit.drawn import Draw
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust import two_solvers
 from buckler.studies.trust.two_solvers import READY, Parameters, compare, figure, known, pairs, run
 
 with (Path(__file__).parent / "told_too_little.json").open() as file:
-    TOLD = {row["name"]: Drawn(row["name"], Mechanism.from_dict(row["mechanism"]), row["duration"]) for row in json.load(file)}
+    TOLD = {row["name"]: Draw(row["name"], Mechanism.from_dict(row["mechanism"]), row["duration"]) for row in json.load(file)}
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_a_flipped_sign_is_beyond_three(monkeypatch, kind):
     monkeypatch.setitem(
         registry.ELEMENTS, kind, lambda b, key, load: right(b, key, replace(load, **{name: -getattr(load, name)}))
     )
-    andrews = Drawn("Andrews", problems.andrews(), 0.005)
+    andrews = Draw("Andrews", problems.andrews(), 0.005)
     assert compare(andrews, Parameters()).ratio > two_solvers.BEYOND
     monkeypatch.setattr(two_solvers, "pairs", lambda _p: [andrews])
     assert run(Parameters(cases=1)).status == "SUSPECT"
@@ -63,7 +63,7 @@ def test_a_flipped_sign_is_beyond_three(monkeypatch, kind):
 
 def test_a_force_reported_with_another_sign_is_told(monkeypatch):
     """Of the drive of a crank-rocker, which moves as before."""
-    pair, right = Drawn("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), SOLVERS[Exudyn]
+    pair, right = Draw("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), SOLVERS[Exudyn]
 
     def wrong(*given):
         made = right(*given)

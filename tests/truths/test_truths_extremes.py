@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Mechanism, Spectral, simulate
-from buckler.studies.kit.drawn import Drawn
+from buckler.studies.kit.drawn import Draw
 from buckler.studies.trust.extremes_case import Verdict, judge
 from buckler.studies.trust.extremes_listed import loose, played
 from buckler.studies.trust.extremes_truth import _reference, case_of, listed_case
@@ -45,7 +45,7 @@ with (Path(__file__).parent / "found_wrong.json").open() as file:
 def found_wrong(name):
     """The mechanism of this name as a case of the study."""
     row = FOUND[name]
-    return case_of("found wrong", Drawn(name, Mechanism.from_dict(row["mechanism"]), row["duration"]), row["accuracy"])
+    return case_of("found wrong", Draw(name, Mechanism.from_dict(row["mechanism"]), row["duration"]), row["accuracy"])
 
 
 @pytest.mark.parametrize("name", [name for name, row in FOUND.items() if not row["slow"]])
@@ -62,5 +62,5 @@ def test_a_longer_one(name):
 def test_the_truth_of_the_slow_crank_does_not_depend_on_the_clearance_to_a_thousandth():
     """Its motion is one trajectory: the reference with another clearance stays within 2 % of it."""
     gap, duration = 2.5e-4, played("slow", speed=1.0).duration
-    right, other = (_reference(Drawn("slow", loose(factor * gap, speed=1.0), duration), 0)["journal"] for factor in (1, 1.001))
+    right, other = (_reference(Draw("slow", loose(factor * gap, speed=1.0), duration), 0)["journal"] for factor in (1, 1.001))
     assert np.abs(right - other).max() < 0.02 * gap

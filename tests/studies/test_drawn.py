@@ -5,7 +5,7 @@ import pytest
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS, Body
 from buckler.mbs.mechanism import Mechanism
-from buckler.studies.kit.drawn import EVERYTHING, FAMILIES, drawn
+from buckler.studies.kit.drawn import EVERYTHING, FAMILIES, draw
 
 
 def kinds(mechanism):
@@ -18,20 +18,20 @@ def kinds(mechanism):
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_family_draws_valid_mechanisms_the_same_ones_for_the_same_seed(family):
     for number in range(25):
-        one, again, other = (drawn(seed, number, (family,)) for seed in (5, 5, 6))
+        one, again, other = (draw(seed, number, (family,)) for seed in (5, 5, 6))
         assert 0 < one.duration == again.duration and one.name == f"{family} 5.{number}"
         assert one.mechanism == again.mechanism != other.mechanism
         assert Mechanism.from_dict(one.mechanism.to_dict()) == one.mechanism
 
 
 def test_families_take_turns_and_a_mechanism_does_not_depend_on_which():
-    assert [drawn(2, k, ("free", "kinks")).name for k in range(3)] == ["free 2.0", "kinks 2.1", "free 2.2"]
-    assert drawn(2, 1, ("free", "kinks")).mechanism == drawn(2, 1, ("kinks",)).mechanism
-    assert [drawn(2, k).name.rpartition(" ")[0] for k in range(len(FAMILIES))] == list(FAMILIES)
+    assert [draw(2, k, ("free", "kinks")).name for k in range(3)] == ["free 2.0", "kinks 2.1", "free 2.2"]
+    assert draw(2, 1, ("free", "kinks")).mechanism == draw(2, 1, ("kinks",)).mechanism
+    assert [draw(2, k).name.rpartition(" ")[0] for k in range(len(FAMILIES))] == list(FAMILIES)
 
 
 def test_the_whole_grammar_has_every_kind_of_element_and_body_and_most_laws():
-    found = set().union(*(kinds(drawn(1, k, EVERYTHING).mechanism) for k in range(40 * len(EVERYTHING))))
+    found = set().union(*(kinds(draw(1, k, EVERYTHING).mechanism) for k in range(40 * len(EVERYTHING))))
     assert found >= {kind for base in (*KINDS.values(), Body) for kind in kinds_of(base)}
     named = {kind.__name__ for kind in found}
     assert named >= {"CarvalhoMartins", "KelvinVoigt", "HuntCrossley", "Impact", "Hertz", "Flores", "GuideFriction"}
