@@ -1,4 +1,4 @@
-"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `merge`, `export`, `schema`, `evidence`.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `merge`, `export`, `schema`.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
 heavy is imported before a command is known by name, so that `list` and `--help` answer at once.
@@ -53,7 +53,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.after:merging"),
     "schema": ("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
     "compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
-    "evidence": ("run again what the documents quote, or check that it still holds", "evidence.command:again"),
 }
 """What each command does, and where its `Command` is; '' for those in `NAMED`."""
 

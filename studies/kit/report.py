@@ -249,6 +249,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
             "message": result.message,
             **({"trusted": True} if trusted else {}),
             "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
+            "tables": [asdict(table) for table in result.tables],
             "work": result.work,
             "provenance": provenance(result.parameters),
             "files": list(writers),
