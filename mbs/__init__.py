@@ -85,9 +85,5 @@ offer({
     "write_fit": "buckler.mbs.view.shell:write_fit",
     "framed": "buckler.mbs.view.report:framed",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
-    "to_dataframe": "buckler.mbs.view.tables:to_dataframe",
-    "to_xarray": "buckler.mbs.view.tables:to_xarray",
-    "write_csv": "buckler.mbs.view.tables:write_csv",
-    "write_parquet": "buckler.mbs.view.tables:write_parquet",
     "planar_model": "buckler.mbs.modal.bar:planar_model",
 })  # fmt: skip

@@ -239,34 +239,38 @@ class Result:
 
     # --- for other programs -------------------------------------------------------------------------------------------
 
-    def write_paraview(self, folder: str | Path, times: ArrayLike | None = None) -> Path:
-        """Write links, symbols and forces for ParaView: binary, one file a time and kind.
+    def write_paraview(self, path: str | Path, times: ArrayLike | None = None) -> Path:
+        """Write the links for ParaView: a mesh and its displacements over time, in XDMF.
+
+        Point data are `displacement` [m], `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips, and the number of
+        the `link`.
 
         Parameters
         ----------
-        folder : str or Path
+        path : str or Path
+            Ends in `.xdmf`.
         times : array of float, optional
-            s, within the run; by default the evenly spaced ones of the movie.
+            Within the run [s]; by default the evenly spaced ones of the movie. The mesh is that of the first one.
 
-        Returns
-        -------
-        path : Path
-            The `.pvd` file to open.
+        Raises
+        ------
+        ValueError
+            If the path ends otherwise, or if times are asked of a result from a file.
         """
-        return offered("write_paraview")(self, folder, times)
+        return offered("write_paraview")(self, path, times)
 
     def to_dataframe(self) -> Any:
-        """Signals as a pandas data frame, one column each, by time."""
-        return offered("to_dataframe")(self)
+        """Return signals as a pandas data frame over the time t [s]; its `attrs` hold units, status and message.
 
-    def to_xarray(self) -> Any:
-        """Signals as an xarray data set with their units."""
-        return offered("to_xarray")(self)
-
-    def write_csv(self, path: str | Path) -> Path:
-        """Write signals as comma-separated values; the first line holds names and units."""
-        return offered("write_csv")(self, path)
-
-    def write_parquet(self, path: str | Path) -> Path:
-        """Write signals as a Parquet file, units in the columns' metadata."""
-        return offered("write_parquet")(self, path)
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ModuleNotFoundError as error:
+            raise ImportError("to_dataframe needs pandas: pip install 'buckler[tables]'") from error
+        frame = pandas.DataFrame(dict(self.signals), index=pandas.Index(self.time, name="t"))
+        frame.attrs.update(units=dict(self.units), status=str(self.status), message=self.message)
+        return frame

@@ -1,220 +1,114 @@
-"""Links, symbols and forces for ParaView: binary XML files of unstructured grids, one a time and kind, and a `.pvd` list.
+"""Links over time for ParaView: one mesh at the first picture, and its displacements as an XDMF time series of meshio.
 
-Flexible links are chains of hexahedra across their true width and thickness, rigid links
-prisms of their outline. Numbers are raw, little-endian, appended.
+Flexible links are chains of hexahedra across their true width and thickness, rigid links prisms of their outlines, modal links
+of a solid their own mesh.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from ..elements.modal import Modal
 from ..geometry import Array
-from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result
-from .drawing import INKS, Arrow, Disc, Path
-from .movie import Movie, corners, filmed
+from .drawing import Path
+from .movie import Movie, filmed, placed
 
-HEXAHEDRON, TETRA, VERTEX, POLYGON = 12, 10, 1, 7
-
-
-def write_paraview(result: Result, folder: str | FilePath, times: ArrayLike | None = None) -> FilePath:
-    """Write a run; see `Result.write_paraview`."""
-    folder = FilePath(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    movie: Movie = result.movie
-    if times is not None:
-        if result.film.record is None:
-            raise ValueError("times: a result from a file holds its movie's times only")
-        movie = filmed(result.film.record, np.atleast_1d(np.asarray(times, dtype=float)))
-    forces = [mark for mark in movie.marks if isinstance(mark, Arrow) and all(name in result.signals for name in mark.signals)]
-    deformed = solids(result.film.record, movie.time)
-    entries = []
-    for k, t in enumerate(movie.time):
-        parts = {"links": links(movie, k, deformed), "symbols": symbols(movie, k), "forces": _forces(result, movie, forces, k)}
-        for number, (name, grid) in enumerate(parts.items()):
-            if len(grid.points):
-                file = f"{name}_{k:05d}.vtu"
-                (folder / file).write_bytes(vtu(grid))
-                entries.append(f'<DataSet timestep="{float(t)!r}" part="{number}" name="{name}" file="{file}"/>')
-    collection = folder / "mechanism.pvd"
-    body = "\n".join(entries)
-    collection.write_text(
-        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n'
-        f"<Collection>\n{body}\n</Collection>\n</VTKFile>\n",
-        encoding="utf-8",
-    )
-    return collection
+OF_STRIPS = ("curvature", "axial_force", "stress")
+"""Point data that strips have; all other links have zeros."""
 
 
-class Grid(NamedTuple):
-    """Points (n, 3), m; cells as lists of point numbers with their VTK type; data of points and of cells."""
+class Solid(NamedTuple):
+    """Corners (times, n, 3) [m]; kind and corner numbers of the cells; point data by name, each (times, n)."""
 
-    points: Array
-    cells: list[Array]
-    kinds: list[int]
-    of_points: dict[str, Array]
-    of_cells: dict[str, Array]
-
-
-class Deformed(NamedTuple):
-    """A modal link's mesh: cells by the numbers of their corners and their VTK type; corners (times, n, 2), z (n,), m."""
-
-    cells: Array
-    kind: int
     corners: Array
-    height: Array
+    kind: str
+    cells: Array
+    data: dict[str, Array]
 
 
-def solids(record: Record, times: Array) -> dict[str, Deformed]:
-    """Meshes of modal links over time, by link: r = R + A(theta) (X + sum phi_k q_k) at the corners of their cells.
+def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None = None) -> FilePath:
+    """Write a run; see `Result.write_paraview`."""
+    from meshio.xdmf import TimeSeriesWriter
 
-    Without a record, as in a result from a file, there are none, and such a link is drawn along its line.
-    """
-    found: dict[str, Deformed] = {}
-    if record is None or len(record.time) < 2:
-        return found
-    for name, motion in record.at(times).links.items():
-        if isinstance(body := record.mechanism.link(name).body, Modal) and body.modes.of_solid:
-            found[name] = _deformed(record.mechanism, name, motion.q)
-    return found
+    path = FilePath(path)
+    if path.suffix != ".xdmf":
+        raise ValueError(f"path = '{path}': must end in .xdmf")
+    movie, record = result.movie, result.film.record
+    if times is not None:
+        if record is None:
+            raise ValueError("times: a result from a file holds its movie's times only")
+        movie = filmed(record, np.atleast_1d(np.asarray(times, dtype=float)))
+    solids = list(_solids(movie, record))
+    corners = np.concatenate([solid.corners for solid in solids], axis=1)
+    first = np.cumsum([0, *(solid.corners.shape[1] for solid in solids)])
+    owner = np.concatenate([np.full(solid.corners.shape[1], k) for k, solid in enumerate(solids)])
+    data = {name: np.concatenate([solid.data.get(name, np.zeros(solid.corners.shape[:2])) for solid in solids], axis=1)
+            for name in OF_STRIPS}  # fmt: skip
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with TimeSeriesWriter(path, data_format="XML") as writer:
+        writer.write_points_cells(corners[0], [(s.kind, s.cells + k) for s, k in zip(solids, first, strict=False)])
+        for k, t in enumerate(movie.time):
+            values = {name: column[k].astype(np.float32) for name, column in data.items()}
+            values |= {"displacement": corners[k] - corners[0], "link": owner.astype(np.int32)}
+            writer.write_data(float(t), point_data=values)
+    return path
 
 
-def _deformed(mechanism: Mechanism, name: str, q: Array) -> Deformed:
-    from scipy.spatial import cKDTree
+def _solids(movie: Movie, record: Record | None) -> Iterator[Solid]:
+    """Yield all links as solids: rigid ones, then flexible ones."""
+    for mark in movie.marks:
+        if isinstance(mark, Path) and mark.closed and mark.width > 0:
+            yield _prism(movie, mark)
+    motions = record.at(movie.time).links if record is not None and len(record.time) > 1 else {}
+    for name, band in movie.bands.items():
+        body = record.mechanism.link(name).body if record is not None else None
+        if name in motions and isinstance(body, Modal) and body.modes.of_solid:
+            yield _deformed(body, record.mechanism.length(name), motions[name].q)  # type: ignore[union-attr]  # it has a motion
+            continue
+        along = np.gradient(band.points, axis=1)
+        left = (
+            np.stack([-along[..., 1], along[..., 0]], axis=-1)
+            / np.maximum(np.hypot(*np.moveaxis(along, -1, 0)), 1e-300)[..., None]
+        )
+        sides = [band.points + side * band.thickness / 2 * left for side in (-1.0, 1.0)]
+        corners = np.stack([_at_height(side, z) for z in (-band.width / 2, band.width / 2) for side in sides], axis=2)
+        cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + np.array([0, 4, 5, 1, 2, 6, 7, 3])
+        values = dict(zip(OF_STRIPS, (band.bending, band.axial_force, band.stress), strict=True))
+        data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
+        yield Solid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
 
+
+def _at_height(plane: Array, z: ArrayLike) -> Array:
+    """Places (times, n, 2) as places in space at a height [m]."""
+    return np.concatenate([plane, np.broadcast_to(np.reshape(z, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
+
+
+def _prism(movie: Movie, mark: Path) -> Solid:
+    """Extrude a convex outline: wedges on a fan of triangles."""
+    outline = np.stack([placed(frame, mark.points) for frame in movie.frames[mark.frame]])
+    n = len(mark.points)
+    fan = np.array([[0, k, k + 1] for k in range(1, n - 1)])
+    corners = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
+    return Solid(np.concatenate(corners, axis=1), "wedge", np.hstack([fan, fan + n]), {})
+
+
+def _deformed(body: Modal, length: float, q: Array) -> Solid:
+    """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k)."""
     from ..modal.reduction import reduced, solid_mesh
 
-    body, length = cast(Modal, mechanism.link(name).body), mechanism.length(name)
     mesh, model = solid_mesh(body, length), reduced(body, length)
-    hexahedra = mesh.kind.startswith("hexahedron")
-    used, cells = np.unique(mesh.cells[:, : 8 if hexahedra else 4], return_inverse=True)
+    kind = "hexahedron" if mesh.kind.startswith("hexahedron") else "tetra"
+    used, cells = np.unique(mesh.cells[:, : 8 if kind == "hexahedron" else 4], return_inverse=True)
     nodes = cKDTree(model.nodes).query(mesh.points[used])[1]
     modes = model.modes[model.moves_in_plane][:, nodes, :2]
     local = mesh.points[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
-    c, s = np.cos(q[:, 2])[:, None], np.sin(q[:, 2])[:, None]
-    x, y = local[..., 0], local[..., 1]
-    corners = q[:, None, :2] + np.stack([c * x - s * y, s * x + c * y], axis=-1)
-    return Deformed(cells.reshape(len(mesh.cells), -1), HEXAHEDRON if hexahedra else TETRA, corners, mesh.points[used, 2])
-
-
-def links(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Grid:
-    """All links as solids, with curvature, axial force and stress of strips; others have zeros."""
-    points: list[Array] = []
-    cells: list[Array] = []
-    kinds: list[int] = []
-    values: dict[str, list[Array]] = {"curvature": [], "axial_force": [], "stress": []}
-    owners: list[int] = []
-    first = 0
-    for number, (places, own, kind, data) in enumerate(_solids(movie, k, deformed)):
-        points.append(places)
-        cells += [cell + first for cell in own]
-        kinds += [kind] * len(own)
-        owners += [number] * len(own)
-        for name, column in values.items():
-            column.append(data.get(name, np.zeros(len(places))))
-        first += len(places)
-    if not points:
-        return Grid(np.empty((0, 3)), [], [], {}, {})
-    joined = {name: np.concatenate(column) for name, column in values.items()}
-    return Grid(np.concatenate(points), cells, kinds, joined, {"link": np.array(owners, dtype=float)})
-
-
-def _solids(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Any:
-    for mark in movie.marks:
-        if isinstance(mark, Path) and mark.closed and mark.width > 0:
-            yield *_prism(corners(movie, mark, k), mark.width), POLYGON, {}
-    for solid in deformed.values():
-        yield np.column_stack([solid.corners[k], solid.height]), list(solid.cells), solid.kind, {}
-    for name, band in movie.bands.items():
-        if name in deformed:
-            continue
-        line = band.points[k]
-        along = np.gradient(line, axis=0)
-        left = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
-        sides = [line + side * band.thickness / 2 * left for side in (-1.0, 1.0)]
-        half = band.width / 2
-        places = np.stack([np.pad(sides[j], ((0, 0), (0, 1)), constant_values=z) for z in (-half, half) for j in (0, 1)], axis=1)
-        base = 4 * np.arange(len(line) - 1)[:, None]
-        hexahedra = base + np.array([0, 4, 5, 1, 2, 6, 7, 3])
-        data = {"curvature": band.bending[k], "axial_force": band.axial_force[k], "stress": band.stress[k]}
-        yield places.reshape(-1, 3), list(hexahedra), HEXAHEDRON, {key: np.repeat(column, 4) for key, column in data.items()}
-
-
-def _prism(outline: Array, width: float) -> tuple[Array, list[Array]]:
-    """Two faces and the walls between them."""
-    n = len(outline)
-    points = np.concatenate([np.pad(outline, ((0, 0), (0, 1)), constant_values=z) for z in (-width / 2, width / 2)])
-    ring = np.arange(n)
-    walls = [np.array([j, (j + 1) % n, n + (j + 1) % n, n + j]) for j in ring]
-    return points, [ring[::-1].copy(), ring + n, *walls]
-
-
-def symbols(movie: Movie, k: int) -> Grid:
-    """Pins, blocks and stops as flat outlines a little before the links."""
-    before = max((mark.width for mark in movie.marks if isinstance(mark, Path)), default=0.0)
-    before = 0.55 * max([before, *(band.width for band in movie.bands.values())])
-    points: list[Array] = []
-    cells: list[Array] = []
-    inks: list[float] = []
-    first, names = 0, list(INKS)
-    for mark in movie.marks:
-        if isinstance(mark, Disc) or (isinstance(mark, Path) and mark.closed and not mark.width):
-            flat = corners(movie, mark, k)
-            points.append(np.pad(flat, ((0, 0), (0, 1)), constant_values=before))
-            cells.append(np.arange(len(flat)) + first)
-            inks.append(float(names.index(mark.ink)))
-            first += len(flat)
-    joined = np.concatenate(points) if points else np.empty((0, 3))
-    return Grid(joined, cells, [POLYGON] * len(cells), {}, {"symbol": np.array(inks)})
-
-
-def _forces(result: Result, movie: Movie, arrows: list[Arrow], k: int) -> Grid:
-    """Forces of joints, stops and loads as vectors at their points, N."""
-    t, places, vectors = movie.time[k], [], []
-    for mark in arrows:
-        values = [float(result.at(name, t)) for name in mark.signals]
-        vector = np.array(values if len(values) == 2 else [values[0] * c for c in mark.along])
-        if len(values) == 1:
-            turn = movie.frames[mark.within][k, 2]
-            vector = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ vector
-        places.append([*movie.frames[mark.frame][k, :2], 0.0])
-        vectors.append([*vector, 0.0])
-    points = np.array(places).reshape(-1, 3)
-    cells = [np.array([j]) for j in range(len(points))]
-    return Grid(points, cells, [VERTEX] * len(cells), {"force": np.array(vectors).reshape(-1, 3)}, {})
-
-
-def vtu(grid: Grid) -> bytes:
-    """The bytes of a `.vtu` file."""
-    blobs: list[bytes] = []
-    size = 0
-
-    def array(name: str, values: Array, kind: str, components: int = 1) -> str:
-        nonlocal size
-        raw = np.ascontiguousarray(values, dtype={"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}[kind]).tobytes()
-        blob = np.array([len(raw)], dtype="<u8").tobytes() + raw
-        blobs.append(blob)
-        at, size = size, size + len(blob)
-        parts = f' NumberOfComponents="{components}"' if components > 1 else ""
-        return f'<DataArray type="{kind}" Name="{name}"{parts} format="appended" offset="{at}"/>'
-
-    def fields(values: dict[str, Array]) -> str:
-        return "".join(array(name, column, "Float64", 1 if column.ndim == 1 else 3) for name, column in values.items())
-
-    ends = np.cumsum([len(cell) for cell in grid.cells])
-    text = (
-        f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
-        f'<UnstructuredGrid><Piece NumberOfPoints="{len(grid.points)}" NumberOfCells="{len(grid.cells)}">\n'
-        f"<Points>{array('Points', grid.points, 'Float64', 3)}</Points>\n"
-        f"<Cells>{array('connectivity', np.concatenate(grid.cells), 'Int64')}{array('offsets', ends, 'Int64')}"
-        f"{array('types', np.array(grid.kinds), 'UInt8')}</Cells>\n"
-        f"<PointData>{fields(grid.of_points)}</PointData>\n<CellData>{fields(grid.of_cells)}</CellData>\n"
-        f'</Piece></UnstructuredGrid>\n<AppendedData encoding="raw">\n_'
-    )
-    return text.encode("ascii") + b"".join(blobs) + b"\n</AppendedData>\n</VTKFile>\n"
+    plane = np.stack([placed(frame, points) for frame, points in zip(q[:, :3], local, strict=True)])
+    return Solid(_at_height(plane, cast(Array, mesh.points[used, 2])), kind, cells.reshape(len(mesh.cells), -1), {})

@@ -49,7 +49,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "explore": ("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
     "optimise": ("choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"),
     "list": ("name every study, one a line", "kit.cli:listing"),
-    "export": ("write what a sweep has stored as CSV or Parquet", "sweeping.after:export"),
+    "export": ("write what a sweep has stored as CSV", "sweeping.after:export"),
     "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.after:merging"),
     "schema": ("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
     "compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),

@@ -1,12 +1,14 @@
 """What is done with the stores of sweeps: written as tables for other programs, or those of the parts put together into one.
 
-Tables are CSV with units in the headers, or Parquet with units in the metadata. Parts are what `sweep ... --part 2/8` has
+Tables are CSV with units in the headers. Parts are what `sweep ... --part 2/8` has
 written in each job.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import json
 import math
 import sys
@@ -15,19 +17,33 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from buckler.mbs.view.tables import Column, csv_of, parquet_of
-
 from ..kit.report import atomic
 from ..kit.words import Command
 from .rows import FIELDS, Row
 from .store import Store, StoreError
 
-KINDS = (".csv", ".parquet")
 CLOSE = 1e-9
 """Relative difference up to which the same case computed twice has the same numbers."""
 
 
 # --- tables ------------------------------------------------------------------------------------------------------------
+
+
+class Column(NamedTuple):
+    """One column of a table; None where a row has no such value."""
+
+    name: str
+    unit: str
+    values: Sequence[object]
+
+
+def csv_of(columns: Sequence[Column]) -> bytes:
+    """Write columns as CSV, units in the headers. Numbers keep every bit."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in columns)
+    writer.writerows(zip(*(column.values for column in columns), strict=True))
+    return text.getvalue().encode()
 
 
 def read(path: Path) -> tuple[list[Row], dict[str, str]]:
@@ -80,16 +96,13 @@ def write(table: Sequence[Column], path: Path) -> None:
     Raises
     ------
     ValueError
-        If the name ends in neither .csv nor .parquet, or pyarrow is not there for the latter.
+        If the name does not end in .csv.
     OSError
         If it cannot be written.
     """
-    if path.suffix not in KINDS:
-        raise ValueError(f"--out {path}: the name must end in {' or '.join(KINDS)}")
-    try:
-        content = csv_of(table, ("", "1")) if path.suffix == ".csv" else parquet_of(table, "--out", {})
-    except ImportError as error:
-        raise ValueError(str(error)) from None
+    if path.suffix != ".csv":
+        raise ValueError(f"--out {path}: the name must end in .csv")
+    content = csv_of(table)
     with atomic(path) as file:
         file.write(content)
 
@@ -196,7 +209,7 @@ def _difference(found: Sequence[str], row: Mapping[str, Any]) -> str:
 
 def _declare_export(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("store", metavar="FILE", type=Path, help="a sweep's store")
-    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
+    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv")
     parser.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
 
 
