@@ -20,12 +20,6 @@ RATTLING = (
 )  # fmt: skip
 """Of the crank-rocker with clearance."""
 INSTEAD: Mapping[tuple[str, str], str] = {
-    ("identify", "gravity"): "a cause, weighed",
-    ("identify", "gravity_angle"): "±y, weighed",
-    ("identify", "motor"): "a cause, weighed",
-    ("identify", "motor_inertia"): "0.02 kg m²",
-    ("identify", "imperfection"): "a cause, weighed",
-    ("identify", "friction"): "0.1",
     ("slider-crank-precision", "friction"): "0.1",
     ("design", "friction"): "`friction_force`",
     ("impact-map", "imperfection"): "`bows`",

@@ -24,7 +24,6 @@ _LISTED = (
     ("striking", "slider-crank-ramp", "the same, the crank speed rising over the run"),
     ("striking", "slider-crank-voltage", "the same, its crank turned by a motor at given voltage"),
     ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
-    ("striking", "identify", "which cause explains the measured impact forces, and what would tell causes apart"),
     ("striking", "strike", "one strike of the slider-crank: force, pulse, torque, rebound"),
     ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
     ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),

@@ -1,7 +1,4 @@
-"""Parameters that the studies of the striking slider-crank share, among them what its paper leaves open: gravity and motor.
-
-The paper's figures fit gravity normal to the plane and a crank of prescribed speed no better than others: see `identify`.
-"""
+"""Parameters that the studies of the striking slider-crank share, among them what its paper leaves open: gravity and motor."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Figures 5, 6, 10 and 11 of the paper on the striking slider-crank in the paper's own form, to be laid beside the print.
 
 Same axes, ranges and units: force on the stop over time, linear, several turns from a crank angle of 0. `stitched` is the
-paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that the measured forces bear out
-(`identify`). Each model has one number for its stop, so that it strikes with 27 N at 1.25 rad/s; everything else is
+paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that explain the measured
+forces. Each model has one number for its stop, so that it strikes with 27 N at 1.25 rad/s; everything else is
 predicted. The ramp of Fig. 6 needs a light slider, which the paper does not tell.
 Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """

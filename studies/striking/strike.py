@@ -1,7 +1,4 @@
-"""One strike of the slider-crank, its coupler a beam: impact force, and what else one could measure of it.
-
-`identify` varies the stiffness of the stop, the speed, the bow, gravity, the motor and the drive's compliance.
-"""
+"""One strike of the slider-crank, its coupler a beam: impact force, and what else one could measure of it."""
 
 from __future__ import annotations
 
@@ -12,12 +9,10 @@ from math import nan, pi
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
+from buckler.mbs import Beam, Mechanism
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
-from buckler.mbs.record.run import Run
 from buckler.mbs.sensitivity.curve import spells
-from buckler.mbs.spectral.run import once
 
 from ..kit.parameters import choices, quantity
 from ..kit.published import IMPACT_SPEED
@@ -29,11 +24,7 @@ from .impact import ImpactParameters
 
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
-SOON = float(np.radians(135.0) / UNTIL)
-"""Share of a run after which the first impact is over, as a rule."""
-HUB = 0.05
-"""Length of the arm that the drive holds at its speed and that turns the crank by a spring, m."""
-TORQUES = ("motor.crank.torque", "torsion.hub-crank.torque", "drive.torque")
+TORQUES = ("motor.crank.torque", "drive.torque")
 """Signals of the torque on the crank; the first that there is."""
 UNITS = {"peak": "N", "pulse": "s", "torque": "N.m", "between": "s", "force_180": "N"}
 """What is read off a strike: largest force of the first impact, its duration, the largest torque on the crank until it ends,
@@ -50,32 +41,12 @@ class Parameters(ImpactParameters):
 
     models: tuple[str, ...] = choices(("beam",), ("beam",), "model of the coupler", "models")
     speed: float = quantity(IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
-    compliance: float = quantity(0.0, "rad/N/m", 0, 100, "of the drive: its twist by torque; 0: rigid", "drive")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e2, 1e8, "stiffness of the stop", "slider and stop")
-
-    def check(self) -> None:
-        """One or the other drive."""
-        if self.motor and self.compliance:
-            raise ValueError(f"motor = {self.motor:g}, compliance = {self.compliance:g}: one of them must be 0")
 
 
 def mechanism(p: Parameters) -> Mechanism:
-    """The slider-crank, its crank turned through a spring if the drive is compliant, damped to a tenth of critical."""
-    made = impact_models.mechanism(Beam, p, p.stop_stiffness, p.speed)
-    if not p.compliance:
-        return made
-    (drive,) = made.drives
-    stiffness = 1 / p.compliance
-    inertia = 7850.0 * 0.030 * 0.005 * PAPER.crank**3 / 3  # of the crank about its pivot
-    spring = TorsionSpring("hub", "crank", stiffness, damping=0.2 * float(np.sqrt(stiffness * inertia)), free_angle=0.0)
-    return replace(
-        made,
-        points={**made.points, "H": (HUB, 0.0)},
-        links=(*made.links, Link("hub", "O", "H", Rigid.of(mass=0.01, inertia=1e-6, centre=(0.0, 0.0)))),
-        joints=(*made.joints, Revolute("O", "ground", "hub")),
-        loads=(*made.loads, spring),
-        drives=(replace(drive, target="hub"),),
-    )
+    """The slider-crank."""
+    return impact_models.mechanism(Beam, p, p.stop_stiffness, p.speed)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -98,29 +69,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def duration(p: Parameters) -> float:
     """Length of a run, s."""
     return p.lasts(float(UNTIL) / p.speed)
-
-
-def struck(p: Parameters) -> dict[str, float]:
-    """The same numbers by one run of the compiled solver, which no check looks at; none of a run that fails."""
-    found = _once(p, mechanism(p), duration(p))
-    return {} if found.failure else read(found.record.time, found.values)
-
-
-def peak(p: Parameters) -> float:
-    """The first of these numbers alone, nan where there is none: a run ends when the first impact is over."""
-    made = mechanism(p)
-    for lasts in (SOON * duration(p), duration(p)):
-        found = replace(_once(p, made, lasts), asked="B.contact_force")
-        force = found.values["B.contact_force"]
-        contacts = spells(force)
-        if found.failure or (len(contacts) and contacts[0, 1] < len(force)):
-            break
-    return nan if found.failure or not len(contacts) else float(force[slice(*contacts[0])].max())
-
-
-def _once(p: Parameters, made: Mechanism, lasts: float) -> Run:
-    """A run of the compiled solver."""
-    return once(made, lasts, mbs.Spectral(mbs.Controlled(tolerance=p.tolerance)), p.timeout)
 
 
 def read(time: Array, signals: Mapping[str, Array]) -> dict[str, float]:

@@ -1,0 +1,76 @@
+"""Strikes of the slider-crank under what its paper leaves open: gravity, motor, the stop."""
+
+import numpy as np
+import pytest
+
+from buckler import mbs
+from buckler.studies.kit import registry
+from buckler.studies.striking import impact_models, slider_crank, strike
+from buckler.studies.striking.impact import ImpactParameters
+from buckler.studies.striking.impact_map import sine_strip
+
+# --- strikes ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_strike_is_that_of_the_main_study():
+    ours = strike.run(strike.Parameters())
+    theirs = slider_crank.run(slider_crank.Parameters(models="beam"))
+    assert ours.metrics["peak"].value == pytest.approx(theirs.metrics["beam.impact_peak"].value, rel=2e-3)
+    assert ours.metrics["force_180"].value == pytest.approx(theirs.metrics["beam.contact_force_180"].value, rel=1e-3)
+    assert ours.metrics["pulse"].value == pytest.approx(theirs.metrics["beam.impact_time"].value, rel=0.02)
+
+
+def test_gravity_and_motor_strike_as_found_for_the_paper():
+    """27 N under gravity with 23.9 kN/m, where a straight strip without it strikes with 84 N; a stiff motor changes nothing."""
+    peak = {}
+    for name, given in {
+        "gravity": {"gravity": 9.81}, "plain": {}, "stiff motor": {"motor": 5000.0}, "motor": {"motor": 1.6},
+    }.items():  # fmt: skip
+        peak[name] = strike.run(strike.Parameters(stop_stiffness=23925.0, **given)).metrics["peak"].value
+    assert peak["gravity"] == pytest.approx(27.0, abs=0.3) and peak["plain"] == pytest.approx(83.6, rel=0.01)
+    assert peak["stiff motor"] == pytest.approx(peak["plain"], rel=0.02)
+    assert peak["motor"] < 0.5 * peak["plain"]
+
+
+@pytest.mark.parametrize("given", [
+    {"stop_stiffness": 3.7e3}, pytest.param({"stop_stiffness": 1e5}, marks=pytest.mark.slow),
+    pytest.param({"stop_stiffness": 3.7e3, "mass": 1.0}, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_no_stop_brings_the_straight_strip_within_a_newton_of_both_voltages(given):
+    """F = c v^n misses 25 and 30 N at 2.5 and 3 V by (30 - 25 r)/(1 + r) at least, r = 1.2^n: 1 N asks for n = 0.60 or more.
+
+    The simulation and the strip of sine modes both give less, whatever the stop.
+    """
+
+    def least(forces):
+        r = forces[1] / forces[0]
+        return (30 - 25 * r) / (1 + r)
+
+    cases = [strike.Parameters(speed=1.25 * voltage / 2.7, **given) for voltage in (2.5, 3.0)]
+    simulated = [strike.run(case).metrics["peak"].value for case in cases]
+    theory = [sine_strip(case).strike().peak for case in cases]
+    assert least(simulated) > 1.05 and least(theory) > 1.05
+    assert np.log(simulated[1] / simulated[0]) / np.log(1.2) < 0.58
+    assert least([27.0, 27.0 * 1.2]) == pytest.approx(0.0)  # in proportion to speed both can be met
+
+
+@pytest.mark.parametrize("name", ["slider-crank", "slider-crank-ramp", "slider-crank-voltage", "thickness-speed", "design"])
+def test_every_study_states_gravity_and_motor(name):
+    study = registry.load(name)
+    p = study.Parameters()
+    assert (p.gravity, p.motor, p.imperfection) == (0.0, 0.0, 1e-4) and p.pull == (0.0, 0.0)
+    assert "gravity none in the plane" in p.stated() and "speed prescribed" in p.stated()
+    assert study.Parameters(gravity=9.81, motor=2.0).pull == pytest.approx((0.0, -9.81), abs=1e-12)
+
+
+def test_a_motor_turns_the_crank_at_the_speed_it_is_given_without_load():
+    """Ramp: the voltage follows it; a strut's crank lags by its own inertia, (J + J_rotor) w'/slope, and little else."""
+    p = ImpactParameters(motor=2.0, mass=0.02, friction=0.0)
+    made = impact_models.mechanism(mbs.Strut, p, 7.2e4, mbs.Ramp(1.0, 2.0, 0.5))
+    assert not made.drives and made.velocities["crank"] == 1.0
+    result = mbs.simulate(made, 0.5)
+    angle = impact_models.crank_angle(result.signals)
+    late = result.time > 0.4
+    lag = (1.0 + 2.0 * result.time - np.gradient(angle, result.time))[late].mean()
+    inertia = 0.02 + 7850 * 0.03 * 0.005 * 0.14**3 / 3
+    assert lag == pytest.approx(inertia * 2.0 / 2.0, rel=0.15)
