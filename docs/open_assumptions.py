@@ -28,7 +28,7 @@ INSTEAD: Mapping[tuple[str, str], str] = {
     ("clearance-precision", "in_plane_depth"): "20 mm",
     **{
         (study, name): value
-        for study in ("crank-rocker", "clearance-precision", "wear")
+        for study in ("crank-rocker", "clearance-precision")
         for name, value in (("bending", "2"), ("axial", "1"), ("frequency_factor", "1"))
     },
     ("modes", "bending"): "`sets`",

@@ -48,7 +48,6 @@ _LISTED = (
     ("rattling", "nonsmooth", "smooth contact laws against published trajectories of nonsmooth dynamics"),
     ("rattling", "clearance-speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"),
     ("rattling", "bifurcation", "crank-rocker with clearance: order or chaos over clearance, speed, damping"),
-    ("rattling", "wear", "where the crank-rocker's joints wear over a million turns, rocker rigid or flexible"),
     ("rattling", "buffering-claims", "does a flexible rocker buffer? each published claim, over many runs"),
     ("rattling", "buffering-world", "the same in one world: everything that the paper leaves open has one value"),
     ("rattling", "gravity-flip", "does gravity flip the buffering? over theory, number and frequency of the modes"),

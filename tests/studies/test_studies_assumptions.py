@@ -21,7 +21,6 @@ from buckler.studies.rattling import (
     clearance_speed,
     crank_rocker,
     modes,
-    wear,
 )
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
 from buckler.studies.rattling.bars import FourBarParameters
@@ -156,7 +155,6 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
     (buffering_claims, {"members": 1}, "members = 1"),
     (clearance_precision, {"steps": (100.5,)}, r"steps\[0\] = 100\.5: must be a whole number"),
     (smooth_precision, {"elements": (1.5,)}, r"elements\[0\] = 1\.5: must be a whole number"),
-    (wear, {"clearance_joints": 0}, "no joint can wear"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(study, wrong, message):
     with pytest.raises(ValueError, match=message) as refused:
