@@ -7,34 +7,18 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ..declare import Quantity, Several, declared, field, names, part, quantity
-from ..geometry import Array, cross, left, onsets
+from ..declare import declared, names, part, quantity
+from ..geometry import Array, cross, onsets
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from ..laws.friction import remembering
-from ..validate import short
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
-from .journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
+from .journal import BRISTLE, ONSET, SINCE, SLIDING, meet
 from .rows import Row, meets
 from .signal import Depth, Energy, Kind, Signal
 
-ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
-"""Directions, rad, in which the least clearance is looked for."""
-PROFILE = (
-    "cosine and sine amplitude of each harmonic of what it lacks of a circle, over the angle from the x axis while the body "
-    "lies as at t = 0; the clearance in a direction is `gap` and both profiles there"
-)
 PIERCED = 0.05
 """Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
-
-
-class Harmonics(Several):
-    """Amplitudes of harmonics."""
-
-    words = f"cosine and sine amplitudes, m, of at most {HARMONICS} harmonics"
-
-
-HARMONIC = Harmonics(Quantity("m"), 0, 2 * HARMONICS)
 
 
 @declared
@@ -54,44 +38,16 @@ class Clearance(Joint):
     friction: FrictionLaw | BristleLaw = part(
         FrictionLaw, BristleLaw, example="Coulomb(0.1)", doc="of `buckler.mbs.laws`; none by default", default_factory=NoFriction
     )
-    bush_profile: tuple[float, ...] = field(HARMONIC, f"of the bush: {PROFILE}", default=())
-    pin_profile: tuple[float, ...] = field(HARMONIC, f"of the pin: {PROFILE}", default=())
 
     ideal: ClassVar[bool] = False
 
-    def agree(self) -> None:
-        """Cosines and sines in pairs; clearance all round."""
-        for key in ("bush_profile", "pin_profile"):
-            if len(getattr(self, key)) % 2:
-                raise ValueError(f"{key} = {short(getattr(self, key))}: must be {HARMONIC.words}")
-        least = self.gap
-        if not self.round:
-            least += sum(float(profile(side, 0, ROUND_ABOUT)[0].min()) for side in self.profiles)
-        if least <= 0:
-            raise ValueError(f"{self.where}: gap and profiles = {least:.3g} m at the least: must be positive")
-
-    @property
-    def profiles(self) -> tuple[Array, Array]:
-        """Of bush and pin, with as many harmonics as the equations take, m."""
-        bush, pin = (np.pad(np.array(side), (0, 2 * HARMONICS - len(side))) for side in (self.bush_profile, self.pin_profile))
-        return bush, pin
-
-    def shape(self) -> tuple[float, ...]:
-        """Return radius, clearance, 1 if all is round, and the harmonics, as the equations read them."""
-        return (self.pin, self.gap, float(self.round), *np.concatenate(self.profiles).tolist())
-
     @property
     def rubs(self) -> str:
-        """Its point, where it has friction."""
+        """Point of the joint, where it has friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
-    @property
-    def round(self) -> bool:
-        """Whether both pin and bush are."""
-        return not (any(self.bush_profile) or any(self.pin_profile))
-
     def check(self, mechanism: Parts) -> None:
-        """As any joint; and a clearance smaller than what it joins."""
+        """Check that the clearance is smaller than what it joins."""
         super().check(mechanism)
         lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
         if self.gap >= min(lengths):
@@ -143,7 +99,7 @@ class Clearance(Joint):
         pin, bush = states(self, record)
         found = contact(self, pin, bush, record.channel(name, "memory"), record.time)
         force, n = np.column_stack([found.fx, found.fy]), np.column_stack([found.nx, found.ny])
-        arm = self.pin * n - found.shift[:, None] * left(n)
+        arm = self.pin * n
         for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
             if body != GROUND:
                 yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
@@ -192,14 +148,14 @@ class Side(NamedTuple):
 
 
 def states(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
-    """What pin and bush did."""
+    """Return the motion of pin and bush."""
     at = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
     pin, bush = (Side(*record.point(side), *record.turn(side)) for side in at)
     return pin, bush
 
 
 def _half_way(side: Side, h: Array) -> Side:
-    """The state half a step on."""
+    """Interpolate the state half a step on."""
 
     def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
         a, b, va, vb = value[:-1], value[1:], rate[:-1], rate[1:]
@@ -209,8 +165,8 @@ def _half_way(side: Side, h: Array) -> Side:
 
 
 class Touch(NamedTuple):
-    """What the contact does, each (times,): N, N, m, m/s, m/s, m, force on the pin, direction of contact from bush to pin, way of
-    the contact along an unround pin, m, place of the pin in the bush, m.
+    """Contact of pin and bush, each (times,): [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], direction from bush to pin,
+    place of the pin in the bush [m].
     """
 
     normal: Array
@@ -223,13 +179,12 @@ class Touch(NamedTuple):
     fy: Array
     nx: Array
     ny: Array
-    shift: Array
     ex: Array
     ey: Array
 
 
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
-    """Contact of pin and bush at many times, from the equations of `buckler.mbs.elements.journal`.
+    """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.elements.journal`.
 
     Parameters
     ----------
@@ -237,16 +192,14 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
         What `journal.MEMORY` names, of the last accepted step before each time.
     """
     place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
-    profiles = None if joint.round else np.concatenate(joint.profiles)
-    ends = (pin.spin, pin.angle), (bush.spin, bush.angle)
-    depth, rate, sliding, nx, ny, s, shift = meet(joint.pin, joint.gap, profiles, place, speed, *ends)
+    depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
     friction, mean, passed = remembering(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
     bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean, passed), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
-    fx, fy = -normal * s * nx + drag * ny, -normal * s * ny - drag * nx
-    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, *place)
+    fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx
+    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 
 FREE, IMPACT, CONTINUOUS = 0.0, 1.0, 2.0

@@ -143,7 +143,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     """Pack ends, radii and laws for the kernel: ints (joints, 2), floats (joints, what `journal` names and the constants)."""
     places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, *joint.shape(), *kernel(joint.law, joint.friction).constants]
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel(joint.law, joint.friction).constants]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
     return places, np.array(numbers, dtype=float)

@@ -24,7 +24,6 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 from ..elements import journal
-from ..elements.journal import GEOMETRY
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw, NormalLaw
 from ..laws.compiled import Pointer
@@ -127,6 +126,9 @@ SIGNATURES = {"forces": void(*LAWS, float64, V, V, T, PLACES, T, V), "report": v
 CODES, NUMBERS = 4, 8
 """Codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
 whole numbers, and the numbers of both laws follow them."""
+GEOMETRY = 10
+"""Numbers of a joint's row before those of the laws: places and arms of both ends, radius, clearance. It stands here because the
+machine code kept on disk has it, and is compiled again when this file changes."""
 BETWEEN, ALL = GEOMETRY + 2 * CODES, GEOMETRY + 2 * (CODES + NUMBERS)
 NORMAL, FRICTION = range(2)
 

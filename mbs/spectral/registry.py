@@ -28,8 +28,6 @@ from .strut import add_strut
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
     """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
-    if not joint.round:
-        raise ValueError(f"clearance at '{joint.point}': the compiled solver knows round pins and bushes only")
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
     builder.add_force(name, k.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
