@@ -39,6 +39,8 @@ class Ending(StrEnum):
     """Likewise, and contacts that could resist it stay open."""
     NOT_REACHED = "NOT_REACHED"
     """Newton's method did not get there; the message says how far the load came."""
+    UNSTABLE = "UNSTABLE"
+    """Forces balance, but a small motion grows: a mechanism does not stay there."""
     INACCURATE = "INACCURATE"
     """Found, with an error larger than asked for."""
     SINGULAR = "SINGULAR"

@@ -30,7 +30,7 @@ class Equilibrium(Answer):
     Attributes
     ----------
     status : Ending
-        OK where forces balance; then the state may be stable or not.
+        OK where forces balance and no small motion grows, UNSTABLE where one does.
     message : str
     scene : Scene
     q : array, shape (n,)
@@ -96,7 +96,7 @@ def equilibrium(
 ) -> Equilibrium:  # fmt: skip
     """Find where a mechanism rests with its drives held at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero in parts as large as Newton's method takes, from the stress-free start; with a guess, all at once. A
+    Loads grow from zero in parts that move the mechanism little, from the stress-free start; with a guess, all at once. A
     mechanism that can move freely there, or a load beyond which that branch ends, is let move, damped, to a stable rest.
 
     Parameters
@@ -119,7 +119,7 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        Its status tells whether forces balance.
+        Its status tells whether forces balance, and whether the state is stable.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
     spectrum = problem.spectrum(rest)
     neutral = tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))
-    status = Ending.OK if error < 1e-4 else Ending.INACCURATE
+    status = Ending.INACCURATE if error >= 1e-4 else Ending.UNSTABLE if growth else Ending.OK
     said = [message] if message else []
     if neutral:
         said.append(f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}")

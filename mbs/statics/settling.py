@@ -28,6 +28,8 @@ AWAY = 60.0
 """Way, in sizes of the mechanism, after which a motion is taken for endless."""
 SHORTEST = 1e-4
 """Smallest part of the load that is tried at once."""
+LOAD_STEP = 0.1
+"""Largest move of an accepted part of the load, lengths or rad: Newton's method may land on another branch from farther away."""
 CORRECTIONS = 4
 """Iterations of an implicit step: a strip that turns would be stretched by the first one."""
 CHANGE = 0.2
@@ -152,17 +154,27 @@ def carried(problem: Problem, rest: Rest) -> Array:
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
-    """Raise the load to its value in parts that converge; and the part of it that was reached."""
+    """Follow the load from zero to its value; return the rest and the part that was reached.
+
+    A part is halved where it moves the mechanism far, or where stability is lost within it: Newton's method then may have left
+    the path. Where the shortest part still loses stability the path itself does.
+    """
     rest, done, part = problem.start(0.0), 0.0, 1.0
+    stable = problem.spectrum(rest, 1).stable
     while done < 1.0:
         part = min(part, 1.0 - done)
         try:
-            rest = problem.newton(rest._replace(parameter=load * (done + part)))
-            done, part = done + part, 2.0 * part
+            new = problem.newton(rest._replace(parameter=load * (done + part)))
+            near = float(np.abs((new.q - rest.q) / problem.room).max(initial=0.0)) <= LOAD_STEP
+            keeps = near and problem.spectrum(new, 1).stable
         except StaticsError:
+            near = keeps = False
+        if near and (keeps or not stable or part < SHORTEST):
+            rest, done, part, stable = new, done + part, 2.0 * part, keeps
+        elif part < SHORTEST:
+            break
+        else:
             part *= 0.5
-            if part < SHORTEST:
-                break
     return rest, done
 
 

@@ -109,7 +109,7 @@ def frequencies(
     if about is None:
         about = equilibrium(mechanism, degree=degree, spin=spin, centre=centre)
     if isinstance(about, Equilibrium):
-        if about.status not in (Ending.OK, Ending.INACCURATE):
+        if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
             return _none(about)
         problem = Problem(about.scene, loads_of(about.scene), spin=spin, centre=pair("centre", centre, "m"))
         state = _State(problem, Rest(about.q, about.multipliers, about.load), True)
@@ -192,7 +192,7 @@ def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> F
     said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
     said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; give a higher degree"] if wrong else []
     said += left_out(scene.mechanism, "friction damps as its law does near rest")
-    status = Ending.INACCURATE if wrong else Ending.OK
+    status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(
         status, "; ".join(said), scene, state.rest.q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
     )  # fmt: skip
