@@ -7,7 +7,7 @@ A family is a skeleton (linkage, chain, block, strip) with optional bodies, driv
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import pi, sqrt
@@ -34,11 +34,11 @@ class Draw(NamedTuple):
     duration: float
 
 
-def draw(seed: int, k: int, families: Sequence[str] = ()) -> Draw:
+def draw(seed: int, k: int, families: Sequence[str] = (), among: Mapping[str, Callable[[Dice], Made]] | None = None) -> Draw:
     """Draw the k-th mechanism of a seed; families take turns, all of them where none is given."""
-    names = families or tuple(FAMILIES)
-    family = names[k % len(names)]
-    return Draw(f"{family} {seed}.{k}", *FAMILIES[family](Dice(seed, list(FAMILIES).index(family), k)))
+    every = among or FAMILIES
+    family = families[k % len(families)] if families else tuple(every)[k % len(every)]
+    return Draw(f"{family} {seed}.{k}", *every[family](Dice(seed, list(every).index(family), k)))
 
 
 # --- chains and blocks -----------------------------------------------------------------------------------------------------

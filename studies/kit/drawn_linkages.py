@@ -244,8 +244,8 @@ def two_drives(d: Dice) -> Made:
     left = speed_of(d, d.one("constant", "ramp", "table"), fast, duration)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + d.uniform(0.15, 0.2))},
-        [mbs.Link("left", *"OA", bar(d)), mbs.Link("right", *"PD", bar(d)), mbs.Link("one", *"AB", d.one(bar(d), modal(d))),
-         mbs.Link("two", *"DB", bar(d))],
+        [mbs.Link("left", "O", "A", bar(d)), mbs.Link("right", "P", "D", bar(d)),
+         mbs.Link("one", "A", "B", d.one(bar(d), modal(d))), mbs.Link("two", "D", "B", bar(d))],
         revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),
         loads=d.some(mbs.Force("B", (d.uniform(-2, 2), d.uniform(-2, 2))), share=0.5),
         drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{d.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],

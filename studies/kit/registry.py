@@ -34,7 +34,7 @@ _LISTED = (
     ("measured", "experiments", "measured pendulums: fitted to a part of the data, the rest predicted"),
     ("trust", "stability", "classic problems of stability: found, exact, error told"),
     ("trust", "lean-scenes", "what each scene is made of, and what each optional part costs"),
-    ("trust", "extremes", "extreme cases, listed and drawn: is any run reported fine that is wrong?"),
+    ("extremes", "extremes", "extreme and random mechanisms: is any run reported fine that is wrong?"),
     ("trust", "benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"),
     ("trust", "accuracy", "accuracy asked for against accuracy delivered, random mechanisms of every kind"),
     ("trust", "two-solvers", "two solvers that share no equation: difference against estimates, run times"),

@@ -1,0 +1,211 @@
+"""One case of the study `extremes`: a run, its reference, and the verdict.
+
+The reference is a closed form, or two runs of the compiled solver, one finer than the other; measures count in which they agree.
+With clearance a third run, its clearance larger by a thousandth, shows how long the motion is one trajectory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from buckler.elastica import pinned
+from buckler.mbs import Controlled, Mechanism, Result, Spectral, Status, simulate
+from buckler.mbs.elements.clearance import Clearance, clearances
+from buckler.mbs.elements.signal import Kind as SignalKind
+from buckler.mbs.geometry import Array
+from buckler.mbs.record.signals import axial_period
+
+from ..kit.drawn import Draw
+from ..kit.published import GRAVITY
+from .verdict import KINDS, Measures, Verdict, compare, decide, find_largest
+
+SAMPLES = np.linspace(0.02, 0.98, 49)
+"""Times at which places are compared, over the duration of the run."""
+AGREEMENT = 0.3
+"""Largest difference of the two reference runs, over what is allowed of a measure that counts."""
+KNOWN = 1e-3
+"""Relative change of the clearance that a predictable motion must bear."""
+SMALL = 0.02
+"""Share of the mechanism's largest force below which a force is not judged."""
+RINGING = 12
+"""Steps of the coarser reference in a period of a strut's axial vibration."""
+PATIENCE = 30.0
+"""Time limit of a reference run [s]."""
+ENDED = (Status.OK, Status.SUSPECT)
+FORCES = (SignalKind.REACTION, SignalKind.CONTACT, SignalKind.INTERNAL)
+
+
+class Finding(NamedTuple):
+    """Verdict on a case, its largest error over what is allowed and of which measure, and the run's message.
+
+    `wall_s` is the time of the run and its references [s], `price` the run's time over that of one run of the compiled solver.
+    What was not compared or measured is nan.
+    """
+
+    family: str
+    name: str
+    verdict: Verdict
+    error: float
+    worst: str
+    message: str
+    wall_s: float
+    price: float
+
+
+def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
+    """Run a mechanism with the accuracy asked for, and hold it against its reference."""
+    begin, nan = perf_counter(), float("nan")
+    name = made.name + (f", accuracy {accuracy:g}" if accuracy else "")
+    try:
+        simulate(made.mechanism, 1e-3 * made.duration, solver=Spectral())  # compile before the time is measured
+        start = perf_counter()
+        result = simulate(made.mechanism, made.duration, accuracy, timeout=timeout)
+        spent = perf_counter() - start
+    except ValueError as refusal:  # KinematicsError among them
+        message = "refused: " + " ".join(str(refusal).split())
+        return Finding(family, name, Verdict.NAMED, nan, "", message, perf_counter() - begin, nan)
+    error, worst, price = None, "", nan
+    if result.status in ENDED:
+        start = perf_counter()
+        simulate(made.mechanism, made.duration, solver=Spectral(), timeout=PATIENCE)
+        price, size = spent / (perf_counter() - start), max(made.mechanism.length(link.name) for link in made.mechanism.links)
+        scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
+        scales["journal"] = min((joint.gap for joint in clearances(made.mechanism)), default=0.0)
+        if right := find_truth(made, scales):
+            measures = read(made, result)
+            error, worst = compare(measures, right, scales, reported_errors(result, measures))
+    message = "" if result.status == Status.OK else f"{result.status}: {result.message}"
+    verdict = decide(result.status, result.message, error)
+    return Finding(family, name, verdict, nan if error is None else error, worst, message, perf_counter() - begin, price)
+
+
+def read(made: Draw, result: Result) -> Measures:
+    """Read the measures that are compared."""
+    mechanism, duration = made.mechanism, made.duration
+    if is_pressed(mechanism):
+        return {"force of the push": np.array([read_push(result)])}
+    kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
+    names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
+    found: dict[str, Array] = {kind: np.stack([result.at(name, SAMPLES * duration, outside=np.nan) for name in names])}
+    vectors: dict[str, list[Array]] = {}
+    for name, owner in find_forces(result).items():
+        vectors.setdefault(owner, []).append(result.signals[name])
+    for owner, rows in vectors.items():
+        parts = np.stack(rows)  # components are measured over the larger one
+        found[f"force rms of {owner}"] = np.sqrt(np.trapezoid(parts**2, result.time) / np.ptp(result.time))
+        found[f"force peak of {owner}"] = np.abs(parts).max(axis=1)
+        if owner.endswith(("contact_force", "normal_force")):
+            found[f"impulse of {owner}"] = np.trapezoid(parts, result.time)
+    return found
+
+
+def find_forces(result: Result) -> dict[str, str]:
+    """Find the forces and torques that are judged, each with the vector it belongs to; of what rings the mean."""
+    return {
+        name: (trait.group or name).removesuffix(".mean")
+        for name, trait in result.traits.items()
+        if trait.kind in FORCES and result.units[name] in ("N", "N m") and f"{name}.mean" not in result.traits
+    }
+
+
+def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
+    """Collect the errors that a run reports of its places and forces; infinite where it says that ringing is not resolved."""
+    found: dict[str, float] = {}
+    for kind in {"place", "path"} & set(measures):
+        peaks = [f"{name}.peak" for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE]
+        off = [result.error[x] * result.error.sizes[x] for x in peaks if x in result.error and result.units[x[:-5]] == "m"]
+        found[kind] = max(off, default=0.0) / np.nanmax(np.abs(measures[kind]))
+    for name, owner in find_forces(result).items():
+        for part, what in (("", "force rms of"), (".peak", "force peak of"), (".impulse", "impulse of")):
+            measure, ringing = f"{what} {owner}", name.removesuffix(".mean") in result.error.unresolved
+            found[measure] = max(found.get(measure, 0.0), np.inf if ringing else result.error.get(f"{name}{part}", 0.0))
+    return found
+
+
+def read_push(result: Result) -> float:
+    """Read the force of the drive at the end, without the block's inertia [N]."""
+    late = result.time > 0.999 * result.time[-1]
+    inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)
+    return float(np.mean((result.signals["drive.force"] - inertia)[late]))
+
+
+def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
+    """Find the measures that are known; None if none is."""
+    if is_pressed(made.mechanism):
+        return {"force of the push": np.array([find_load(made)])}
+    if is_pendulum(made.mechanism):
+        return {"place": swing(made)}
+    coarse, fine = (run_reference(made, finer) for finer in (0, 1))
+    if coarse is None or fine is None:
+        return None
+    until = len(SAMPLES)
+    if clearances(made.mechanism):
+        joints = [replace(x, gap=(1 + KNOWN) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
+        if (other := run_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
+            return None
+        parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
+        until = int(np.argmax(parted)) if parted.any() else until
+    return dict(find_agreed(coarse, fine, scales, until)) or None
+
+
+def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
+    """Find the measures in which two references agree; forces only where the motion is one trajectory throughout."""
+    biggest = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
+    for name, value in fine.items():
+        is_motion = name in ("place", "path", "journal")
+        if not is_motion and (until < len(SAMPLES) or (name.startswith("force") and find_largest(value) < SMALL * biggest)):
+            continue
+        part = slice(until) if is_motion else slice(None)
+        first, second, kind = coarse[name][..., part], value[..., part], KINDS[name.split()[0]]
+        scale = scales.get(name) or max(find_largest(value), 1e-12)
+        if second.shape[-1] and kind.norm(first - second) / scale <= AGREEMENT * kind.allowed:
+            yield name, second
+
+
+def run_reference(made: Draw, finer: int) -> Measures | None:
+    """Read a run of the compiled solver, its steps and strips finer for `finer` = 1; None if it fails."""
+    longest = made.duration / 800
+    if any(link.body.massless for link in made.mechanism.links):  # struts ring in places far below the tolerance
+        longest = min(longest, axial_period(made.mechanism) / RINGING)
+    steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
+    solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
+    try:
+        simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # compile outside the time limit
+        result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
+    except (ValueError, NotImplementedError):
+        return None
+    return read(made, result) if result.status in ENDED else None
+
+
+def is_pressed(mechanism: Mechanism) -> bool:
+    """Check for a straight column pressed by a drive, whose load is that of the elastica."""
+    return mechanism.links[0].name == "strip" and bool(mechanism.drives)
+
+
+def find_load(made: Draw) -> float:
+    """Find the elastica's load at the end of a push [N]."""
+    (strip,), pushed, length = made.mechanism.links, made.mechanism.drives[0].motion, made.mechanism.length("strip")
+    critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
+    return critical / np.pi**2 * float(pinned.load(pushed.position(made.duration) / length - critical / axial))
+
+
+def is_pendulum(mechanism: Mechanism) -> bool:
+    """Check for one rigid bar that swings about its start."""
+    return len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
+
+
+def swing(made: Draw) -> Array:
+    """Integrate the pendulum's equation to 1e-12: places of both ends of the bar, (4, samples) [m]."""
+    (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
+    length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))
+    mass, inertia, _ = bar.body.inertia(length)
+    times, pull = SAMPLES * made.duration, mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)
+    whole, sharp = (0, made.duration), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    turned = solve_ivp(lambda _t, y: (y[1], -pull * np.sin(y[0])), whole, (angle, 0.0), t_eval=times, **sharp).y[0]
+    return np.stack([0 * times, 0 * times, length * np.sin(turned), -length * np.cos(turned)])

@@ -1,0 +1,147 @@
+"""Extreme and random mechanisms: is any run reported fine that is wrong, is any right run suspected?
+
+They are drawn by the grammar of `kit.drawn` and from wide ranges. The reference of each run is a closed form, or the compiled
+solver refined until two of its runs agree. A run that is reported fine though it is wrong is silent; there should be none.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+
+from buckler import mbs
+from buckler.mbs import laws
+from buckler.mbs.library import PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
+
+from ..kit import drawn
+from ..kit.drawn_linkages import PREDICTABLE, Dice, Made
+from ..kit.parameters import StudyParameters, choices, integer, quantity
+from ..kit.published import STEEL, STRIP_WIDTH
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, subplots
+from .case import Finding, judge
+from .verdict import Verdict
+
+ACCURACIES = (None, None, None, 1e-2, 1e-3)
+"""Accuracies asked of a run, each as often as the others; most often none."""
+BARS = mbs.Section(0.005, 0.020, STEEL)
+LEAST, MOST = 1e-4, 1e4
+"""Errors over what is allowed at which the figure ends; what lies beyond is drawn there."""
+
+
+def strike(d: Dice) -> Made:
+    """Draw a slider-crank on its stop from wide ranges of thickness, speed, stiffness, restitution, friction and damping."""
+    section = mbs.Section(STRIP_WIDTH, d.log(5e-5, 1e-3)).damped(d.log(2e-3, 0.5), PAPER.coupler)
+    body = d.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
+    speed, law = d.log(0.1, 60), laws.CarvalhoMartins(d.log(1e3, 1e8), d.uniform(0.1, 1.0), exponent=1.0)
+    friction = mbs.GuideFriction.of_weight(d.uniform(0, 0.9), 0.3)
+    return slider_crank(body, law=law, mass=0.3, speed=speed, friction=friction), 0.56 * 2 * pi / speed
+
+
+def pass_dead_centre(d: Dice) -> Made:
+    """Draw a four-bar whose bars come within 1e-9 to 1e-2 m of one line."""
+    paper, speed = CrankRocker(), d.log(1e-2, 1e5)
+    lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + d.log(1e-9, 1e-2))
+    made = crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=d.one(0.5, -0.3))
+    return made, 2 * pi / speed
+
+
+def rattle(d: Dice) -> Made:
+    """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
+    gap, stiff, speed = d.log(1e-6, 2e-3), d.log(1e-2, 1e2), d.log(0.1, 500)
+    law = laws.Impact(RATTLING.stiffness * stiff, 253.0 * sqrt(stiff), 1e-5)
+    friction = d.one(
+        laws.NoFriction(), laws.Coulomb(d.uniform(0, 0.9), d.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
+    )
+
+    def play(point: str, pin: str, bush: str) -> mbs.Clearance:
+        return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
+
+    joints = d.one("B", "BC", "ABC", "OABC")
+    made = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
+    return made, PREDICTABLE * 10 * pi / max(speed, 10 * pi)
+
+
+FAMILIES = {**drawn.FAMILIES, "strike range": strike, "dead centre": pass_dead_centre, "clearance range": rattle}
+
+
+def slug(family: str) -> str:
+    """Make a family's name for the command line."""
+    return family.replace(" ", "-")
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    cases: int = integer(100, 1, 10**6, "cases; families take turns", "cases")
+    seed: int = integer(1, 0, 2**31 - 1, "draws them", "cases")
+    families: tuple[str, ...] = choices(tuple(map(slug, FAMILIES)), list(map(slug, FAMILIES)), "families of cases", "cases")
+    timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time of a run", "cases")
+
+
+def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
+    """Draw the k-th case: family, mechanism and the accuracy asked for."""
+    number, turn = divmod(k, len(p.families))
+    family = next(name for name in FAMILIES if slug(name) == p.families[turn])
+    asked = ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    return family, drawn.draw(p.seed, number, (family,), FAMILIES), asked
+
+
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run every case and its reference."""
+    found = [judge(*make_case(p, k), p.timeout) for k in progress(range(p.cases), label="cases")]
+    count, right = Counter(f.verdict for f in found), [f.error for f in found if f.verdict is Verdict.RIGHT]
+    metrics = {
+        "cases": Metric(len(found), "1"),
+        **{verdict.replace(" ", "_"): Metric(count[verdict], "1") for verdict in Verdict},
+        "price": Metric(float(np.nanmedian([f.price for f in found])), "1"),
+        "largest_error_of_right": Metric(max(right, default=0.0), "1"),
+    }
+    silent = [f"{f.name}: {f.worst} {f.error:.2g} times what is allowed, silent" for f in found if f.verdict is Verdict.SILENT]
+    return StudyResult(
+        parameters=p,
+        **judged(silent, f"{len(found)} cases, none of them silently wrong"),
+        metrics=metrics,
+        signals={name: np.array([getattr(f, name) for f in found]) for name in Finding._fields},
+        tables=[count_families(found), list_exceptions(found)],
+    )
+
+
+def count_families(found: Sequence[Finding]) -> Table:
+    """Count the verdicts of each family."""
+    groups = {name: [f for f in found if f.family == name] for name in FAMILIES} | {"all": list(found)}
+    rows = [
+        [name, len(mine), *(sum(f.verdict is v for f in mine) for v in Verdict),
+         max((f.error for f in mine if f.verdict is Verdict.RIGHT), default=None)]
+        for name, mine in groups.items() if mine
+    ]  # fmt: skip
+    return Table(["family", "cases", *Verdict, "largest right error over allowed"], rows, "Extreme and random mechanisms")
+
+
+def list_exceptions(found: Sequence[Finding]) -> Table:
+    """List every case that is not right, with its message."""
+    some = sorted((f for f in found if f.verdict is not Verdict.RIGHT), key=lambda f: list(Verdict).index(f.verdict))
+    rows = [[f.name, f.verdict, None if np.isnan(f.error) else f"{f.error:.2g} {f.worst}", f.message[:90]] for f in some]
+    return Table(["case", "verdict", "error over what is allowed", "message"], rows, "Cases that are not right")
+
+
+def figure(result: StudyResult) -> Figure:
+    """Draw the error of each case by family; right of the scale those that were not compared."""
+    s, spread = result.signals, np.random.default_rng(0)
+    families = [name for name in FAMILIES if (s["family"] == name).any()]
+    fig, ax = subplots(height=60 + 6 * len(families))
+    x = np.where(np.isnan(s["error"]), 40 * MOST, np.clip(s["error"], LEAST, MOST))
+    y = np.array([families.index(name) for name in s["family"]]) + spread.uniform(-0.3, 0.3, len(x))
+    for verdict, mark, colour in zip(Verdict, "oPDX*", COLOURS, strict=False):
+        mine = s["verdict"] == verdict
+        ax.plot(x[mine], y[mine], mark, ms=3.5, color=colour, label=f"{verdict} ({mine.sum()})")
+    ax.axvline(1.0, color="black", lw=0.8)
+    ax.set(xscale="log", xlim=(LEAST / 2, 200 * MOST), xlabel="error over what is allowed [1]; right: not compared")
+    ax.set(yticks=range(len(families)), yticklabels=families, ylim=(len(families) - 0.4, -0.6), ylabel="family")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.25, 1.0), ncols=3, columnspacing=1.0)
+    return fig
