@@ -20,7 +20,7 @@ MADE = "made"
 ORDER = (
     "buckling_slider_crank", "six_bar_with_strip", "rattling_crank_rocker", "straight_line_linkage", "snapping_truss",
     "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block", "net_of_strips",
-    "uncertain_contact_force", "two_causes_told_apart",
+    "uncertain_contact_force", "two_causes_told_apart", "bifurcation",
 )  # fmt: skip
 """Scripts of the gallery."""
 
@@ -55,14 +55,17 @@ def _head(script: Path) -> tuple[str, str, str]:
 
 
 def _example(script: Path, folder: Path) -> Iterator[str]:
-    """The page of a script, its animation and the picture of its card drawn if they are older."""
+    """Yield the page of a script; draw its animation, the picture of its card and a figure it leaves, if they are older."""
     title, about, code = _head(script)
     picture, card = folder / f"{script.stem}.gif", folder / f"{script.stem}.png"
     if not all(each.exists() and each.stat().st_mtime >= script.stat().st_mtime for each in (picture, card)):
-        result = runpy.run_path(str(script))["result"]
-        result.animate(picture, seconds=5.0, width=560)
-        still(result.movie, card)
-    yield from (f"# {title}", "", about, "", f"![{title}]({picture.name})", "", "```python", code, "```", "")
+        left = runpy.run_path(str(script))
+        left["result"].animate(picture, seconds=5.0, width=560)
+        still(left["result"].movie, card)
+        if "picture" in left:
+            left["picture"].savefig(folder / f"{script.stem}-figure.png", dpi=150)
+    figures = [f"![{title}]({name})" for name in (picture.name, f"{script.stem}-figure.png") if (folder / name).exists()]
+    yield from (f"# {title}", "", about, "", *figures, "", "```python", code, "```", "")
 
 
 CARD = (72.0, 48.0)
@@ -83,7 +86,7 @@ def _gallery(scripts: list[Path]) -> Iterator[str]:
     yield from (
         "# Gallery",
         "",
-        "Eleven mechanisms, each a short script that asserts one physical number. The tests run them all.",
+        "Mechanisms, each a short script that asserts one physical number. The tests run them all.",
         "",
     )
     yield "::::{grid} 1 2 2 3"

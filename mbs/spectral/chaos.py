@@ -35,7 +35,7 @@ class Exponent(NamedTuple):
 
 
 def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> State:
-    """The state at a later time.
+    """Compute the state at a later time.
 
     Raises
     ------
@@ -50,9 +50,11 @@ def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> Stat
 
 def lyapunov(
     mechanism: Mechanism, interval: float, count: int, *, settle: int = 1, size: float = 1e-9, seed: int = 0,
-    solver: Spectral | None = None, state: State | None = None, lengths: Array | None = None,
+    solver: Spectral | None = None,
 ) -> Exponent:  # fmt: skip
-    """Largest Lyapunov exponent: let two motions part for an interval, draw the second back along the offset, repeat.
+    """Compute the largest Lyapunov exponent by Benettin's method.
+
+    Two motions part for an interval; the second is drawn back along their offset to its first size; and so on.
 
     Parameters
     ----------
@@ -64,16 +66,12 @@ def lyapunov(
     settle : int
         Intervals before, in which the offset finds its direction.
     size : float
-        Of the offset, root of the sum of squares of its components in their units.
+        Of the offset, root of the sum of squares of its components in units of the longest link's length and 1 rad, rates times
+        the fastest rate at the start. The units decide single intervals, not the mean of many.
     seed : int
         Draws the first direction.
     solver : Spectral, optional
         Its tolerance is well below the size of the offset: 1e-11 by default.
-    state : State, optional
-        Where it begins, by default the start. Forces that remember go on remembering.
-    lengths : array, shape (2 n,), optional
-        Units of coordinates and rates: by default the longest link's length and 1 rad, and the same times the fastest rate at the
-        start. They decide single intervals, not the mean of many.
 
     Raises
     ------
@@ -83,13 +81,13 @@ def lyapunov(
     positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
     solver = solver or Spectral(Controlled(tolerance=1e-11))
     scene = Scene.of(mechanism, solver.degree)
-    state = state or State(0.0, *settled(scene), scene.memory())
-    begin, pace = state.time, max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
-    units = np.concatenate([scene.units, scene.units * pace]) if lengths is None else lengths
+    state = State(0.0, *settled(scene), scene.memory())
+    pace = max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
+    units = np.concatenate([scene.units, scene.units * pace])
     n = scene.size
 
     def flow(state: State, k: int) -> State:
-        return last_state(scene, state, begin + (k + 1) * interval, solver)
+        return last_state(scene, state, (k + 1) * interval, solver)
 
     def moved(state: State, shift: Array) -> State:
         return state._replace(q=state.q + shift[:n], v=state.v + shift[n:])
@@ -115,7 +113,7 @@ def stretching(
     read: Callable[[T], Array] = np.asarray, moved: Callable[[T, Array], T] = np.add,  # type: ignore[assignment]
     allowed: Callable[[T, Array], Array] = lambda _, shift: shift,
 ) -> Array:  # fmt: skip
-    """Logarithm of how much a small offset grows in each step, the offset drawn back to its size after each.
+    """Compute the logarithm of a small offset's growth in each step, the offset drawn back to its size after each.
 
     The first few steps turn the offset into the direction of fastest growth: leave them out of a mean.
 
@@ -163,7 +161,7 @@ def stretching(
 def poincare(
     mechanism: Mechanism, interval: float, count: int, *, settle: int = 0, solver: Spectral | None = None
 ) -> tuple[Array, Array]:
-    """Coordinates and rates at equal intervals of time (a turn of the drive): each (count, n), after `settle` intervals.
+    """Compute coordinates and rates at equal intervals of time (a turn of the drive): each (count, n), after `settle` intervals.
 
     Raises
     ------

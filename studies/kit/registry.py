@@ -47,7 +47,6 @@ _LISTED = (
     ("rattling", "clearance-precision", "crank-rocker with clearance: error against run time of rigid, beam and modal rocker"),
     ("rattling", "nonsmooth", "smooth contact laws against published trajectories of nonsmooth dynamics"),
     ("rattling", "clearance-speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"),
-    ("rattling", "bifurcation", "crank-rocker with clearance: order or chaos over clearance, speed, damping"),
     ("rattling", "buffering-claims", "does a flexible rocker buffer? each published claim, over many runs"),
     ("rattling", "buffering-world", "the same in one world: everything that the paper leaves open has one value"),
     ("rattling", "gravity-flip", "does gravity flip the buffering? over theory, number and frequency of the modes"),
