@@ -96,9 +96,9 @@ class Box(Declared):
 
 @declared
 class MeshFile(Declared):
-    """A mesh from a file; the section then gives the material only."""
+    """A mesh from a file; the section then gives the material, and the width of a planar mesh."""
 
-    path: str = names(doc="any format meshio reads, with one kind of solid cells")
+    path: str = names(doc="any format meshio reads, with one kind of solid or planar cells")
     start: Point3 = quantities("", least=3, most=3, doc="the first joint's centre in the file's axes and unit")
     end: Point3 = quantities("", least=3, most=3, doc="the second joint's centre")
     normal: Point3 = quantities("", least=3, most=3, doc="of the plane of motion in the file's axes", default=(0.0, 0.0, 1.0))

@@ -17,6 +17,8 @@ MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """What a mode may do; the first two move the link in the plane."""
 SLABS = 24
 """Slices across the link by which a mode's motion is read."""
+IN_PLANE = 1e-6
+"""Mean share of energy in the plane below which modes of one frequency stay as they are: rounding leaves 1e-12."""
 CLUSTER = 1e-3
 """Relative distance of frequencies that count as one: a square bar's two bending modes come in any mixture."""
 
@@ -34,13 +36,14 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
     shift = -1e-4 * (speed / solid.length) ** 2  # below all of them; the unshifted stiffness is singular
-    squares, vectors = _lowest(stiffness, mass, count + 6, shift, scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc()))
-    order = np.argsort(squares)
-    return _tidy(solid, np.sqrt(squares[order[6:]]), vectors[:, order[6:]])
+    factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
+    squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
+    flexible = np.argsort(squares)[solid.rigid :]
+    return _tidy(solid, np.sqrt(squares[flexible]), vectors[:, flexible])
 
 
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
-    """All flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static ones and `fixed` vibrating ones.
+    """All flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static (3 in the plane) and vibrating ones.
 
     Parameters
     ----------
@@ -52,25 +55,25 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
     Returns
     -------
     omega, shapes
-        As `free_modes`, 6 + fixed of them.
+        As `free_modes`; as many as static and fixed ones.
     """
-    held = [np.add.outer(3 * nodes, np.arange(3)).ravel() for nodes in interfaces]
-    boundary = np.concatenate(held)
-    inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), boundary)
+    dim, static = solid.dim, 2 * solid.rigid
+    boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
+    inner = np.setdiff1d(np.arange(dim * len(solid.nodes)), boundary)
     centred = (solid.nodes[nodes] - solid.nodes[nodes].mean(axis=0) for nodes in interfaces)
-    motion = scipy.linalg.block_diag(*map(rigid_motions, centred))
+    motion = scipy.linalg.block_diag(*(rigid_motions(places, dim) for places in centred))
     stiffness, mass = solid.stiffness.tocsr(), solid.full_mass.tocsr()
     inside = stiffness[inner][:, inner].tocsc()
     factors = scipy.sparse.linalg.splu(inside)
-    basis = np.zeros((3 * len(solid.nodes), 12 + fixed))
-    basis[boundary, :12] = motion
-    basis[inner, :12] = -factors.solve(stiffness[inner][:, boundary] @ motion)
+    basis = np.zeros((dim * len(solid.nodes), static + fixed))
+    basis[boundary, :static] = motion
+    basis[inner, :static] = -factors.solve(stiffness[inner][:, boundary] @ motion)
     if fixed:
-        _, basis[inner, 12:] = _lowest(inside, mass[inner][:, inner].tocsc(), fixed, 0.0, factors)
+        _, basis[inner, static:] = _lowest(inside, mass[inner][:, inner].tocsc(), fixed, 0.0, factors)
     scale = np.sqrt(np.einsum("ij,ij->j", basis, mass @ basis))
     basis = basis / scale
     squares, mix = scipy.linalg.eigh(basis.T @ (stiffness @ basis), basis.T @ (mass @ basis))
-    return _tidy(solid, np.sqrt(squares[6:]), basis @ mix[:, 6:])
+    return _tidy(solid, np.sqrt(squares[solid.rigid :]), basis @ mix[:, solid.rigid :])
 
 
 def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -> tuple[Array, Array]:
@@ -133,14 +136,18 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
 
 def _tidy(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array]:
     """Remove what rounding left of rigid motion, normalise, settle mixtures and signs."""
-    mass, rigid = solid.full_mass, rigid_motions(solid.nodes - solid.centre)
+    mass, dim = solid.full_mass, solid.dim
+    rigid = rigid_motions(solid.nodes - solid.centre, dim)
     vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
-    shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, 3)
+    shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
+    shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
     breaks = np.flatnonzero(np.diff(omega) > CLUSTER * omega[1:]) + 1
     # where modes of one frequency mix, the one that moves in the plane most comes first
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
+            if np.trace(forms[0] + forms[1]) < IN_PLANE * len(group):
+                continue
             _, mix = np.linalg.eigh(-(forms[0] + forms[1]) - 1e-3 * forms[0])
             shapes[group] = np.einsum("kl,kna->lna", mix, shapes[group])
             omega[group] = np.sqrt(mix.T**2 @ omega[group] ** 2)

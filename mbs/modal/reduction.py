@@ -13,12 +13,10 @@ import numpy as np
 from ..elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
 from ..geometry import Array
 from ..validate import positive
+from .mesh import bar_grid, read_mesh
 from .modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
 from .planar import PlanarModel
-from .solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
-
-RIGID = 6
-"""Modes of a free body that carry no flexibility."""
+from .solid import Solid, assemble, rigid_motions
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +26,15 @@ class ReducedModel:
     Attributes
     ----------
     nodes : array, shape (n, 3)
-        Of the solid, in link axes, m.
+        Of the mesh, in link axes [m].
+    cells : str, array of int, shape (cells, corners)
+        Shape of the mesh's cells and the nodes at their corners, as meshio has them.
     numbers : array of int, shape (m,)
         Of the modes among all flexible ones.
     omega, damping : arrays, shape (m,)
         rad/s and 1. The modal stiffness is omega^2.
     modes : array, shape (m, n, 3)
-        Displacements of the nodes, 1/sqrt(kg).
+        Displacements of the nodes [1/sqrt(kg)].
     participation : array, shape (m, 4)
         Shares of kinetic energy by `buckler.mbs.modal.MOTIONS`.
     length, mass, centre
@@ -48,6 +48,7 @@ class ReducedModel:
     """
 
     nodes: Array
+    cells: tuple[str, Array]
     numbers: Array
     omega: Array
     damping: Array
@@ -127,19 +128,15 @@ def reduced(modal: Modal, length: float) -> ReducedModel:
 
 @lru_cache(maxsize=32)
 def _reduced(modal: Modal, length: float, _stamp: int) -> ReducedModel:
-    mesh = solid_mesh(modal, length)
-    if not isclose(mesh.length, length, rel_tol=1e-6):
-        wanted = f"must be the link's length, {length:.9g} m, to 1e-6 of it"
-        raise ValueError(f"mesh: distance of its joints = {mesh.length:.9g} m: {wanted}")
-    return reduce_solid(assemble(mesh, modal.section.material, modal.order), modal)
-
-
-def solid_mesh(modal: Modal, length: float) -> SolidMesh:
-    """The link's mesh: read, or made of boxes."""
     mesh, section = modal.mesh, modal.section
     if isinstance(mesh, MeshFile):
-        return read_mesh(mesh.path, mesh.start, mesh.end, mesh.normal, mesh.scale)
-    return box_mesh(length, section.thickness, section.width, mesh.elements)
+        grid, span = read_mesh(mesh)
+        if not isclose(span, length, rel_tol=1e-6):
+            wanted = f"must be the link's length, {length:.9g} m, to 1e-6 of it"
+            raise ValueError(f"mesh '{mesh.path}': distance of its joints = {span:.9g} m: {wanted}")
+    else:
+        grid = bar_grid(length, section.thickness, section.width, mesh.elements)
+    return reduce_solid(assemble(grid, length, section.material, modal.order, section.width), modal)
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
@@ -149,7 +146,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     wanted: Any = modal.modes  # of a solid, or there would be none to reduce
     omega, modes = _all_modes(solid, wanted, interfaces)
     shares = participation(solid, modes)
-    chosen, damping = _choose(modal, plane_part(shares), omega)
+    chosen, damping = _choose(modal, plane_part(shares), omega, solid.rigid)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
     places = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
@@ -158,7 +155,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     arms = solid.nodes - solid.centre
     heavy = np.array([solid.mass @ mode for mode in modes]).reshape(-1, *arms.shape)
     return ReducedModel(
-        solid.nodes, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
+        solid.nodes, solid.cells, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
         second=arms.T @ (solid.mass @ arms),
         first=heavy.sum(axis=1),
         mixed=np.einsum("na,knb->kab", arms, heavy),
@@ -172,11 +169,11 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
 def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
     """All modes the numbers may choose from; of free ones no more than needed."""
     if isinstance(wanted, CraigBampton):
-        most = 3 * (len(solid.nodes) - sum(map(len, interfaces))) - 2
+        most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if wanted.fixed > most:
             raise ValueError(f"fixed = {wanted.fixed}: must lie in [0, {most}], as many as the mesh has")
         return craig_bampton(solid, interfaces, wanted.fixed)
-    most, highest = 3 * len(solid.nodes) - RIGID - 2, max(wanted.numbers)
+    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(wanted.numbers)
     count = (3 if wanted.counting == "in-plane" else 1) * highest + 2  # of two modes of one frequency, both are needed
     while True:
         omega, modes = free_modes(solid, min(count, most))
@@ -186,15 +183,15 @@ def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple
         count *= 2
 
 
-def _choose(modal: Modal, seen: Array, omega: Array) -> tuple[Array, Array]:
+def _choose(modal: Modal, seen: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
     """Indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes drop out."""
     wanted: Any = modal.modes
     if wanted.numbers is None:
         chosen = np.flatnonzero(seen)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
     have = np.flatnonzero(seen) if wanted.counting == "in-plane" else np.arange(len(seen))
-    numbers = np.array(wanted.numbers) - (RIGID if wanted.counting == "free" else 0)
-    most = len(have) + (RIGID if wanted.counting == "free" else 0)
+    skipped = rigid if wanted.counting == "free" else 0
+    numbers, most = np.array(wanted.numbers) - skipped, len(have) + skipped
     if numbers.max() > len(have):
         where = f"with counting = {wanted.counting!r} on this mesh"
         raise ValueError(f"numbers = {wanted.numbers!r}: must lie in [1, {most}] {where}")
@@ -209,14 +206,22 @@ def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface)
     found = []
     for name, joint in zip(("start", "end"), joints, strict=True):
         nodes = np.flatnonzero(interface(solid.nodes, joint))
-        motion = rigid_motions((solid.nodes[nodes] - joint) / solid.length)
-        if np.linalg.matrix_rank(motion, tol=1e-6) < 6:
-            have = f"{len(nodes)} nodes at the {name} joint"
-            raise ValueError(f"interface = {interface!r}: {have}: must be 3 at least, not in one line")
+        if not _carries(solid, nodes, joint):
+            have, least = (
+                f"{len(nodes)} nodes at the {name} joint",
+                "3 at least, not in one line" if solid.dim == 3 else "2 at least",
+            )
+            raise ValueError(f"interface = {interface!r}: {have}: must be {least}")
         found.append(nodes)
     if set(found[0]) & set(found[1]):
         raise ValueError(f"interface = {interface!r}: the two joints share nodes: must be apart; make it smaller")
     return found[0], found[1]
+
+
+def _carries(solid: Solid, nodes: Array, about: Array) -> bool:
+    """True if these nodes determine a rigid motion."""
+    motion = rigid_motions((solid.nodes[nodes] - about) / solid.length, solid.dim)
+    return bool(np.linalg.matrix_rank(motion, tol=1e-6) == solid.rigid)
 
 
 def _section_at(solid: Solid, place: Array) -> Array:
@@ -224,7 +229,7 @@ def _section_at(solid: Solid, place: Array) -> Array:
     away = np.abs(solid.nodes[:, 0] - place[0])
     for nearest in np.unique(away.round(12)):
         nodes = np.flatnonzero(away <= nearest + 1e-9 * solid.length)
-        if np.linalg.matrix_rank(rigid_motions((solid.nodes[nodes] - place) / solid.length), tol=1e-6) == RIGID:
+        if _carries(solid, nodes, place):
             return nodes
     raise ValueError("mesh: all nodes lie on one line: must be a solid")
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path as FilePath
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from ..elements.modal import Modal
 from ..geometry import Array
@@ -101,14 +100,18 @@ def _prism(movie: Movie, mark: Path) -> Solid:
 
 
 def _deformed(body: Modal, length: float, q: Array) -> Solid:
-    """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k)."""
-    from ..modal.reduction import reduced, solid_mesh
+    """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k); a planar mesh has the section's width."""
+    from ..modal.reduction import reduced
 
-    mesh, model = solid_mesh(body, length), reduced(body, length)
-    kind = "hexahedron" if mesh.kind.startswith("hexahedron") else "tetra"
-    used, cells = np.unique(mesh.cells[:, : 8 if kind == "hexahedron" else 4], return_inverse=True)
-    nodes = cKDTree(model.nodes).query(mesh.points[used])[1]
-    modes = model.modes[model.moves_in_plane][:, nodes, :2]
-    local = mesh.points[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
+    model = reduced(body, length)
+    kind, cells = model.cells
+    used, cells = np.unique(cells, return_inverse=True)
+    cells = cells.reshape(len(model.cells[1]), -1)
+    modes = model.modes[model.moves_in_plane][:, used, :2]
+    local = model.nodes[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
     plane = np.stack([placed(frame, points) for frame, points in zip(q[:, :3], local, strict=True)])
-    return Solid(_at_height(plane, cast(Array, mesh.points[used, 2])), kind, cells.reshape(len(mesh.cells), -1), {})
+    if kind in ("tetra", "hexahedron"):
+        return Solid(_at_height(plane, model.nodes[used, 2]), kind, cells, {})
+    faces = [_at_height(plane, z) for z in (-body.section.width / 2, body.section.width / 2)]
+    cells = np.hstack([cells, cells + len(used)])
+    return Solid(np.concatenate(faces, axis=1), "wedge" if kind == "triangle" else "hexahedron", cells, {})

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 pytest.importorskip("skfem")
-from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE
+from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, Modal, reduced
 from buckler.mbs.modal.modes import free_modes, participation
-from buckler.mbs.modal.solid import assemble, box_mesh, rigid_motions
+from buckler.mbs.modal.solid import rigid_motions
 
 NO_CONTRACTION = replace(STEEL, poisson=0.0)
 
@@ -24,7 +24,7 @@ def test_matrices_are_symmetric_and_rigid_motion_is_free(bar):
     assert abs(stiffness - stiffness.T).max() < 1e-14 * abs(stiffness).max()
     assert abs(bar.mass - bar.mass.T).max() < 1e-14 * abs(bar.mass).max()
     assert abs(stiffness @ rigid_motions(bar.nodes)).max() < 1e-13 * abs(stiffness).max()
-    small = assemble(box_mesh(LENGTH, WIDE, THIN, (2, 1, 1)), STEEL).stiffness.toarray()
+    small = solid_bar(WIDE, THIN, (2, 1, 1)).stiffness.toarray()
     lowest = np.linalg.eigvalsh(small)[:7]
     assert abs(lowest[:6]).max() < 1e-6 * lowest[6] and lowest[6] > 0  # six, and no seventh
 
@@ -52,7 +52,7 @@ def test_uniform_strain_stores_the_exact_energy(bar):
 
 
 def axial_error(n, order):
-    solid = assemble(box_mesh(LENGTH, WIDE, THIN, (n, 1, 1)), NO_CONTRACTION, order)
+    solid = solid_bar(WIDE, THIN, (n, 1, 1), NO_CONTRACTION, order)
     omega, modes = free_modes(solid, 24)
     axial = participation(solid, modes)[:, 0] > 0.9
     return omega[axial][0] / (pi / LENGTH * sqrt(207e9 / 7850.0)) - 1
@@ -81,7 +81,7 @@ def test_bending_frequency_converges_from_above_without_locking():
     """Each halving of the element divides the error by 2^4; first-order elements lock and are far too stiff."""
 
     def first(elements, order=2):
-        return free_modes(assemble(box_mesh(LENGTH, THIN, WIDE, elements), STEEL, order), 1)[0][0]
+        return free_modes(solid_bar(THIN, WIDE, elements, STEEL, order), 1)[0][0]
 
     exact = first((48, 2, 2))
     errors = np.array([first((n, n // 4, n // 4)) for n in (4, 8, 16)]) / exact - 1

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip("skfem")
-from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE
+from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import Box, CraigBampton, FreeModes, MeshFile, Modal, Nearest, PinHole, reduced
 from buckler.mbs.modal.modes import rigid_fit
-from buckler.mbs.modal.solid import assemble, box_mesh, rigid_motions
+from buckler.mbs.modal.solid import rigid_motions
 
 # --- choosing modes ---------------------------------------------------------------------------------------------------
 
@@ -58,7 +58,7 @@ def test_a_square_bar_has_its_mixed_modes_parted():
 @pytest.mark.parametrize("modes", [FreeModes((1, 2, 3, 4), "in-plane"), CraigBampton()], ids=["free", "Craig-Bampton"])
 def test_modes_keep_to_mean_axes_and_diagonalise_both_matrices(modes):
     modal = Modal(FLAT, modes)
-    solid = assemble(box_mesh(LENGTH, THIN, WIDE, modal.mesh.elements), STEEL)
+    solid = solid_bar(THIN, WIDE, modal.mesh.elements)
     model = reduced(modal, LENGTH)
     vectors = model.modes.reshape(len(model.omega), -1).T
     np.testing.assert_allclose(vectors.T @ (solid.full_mass @ vectors), np.eye(len(model.omega)), atol=1e-9)
@@ -97,7 +97,7 @@ def random_state(model, seed=0, times=5):
 def test_energies_and_momenta_are_those_of_the_whole_mesh(modes):
     """All nodes of the mesh moved in the plane: their energies and momenta by M and K are the reduced model's."""
     model = reduced(Modal(FLAT, modes), LENGTH)
-    solid = assemble(box_mesh(LENGTH, THIN, WIDE, Box().elements), STEEL)
+    solid = solid_bar(THIN, WIDE, Box().elements)
     planar = model.planar()
     q, v, _ = random_state(planar)
     shapes = model.modes[model.moves_in_plane]

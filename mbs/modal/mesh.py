@@ -1,0 +1,249 @@
+"""Meshes of links in the link's own axes: bars made here, files read by meshio, nodes of any order put in that of scikit-fem.
+
+Link axes: origin at the start joint's centre, x towards the end joint's centre, y in the plane of motion to the left of
+x, z normal to it. A planar mesh has two coordinates. Both libraries come with pip install 'buckler[modal]'.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ..elements.modal import MeshFile
+from ..geometry import Array
+from ..validate import number, positive
+
+SHAPES = {"tetra": ("Tet", 4), "hexahedron": ("Hex", 8), "triangle": ("Tri", 3), "quad": ("Quad", 4)}
+"""scikit-fem's name of a shape, and its number of corners."""
+KINDS = {
+    "tetra": "TetP1", "tetra10": "TetP2", "hexahedron": "Hex1", "hexahedron20": "HexS2", "hexahedron27": "Hex2",
+    "triangle": "TriP1", "triangle6": "TriP2", "quad": "Quad1", "quad8": "QuadS2", "quad9": "Quad2",
+}  # fmt: skip
+"""Cells that are read, by meshio's names, with scikit-fem's element of these nodes."""
+ON = 1e-6
+"""Distance within which a node lies on a face or in the plane, relative to the size of the face or to the link's length."""
+ZERO = 1e-9
+"""Determinant of a cell's map that counts as zero, relative to the cell's largest: a collapsed cell has flat corners."""
+
+
+def skfem() -> Any:
+    """Import scikit-fem, or say how to get it."""
+    try:
+        import skfem as found
+    except ModuleNotFoundError as error:
+        raise ImportError("a Modal link needs scikit-fem: pip install 'buckler[modal]'") from error
+    return found
+
+
+def bar_grid(length: float, depth: float, width: float, elements: Sequence[int]) -> Any:
+    """Mesh a bar between two joint centres, which are the centres of its end faces; sizes [m] and elements along x, y, z."""
+    size = [(0.0, length), (-depth / 2, depth / 2), (-width / 2, width / 2)]
+    return skfem().MeshHex.init_tensor(*(np.linspace(*ends, n + 1) for ends, n in zip(size, elements, strict=True)))
+
+
+def read_mesh(file: MeshFile) -> tuple[Any, float]:
+    """Read a mesh of any format meshio knows (gmsh, Abaqus, VTU, ...) in link axes.
+
+    Returns
+    -------
+    grid : skfem.Mesh
+        Of first or second order, [m].
+    length : float
+        Distance of the joints' centres [m].
+
+    Raises
+    ------
+    ValueError
+        If meshio cannot read the file, if it has no cells of one kind, if the joints coincide or the normal is not square to
+        the link, if a planar mesh is not in the plane of motion, if the mesh falls into parts, if cells are inverted, or if
+        touching cells do not share whole faces.
+    """
+    where = f"mesh '{file.path}'"
+    mesh = _read(file.path)
+    kind, cells = _cells_of(mesh, where)
+    turn, length = _link_axes(file)
+    points = np.asarray(mesh.points, dtype=float)
+    places = (np.pad(points, ((0, 0), (0, 3 - points.shape[1]))) - np.array(file.start)) @ turn.T * file.scale
+    used, compact = np.unique(cells, return_inverse=True)  # files keep points that no cell uses
+    out_of_plane = np.ptp(places[used, 2])
+    if kind.startswith(("triangle", "quad")) and out_of_plane > ON * length:
+        raise ValueError(
+            f"{where}: its {kind} cells reach {out_of_plane:.3g} m out of one plane: must lie in the plane of motion"
+        )
+    return grid_of(kind, places[used], compact.reshape(cells.shape), where), length
+
+
+def _read(path: str) -> Any:
+    """Read a file by meshio, which prints and exits where it fails."""
+    import meshio
+
+    if not Path(path).is_file():
+        raise ValueError(f"mesh = '{path}': must be a file")
+    printed = io.StringIO()
+    try:
+        with redirect_stderr(printed), redirect_stdout(printed):
+            return meshio.read(path)
+    except (Exception, SystemExit) as error:
+        told = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
+        raise ValueError(f"mesh '{path}': meshio cannot read it ({told}); write it in another format, as .vtu or .inp") from error
+
+
+def _cells_of(mesh: Any, where: str) -> tuple[str, Array]:
+    """Return kind and nodes of the cells of the highest dimension."""
+    most = max((block.dim for block in mesh.cells if len(block.data)), default=0)
+    found = {block.type for block in mesh.cells if block.dim == most and len(block.data)}
+    if len(found) != 1 or not found <= set(KINDS):
+        have = ", ".join(sorted(found)) or "none"
+        raise ValueError(f"{where}: cells = {have}: must be one kind of cells, one of {', '.join(KINDS)}")
+    (kind,) = found
+    return kind, np.concatenate([block.data for block in mesh.cells if block.type == kind])
+
+
+def _link_axes(file: MeshFile) -> tuple[Array, float]:
+    """Return the rotation from the file's axes into the link's, and the link's length [m]."""
+    vectors = {}
+    for name in ("start", "end", "normal"):
+        vectors[name] = np.array([number(name, c, -1e9, 1e9, "file units") for c in getattr(file, name)])
+    x, z = vectors["end"] - vectors["start"], vectors["normal"]
+    span = positive("distance of start and end", float(np.linalg.norm(x)), "file units")
+    x, z = x / span, z / positive("normal (length)", float(np.linalg.norm(z)), "1")
+    number("cosine of normal and link axis", float(x @ z), -1e-6, 1e-6, "1")
+    y = np.cross(z, x)
+    return np.array([x, y / np.linalg.norm(y), np.cross(x, y / np.linalg.norm(y))]), span * file.scale
+
+
+def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
+    """Make scikit-fem's mesh of cells: corners in meshio's order, all other nodes where they lie, in any order.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    points : array, shape (nodes, 3)
+        In link axes [m], all of them used; the third coordinate of a planar mesh is not looked at.
+    cells : array of int, shape (cells, nodes of a cell)
+
+    Raises
+    ------
+    ValueError
+        If the mesh falls into parts, if cells are inverted or if touching cells do not share whole faces.
+    """
+    import meshio
+    from skfem.io import from_meshio
+
+    plain = next(name for name in SHAPES if kind.startswith(name))
+    shape, corners = SHAPES[plain]
+    used, compact = np.unique(cells[:, :corners], return_inverse=True)
+    straight = from_meshio(meshio.Mesh(points[used], [(plain, compact.reshape(-1, corners))]))
+    _check_connected(straight, where)
+    grid = straight if kind == plain else _curved(straight, shape, KINDS[kind], points[cells[:, corners:]])
+    _check_inverted(straight, grid, where)
+    if loose := len(found := hanging(straight)):
+        at = ", ".join(f"{x:.6g}" for x in straight.p[:, found[0]])
+        raise ValueError(
+            f"{where}: hanging nodes = {loose}, one at ({at}) m in link axes: must be 0; touching cells are to share whole faces"
+        )
+    return grid
+
+
+def _curved(straight: Any, shape: str, element: str, extra: Array) -> Any:
+    """Give a straight mesh its second-order nodes (cells, nodes, 3): each belongs to the place of the element nearest to it."""
+    fem, dim = skfem(), straight.p.shape[0]
+    first, second = straight.elem(), getattr(fem, f"Element{element}")()
+    corners = straight.p[:, straight.t].transpose(2, 1, 0)  # cells, corners, dim
+    count = corners.shape[1]
+    ideal = np.einsum("ik,cid->ckd", _values(first, second.doflocs[count:]), corners)
+    distance = np.linalg.norm(ideal[:, :, None] - extra[:, None, :, :dim], axis=3)
+    nearest = distance.argmin(axis=2)
+    for k in np.flatnonzero((np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)):
+        nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)[1]
+    nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
+    grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
+    full = grid.elem()
+    if len(full.doflocs) != len(second.doflocs):  # serendipity cells: the nodes they lack lie where their map has them
+        nodes = np.einsum("ik,cid->ckd", _values(second, full.doflocs), nodes)
+    places = grid.doflocs.copy()
+    places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)
+    return replace(grid, doflocs=places)
+
+
+def corners_of(grid: Any) -> tuple[str, Array]:
+    """Shape of a mesh's cells, by meshio's name, and the numbers of their corners in meshio's order."""
+    from skfem.io.meshio import HEX_MAPPING
+
+    shape = type(grid).__name__[4:-1]
+    order = HEX_MAPPING[:8] if shape == "Hex" else slice(None)
+    return next(name for name, (each, _) in SHAPES.items() if each == shape), grid.t[order].T.copy()
+
+
+def _values(element: Any, places: Array) -> Array:
+    """Values of an element's functions at places of the reference cell, shape (functions, places)."""
+    return np.array([element.lbasis(places.T, i)[0] for i in range(len(element.doflocs))])
+
+
+def _check_connected(grid: Any, where: str) -> None:
+    corners = grid.t
+    links = scipy.sparse.coo_matrix((np.ones(corners.size), (np.tile(corners[0], len(corners)), corners.ravel())))
+    links.resize(grid.p.shape[1], grid.p.shape[1])
+    parts, _ = scipy.sparse.csgraph.connected_components(links, directed=False)
+    if parts != 1:
+        raise ValueError(f"{where}: parts = {parts}: must be 1; touching cells are to share their nodes")
+
+
+def _check_inverted(straight: Any, grid: Any, where: str) -> None:
+    """Refuse cells whose map folds, and cells that lie on the same side of a shared face as their neighbours.
+
+    A cell whose nodes go round the other way is none of them: its determinant has one sign.
+    """
+    element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
+    here, count = element.doflocs.T, len(element.doflocs)
+    slopes = np.array([np.broadcast_to(element.lbasis(here, i)[1], here.shape) for i in range(count)])
+    det = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))
+    size = ZERO * np.abs(det).max(axis=1)
+    folded = (det.min(axis=1) < -size) & (det.max(axis=1) > size) | (size == 0.0)
+    inner = np.flatnonzero(straight.f2t[1] >= 0)
+    pair, face = straight.f2t[:, inner], straight.p[:, straight.facets[:, inner]]
+    edge = face[:, 1] - face[:, 0]
+    normal = np.cross(edge.T, (face[:, 2] - face[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
+    middle, off = face.mean(axis=1), straight.p[:, straight.t].mean(axis=1)
+    side = np.stack([(normal * (off[:, cells] - middle)).sum(axis=0) for cells in pair])
+    over = side[0] * side[1] > 0
+    share = np.bincount(pair[:, over].ravel(), minlength=len(folded)) / np.bincount(pair.ravel(), minlength=len(folded)).clip(1)
+    folded[pair[:, over][share[pair[:, over]] >= share[pair[::-1][:, over]]]] = True
+    if folded.any():
+        raise ValueError(
+            f"{where}: inverted cells = {folded.sum()}, the first is number {np.argmax(folded) + 1}: must be 0; "
+            "its corners are in no order of meshio's, or a node lies across a face"
+        )
+
+
+def hanging(grid: Any) -> Array:
+    """Find corner nodes that lie on a boundary face of a cell they are no corner of; none if the mesh is conforming.
+
+    A place lies on a face if it is its corner c_0 plus shares s of the edges from there, s >= 0, sum s <= 1.
+    """
+    faces = grid.facets[:, grid.boundary_facets()].T
+    dim, nodes = len(grid.p), np.unique(faces)
+    simplices = np.concatenate([faces[:, list(each)] for each in combinations(range(faces.shape[1]), dim)])
+    owners = np.tile(faces, (len(simplices) // len(faces), 1))
+    places = grid.p.T[simplices]
+    middle = places.mean(axis=1)
+    radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)
+    near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON))
+    face = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
+    node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
+    foreign = (owners[face] != node[:, None]).all(axis=1)
+    face, node = face[foreign], node[foreign]
+    edges = (places[face, 1:] - places[face, :1]).transpose(0, 2, 1)
+    away = grid.p.T[node] - places[face, 0]
+    shares = np.einsum("fij,fj->fi", np.linalg.pinv(edges), away)
+    off = np.linalg.norm(away - np.einsum("fij,fj->fi", edges, shares), axis=1)
+    return np.unique(node[(off <= ON * radius[face]) & (shares.min(axis=1) >= -ON) & (shares.sum(axis=1) <= 1 + ON)])
