@@ -39,7 +39,7 @@ SUMS = {"reassoc", "contract", "arcp", "nsz"}
 def _stamp(name: str) -> tuple[str, ...]:
     """Contents, as sums, of a file that holds compiled functions and of those that it imports."""
     text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
-    needed = [other for other in COMPILED if f"spectral.{other} import" in text]
+    needed = [other for other in COMPILED if f"from .{other} import" in text]
     return tuple(sorted({sha256(text.encode()).hexdigest(), *(each for other in needed for each in _stamp(other))}))
 
 
