@@ -113,15 +113,16 @@ def _cells_agree(was: object, now: object) -> bool:
 def rerun(study: str, store: bool) -> list[str]:
     """Run a study with the options of its item; store result and pictures, or list what differs from the stored ones."""
     item, old = ITEMS[study], stored(study)
+    run = item.get("study", study)
     with TemporaryDirectory() as out:
-        if buckler(argv=["run", study, *shlex.split(item.get("options", "")), "--quiet", "--out", out]) not in (0, 1):
+        if buckler(argv=["run", run, *shlex.split(item.get("options", "")), "--quiet", "--out", out]) not in (0, 1):
             return [f"{study}: does not run; see its options in docs/evidence/items.toml"]
-        new = json.loads((Path(out) / study / "metrics.json").read_text(encoding="utf-8"))
+        new = json.loads((Path(out) / run / "metrics.json").read_text(encoding="utf-8"))
         if store:
             text = json.dumps({key: value for key, value in new.items() if key != "files"}, indent=2, ensure_ascii=False)
             (DOCS / "evidence" / f"{study}.json").write_text(f"{text}\n", encoding="utf-8")
             for figure, picture in item.get("figures", {}).items():
-                shutil.copy(Path(out) / study / f"{figure}.png", DOCS / "figures" / f"{picture}.png")
+                shutil.copy(Path(out) / run / f"{figure}.png", DOCS / "figures" / f"{picture}.png")
             return []
     wrong = [] if new["status"] == old["status"] else [f"{study}: {new['status']}, was {old['status']}: {new['message']}"]
     for name, metric, form, text in (found for path in pages() for found in NUMBER.findall(path.read_text(encoding="utf-8"))):

@@ -21,8 +21,6 @@ _LISTED = (
     ("strips", "elastica-law", "load of the pinned strip against shortening: exact, quartic, fast law"),
     ("strips", "contact-force-table", "largest contact force for three strip thicknesses"),
     ("striking", "slider-crank", "flexible slider-crank striking its stop at constant speed"),
-    ("striking", "slider-crank-ramp", "the same, the crank speed rising over the run"),
-    ("striking", "slider-crank-voltage", "the same, its crank turned by a motor at given voltage"),
     ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
     ("striking", "strike", "one strike of the slider-crank: force, pulse, torque, rebound"),
     ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),

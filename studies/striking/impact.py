@@ -1,7 +1,4 @@
-"""What the slider-crank studies share: their parameters, a model's run, and what is read off it.
-
-The models themselves are in studies/striking/impact_models.py.
-"""
+"""Parameters and numbers that the studies of the striking slider-crank share; its models are in `impact_models`."""
 
 from __future__ import annotations
 
@@ -22,21 +19,20 @@ from buckler.mbs.sensitivity.curve import spells
 
 from ..kit.parameters import choices, quantity
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from ..kit.report import Metric, StudyResult, Table, worst
-from ..kit.style import Axes
+from ..kit.report import Metric, Table, relative
 from .assumptions import StrikeParameters
 
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
-"""Crank angle up to which a contact that begins belongs to the way in."""
+"""Crank angle [rad] up to which a contact that begins belongs to the way in."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
-"""Crank angles between which the largest contact force is looked for."""
+"""Crank angles [rad] between which the largest contact force is looked for."""
 
 
 @dataclass(frozen=True)
 class ImpactParameters(StrikeParameters):
-    """Parameters of every slider-crank study; each adds its drive."""
+    """Parameters of every study of the slider-crank; each adds its drive."""
 
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
@@ -52,18 +48,18 @@ class ImpactParameters(StrikeParameters):
 
     @property
     def section(self) -> Section:
-        """Of the strip, without damping."""
+        """Section of the strip, without damping."""
         return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def friction_force(self) -> float:
-        """Coulomb friction of the slider, N."""
+        """Coulomb friction of the slider [N]."""
         return self.friction * self.mass * GRAVITY
 
     def stated(self) -> str:
-        """One sentence for a table."""
-        told = f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
-        return told + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
+        """State what the paper leaves open in one sentence."""
+        known = f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
+        return known + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
 
 @dataclass(frozen=True)
@@ -73,10 +69,10 @@ class ModelRun:
     Attributes
     ----------
     status, message : as of `buckler.mbs.Result`; an OK run may carry a message about the mechanism
-    time, angle, force, speed, shortening : s; crank angle, rad; force on the stop, N; slider speed towards the stop, m/s;
-        relative shortening of the strip, shape (samples,)
-    overload : above 1 before the slider has met the stop, the strip has buckled on its way: `stitched` compares the
-        compression its rigid mode asks for with the Euler load, the others their shortening with 1e-3, shape (samples,)
+    time, angle, force, speed, shortening, push : time [s]; crank angle [rad]; force on the stop [N]; slider speed towards the
+        stop [m/s]; shortening of the strip over its length; compression of the strip [N]; shape (samples,)
+    overload : above 1 before the slider has met the stop, the strip has buckled on its way: compression of the rigid coupler
+        over the Euler load (stitched), or shortening over 1e-3; shape (samples,)
     energy_balance : largest ledger error over the energy put through
     work : wall_s, steps
     """
@@ -89,41 +85,36 @@ class ModelRun:
     force: Array
     speed: Array
     shortening: Array
+    push: Array
     overload: Array
     energy_balance: float
     work: dict[str, float]
 
     @property
-    def ended(self) -> bool:
-        """Whether it came to its end."""
-        return self.status in ("OK", "SUSPECT")
-
-    @property
     def signals(self) -> dict[str, Array]:
-        """Arrays by name, for signals.npz."""
-        names = ("time", "angle", "force", "speed", "shortening")
-        return {f"{self.model}.{name}": getattr(self, name) for name in names}
+        """Arrays by name, as signals.npz holds them."""
+        return {f"{self.model}.{name}": getattr(self, name) for name in ("time", "angle", "force", "speed", "shortening")}
 
 
 def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
-    """Force on the stop of the exact elastica in equilibrium, N; angles in contact, rad."""
+    """Compute the force of the exact elastica on the stop [N] in equilibrium, at crank angles in contact [rad]."""
     return PAPER.push(pinned.load, parameters.section.bending_stiffness, angle, PAPER_STOP)
 
 
 class Reading(NamedTuple):
-    """What one turn of the crank does to the stop; nan where it does not happen.
+    """Numbers of one turn of the crank; nan where something does not happen.
 
     Attributes
     ----------
     contact_angle, settled, release_angle : crank angles of first contact, from which the slider rests against the stop, and of
-        last contact, rad; `settled` is nan if the slider is off the stop at the dead centre
-    contact_time, settling_time : from first contact until the last, and until the slider rests, s
-    impact_speed, rebound_ratio : of the slider at first contact, m/s, and the share of it with which it leaves
-    impact_peak, impact_impulse, impact_time : largest force, N, impulse, N s, and duration, s, from first contact until the
-        force first returns to zero
-    rebounds : how often the slider comes back to the stop on the way in
-    force_180, contact_max : force at the dead centre, and the largest around it if the slider rests, N
-    shortening : largest end shortening over the length
+        last contact [rad]; `settled` is nan if the slider is off the stop at the dead centre
+    contact_time, settling_time : from first contact until the last, and until the slider rests [s]
+    impact_speed, rebound_ratio : speed of the slider at first contact [m/s], and the share of it with which it leaves
+    impact_peak, impact_impulse, impact_time : largest force [N], impulse [N s] and duration [s] of the first impact
+    impact_push : largest compression of the strip until the first impact ends [N]
+    rebounds : returns of the slider to the stop on the way in
+    force_180, contact_max : force at the dead centre, and the largest around it if the slider rests [N]
+    shortening, early : largest end shortening, and its change before first contact, over the length
     buckles_before_stop : whether the strip buckles before the slider meets the stop
     """
 
@@ -137,16 +128,13 @@ class Reading(NamedTuple):
     impact_peak: float = 0.0
     impact_impulse: float = 0.0
     impact_time: float = nan
+    impact_push: float = nan
     rebounds: int = 0
     force_180: float = nan
     contact_max: float = nan
     shortening: float = nan
+    early: float = nan
     buckles_before_stop: bool = False
-
-    @property
-    def turned(self) -> float:
-        """Angle from first contact to the last, rad."""
-        return self.release_angle - self.contact_angle
 
 
 def read(run: ModelRun, turn: int = 0) -> Reading:
@@ -157,11 +145,12 @@ def read(run: ModelRun, turn: int = 0) -> Reading:
         return Reading()
     own = force.copy()
     own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
-    contacts = spells(own)
+    contacts, shortening = spells(own), run.shortening[part]
     until = contacts[0, 0] + 1 if len(contacts) else None
     found = Reading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
-        shortening=float(run.shortening[part].max()),
+        shortening=float(shortening.max()),
+        early=float(np.ptp(shortening[:until])),
         buckles_before_stop=bool((run.overload[part][:until] > 1).any()),
     )
     if not len(contacts):
@@ -177,12 +166,13 @@ def read(run: ModelRun, turn: int = 0) -> Reading:
         impact_peak=float(force[with_ends].max()),
         impact_impulse=float(np.trapezoid(force[with_ends], time[with_ends])),
         impact_time=float(time[free - 1] - time[start]),
+        impact_push=float(run.push[part][start:free].max()),
         **_rest(time, angle, force, contacts),
     )
 
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
-    """How often the slider comes back, and from where on it stays."""
+    """Count how often the slider comes back, and find from where on it stays."""
     inwards = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # those that begin later are the way out
     if not len(inwards):
         return {}
@@ -194,11 +184,10 @@ def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str,
     return {**rebounds, **settling, "contact_max": float(force[top].max())}
 
 
-def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
-    """What a finished run says about the mechanism rather than about itself, in words that begin with a name."""
-    if not run.ended:
+def findings(run: ModelRun, readings: Sequence[Reading]) -> list[str]:
+    """List what a finished run says about the mechanism rather than about itself, in words that begin with a name."""
+    if run.status not in ("OK", "SUSPECT"):
         return []
-    readings = list(readings)
     states = {
         "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": [
             r.buckles_before_stop for r in readings
@@ -219,38 +208,25 @@ def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
     return [f"{run.model}: {text}" for text in found]
 
 
-def told(
-    p: ImpactParameters,
-    runs: Sequence[ModelRun],
-    notes: Iterable[str],
-    metrics: Mapping[str, Mapping[str, Metric]],
-    signals: Mapping[str, Array],
-    tables: Sequence[Table],
-) -> StudyResult:
-    """Of a study: status and message of its worst run, and all that was found; signals and work of each model."""
-    return StudyResult(
-        parameters=p,
-        **worst([(run.model, run) for run in runs], notes),
-        metrics={f"{model}.{name}": metric for model, own in metrics.items() for name, metric in own.items()},
-        signals={**signals, **{name: values for run in runs for name, values in run.signals.items()}},
-        work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
-        tables=tables,
-    )  # fmt: skip
+def by_case(metrics: Mapping[str, Mapping[str, Metric]]) -> dict[str, Metric]:
+    """Name every metric by its case, a model as a rule, and itself."""
+    return {f"{case}.{name}": metric for case, own in metrics.items() for name, metric in own.items()}
 
 
-def draw_force(ax: Axes, x: Array, force: Array, model: str, floor: float, **look: object) -> None:
-    """Draw a force on the stop on a logarithmic axis that begins at a floor, N; without contact it lies below."""
-    ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], label=model, **look)
+def compare(metrics: Mapping[str, Mapping[str, Metric]], title: str, notes: Iterable[str]) -> Table:
+    """Tabulate the metrics of all cases: published, exact, and the value of each with its relative error."""
+    rows: list[list[Any]] = []
+    for name in dict.fromkeys(name for own in metrics.values() for name in own):
+        found = [own.get(name) for own in metrics.values()]
+        first = next(metric for metric in found if metric is not None)
+        shown = [None if metric is None else _shown(metric) for metric in found]
+        rows.append([name, first.unit, first.published, first.exact, *shown])
+    return Table(["", "unit", "published", "exact", *metrics], rows, title, "\n".join(notes))
 
 
-def frame_force(ax: Axes, floor: float, room: float) -> None:
-    """End a logarithmic axis of forces, from its floor, N, with room for a legend: that many times the largest."""
-    ax.set(ylim=(floor, None), ylabel="force on the stop [N]")
-    ax.set_ylim(top=room * ax.get_ylim()[1])
-    ax.yaxis.set_major_formatter("{x:g}")
-
-
-def draw_published(ax: Axes, force: float, label: str = "", at: float = 0) -> None:
-    """Draw a published force, N, with its label at a place of the axis."""
-    ax.axhline(force, color=COLOURS["published"], linestyle=":")
-    ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=COLOURS["published"], fontsize=8)
+def _shown(metric: Metric) -> str:
+    """Write a value, and in brackets its error or how far it is off what was published."""
+    error = metric.error
+    if error is None and metric.published:
+        error = abs(metric.value / metric.published - 1)
+    return f"{metric.value:.5g}" + ("" if error is None or isnan(error) else f" ({relative(error)})")

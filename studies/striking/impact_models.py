@@ -1,7 +1,7 @@
-"""The three models of the slider-crank on one footing, and the stop that makes each strike as published.
+"""The three models of the slider-crank, and the stop that makes each strike as published.
 
-`stitched` is the published model (studies/striking/stitched.py). `strut` and `beam` simulate slider, guide friction, stop and
-drive together and differ in the coupler: a massless exact elastica, or a geometrically exact beam with its own inertia.
+`stitched` is the published model. `strut` and `beam` simulate slider, guide friction, stop and drive together; their coupler is a
+massless exact elastica, or a geometrically exact beam with its own inertia.
 """
 
 from __future__ import annotations
@@ -29,19 +29,21 @@ from .stitched import Stitched, follow
 
 COUPLERS: dict[str, type[Beam | Strut]] = {"strut": Strut, "beam": Beam}
 AXIAL_DAMPING = 9e-5
-"""Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
+"""Retardation time of a strut's axial force [s]: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
 """Relative end shortening from which a strip on its way to the stop counts as buckled."""
 IMPACT_UNTIL = np.radians(150.0)
-"""Crank angle, rad, at which a run ends that is about the first impact only."""
-CALIBRATED_TO, TRIALS = 1e-3, 12
-"""How close a calibration must come to the published force, and how many runs it may take."""
+"""Crank angle [rad] at which a run ends that is about the first impact only."""
+CALIBRATED_TO = 1e-3
+"""Relative difference of a calibrated force from the published one: a tenth of what the figures can be read to."""
+TRIALS = 12
+"""Runs that a calibration may take; five are enough as a rule."""
 
 
 def coupler(
     kind: type[Beam | Cable | Strut], section: Section, length: float, damping: float, bow: float, elements: int | None = None
 ) -> Beam | Cable | Strut:
-    """A coupler of this kind; a strut is damped along its axis, the others are bowed to the side their inertia bends them."""
+    """Make a coupler of this kind: a strut damped along its axis, or bowed to the side its inertia bends it."""
     if issubclass(kind, Strut):
         return Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
     return kind(section.damped(damping, length), elements=elements, imperfection=-bow * length)
@@ -59,14 +61,14 @@ def striking(
     stop: float = PAPER_STOP,
     lengths: SliderCrank = PAPER,
 ) -> Mechanism:
-    """The slider-crank with a coupler and a linear stop, in SI units; friction is that of the slider, N."""
+    """Make the slider-crank with a coupler and a linear stop, in SI units; friction is that of the slider [N]."""
     law = CarvalhoMartins(stiffness, restitution, exponent=1.0)
     guide = GuideFriction(friction) if friction else None
     return assumed.under(slider_crank(body, law=law, mass=mass, speed=speed, friction=guide, stop=stop, lengths=lengths))
 
 
 def mechanism(kind: type[Beam | Cable | Strut], parameters: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
-    """The slider-crank with a coupler of this kind, and a stop of this stiffness, N/m."""
+    """Make the slider-crank with a coupler of this kind, and a stop of this stiffness [N/m]."""
     p = parameters
     elements = None if p.accuracy else p.elements
     body = coupler(kind, p.section, PAPER.coupler, p.damping, p.imperfection, elements)
@@ -78,14 +80,15 @@ def mechanism(kind: type[Beam | Cable | Strut], parameters: ImpactParameters, st
 def simulated(
     model: str, made: Mechanism, duration: float, solver: mbs.Exudyn | None, timeout: float, accuracy: float = 0.0
 ) -> ModelRun:
-    """Run a mechanism for a time, s, by a solver, or without one to an accuracy."""
+    """Run a mechanism for a time [s] by a solver, or without one to an accuracy."""
     result = mbs.simulate(made, duration, accuracy or None, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
+    push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
     shortening = signals["coupler.end_shortening"] / (made.points["A"][0] - made.points["B"][0])
     work = {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error.motion} if accuracy else {})
     return ModelRun(
         model, str(result.status), result.message, result.time, crank_angle(signals), signals["B.contact_force"],
-        -signals["B.vx"], shortening, shortening / BUCKLED_FROM, result.energy_balance, work,
+        -signals["B.vx"], shortening, push, shortening / BUCKLED_FROM, result.energy_balance, work,
     )  # fmt: skip
 
 
@@ -96,9 +99,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     ----------
     model : {"stitched", "strut", "beam"}
     parameters : ImpactParameters
-    stop : what the model takes the stop for: the duration of an impact, s (stitched), or its stiffness, N/m
-    speed : of the crank, rad/s
-    duration : s
+    stop : duration of an impact [s] for stitched, stiffness of the stop [N/m] for the others
+    speed : speed of the crank [rad/s]
+    duration : time of the run [s]
     """
     if model == "stitched":
         return _run_stitched(parameters, stop, speed, duration)
@@ -114,8 +117,7 @@ def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ra
     trace = follow(model, motion, duration)
     held = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
     return ModelRun(
-        "stitched", "OK", held,
-        trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.load,
+        "stitched", "OK", held, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
         trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
     )  # fmt: skip
 
@@ -130,17 +132,17 @@ class NotCalibratedError(ValueError):
 
 
 class Fit(NamedTuple):
-    """The stop with which a model strikes with 27 N at 1.25 rad/s, and the trials on the way: (stop, force)."""
+    """The stop with which a model strikes with 27 N at 1.25 rad/s, and the force it gave [N]."""
 
     model: str
     stop: float
-    trials: list[tuple[float, float]]
+    force: float
 
     @property
-    def metric(self) -> tuple[str, Metric]:
-        """The stop by its name."""
+    def metrics(self) -> dict[str, Metric]:
+        """The stop by its name, and the force beside the published one."""
         name, unit = ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
-        return name, Metric(self.stop, unit)
+        return {name: Metric(self.stop, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Fit:
@@ -153,18 +155,16 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     """
     speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
     if model == "stitched":
-        duration = parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE
-        return Fit(model, duration, [(duration, IMPACT_FORCE)])
-    trials: list[tuple[float, float]] = []
-    nothing = f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N"
+        return Fit(model, parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE, IMPACT_FORCE)
+    forces: dict[float, float] = {}
 
     @cache
     def off(log_stop: float) -> float:
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
-        force = read(run).impact_peak
-        if not run.ended or not force:
-            raise NotCalibratedError(f"{nothing}: {run.message or 'the slider does not meet the stop'}")
-        trials.append((exp(log_stop), force))
+        force = forces[log_stop] = read(run).impact_peak
+        if run.status not in ("OK", "SUSPECT") or not force:
+            why = run.message or "the slider does not meet the stop"
+            raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N: {why}")
         missed = log(force / IMPACT_FORCE)
         return missed if abs(missed) >= CALIBRATED_TO else 0.0
 
@@ -172,5 +172,5 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     second = first - 2 * off(first)
     root = root_scalar(off, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
     if off(root):
-        raise NotCalibratedError(f"{nothing}; the last trials: {trials[-2:]}")
-    return Fit(model, exp(root), trials)
+        raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {forces[root]:.4g} N")
+    return Fit(model, exp(root), forces[root])

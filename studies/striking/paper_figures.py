@@ -1,9 +1,9 @@
-"""Figures 5, 6, 10 and 11 of the paper on the striking slider-crank in the paper's own form, to be laid beside the print.
+"""Figures 5, 6, 10 and 11 of the paper on the striking slider-crank on the paper's own axes, to be laid beside the print.
 
 Same axes, ranges and units: force on the stop over time, linear, several turns from a crank angle of 0. `stitched` is the
 paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that explain the measured
-forces. Each model has one number for its stop, so that it strikes with 27 N at 1.25 rad/s; everything else is
-predicted. The ramp of Fig. 6 needs a light slider, which the paper does not tell.
+forces. Each model has the stop with which it strikes with 27 N at 1.25 rad/s; everything else is predicted.
+The ramp of Fig. 6 needs a light slider, whose mass the paper does not state.
 Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
@@ -19,33 +19,33 @@ from buckler.mbs import Ramp
 
 from ..kit.parameters import choices, quantity
 from ..kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, worst
 from ..kit.style import Figure, subplots
-from . import impact, impact_models
-from .impact import MODELS, ImpactParameters
-from .impact_models import NotCalibratedError
+from .impact import MODELS, ImpactParameters, read
+from .impact_models import NotCalibratedError, calibrate, run_model
 
 REFERENCE = 2.7
-"""Voltage at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""
+"""Voltage [V] at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""
 
 
 class Printed(NamedTuple):
-    """One figure of the paper: length of its time axis, s, end and spacing of its force axis, N, and the force it shows, N."""
+    """One figure of the paper: caption; ends of its axes [s, N] and spacing of the force [N]; crank speed; force shown [N]."""
 
     caption: str
     until: float
     force: float
     ticks: float
+    speed: float | Ramp
     shows: float | None
 
 
 PRINTED = {
-    "5": Printed("1.25 rad/s", 15.0, 30.0, 5.0, IMPACT_FORCE),
-    "6": Printed("0.75 to 6.58 rad/s", 15.0, 140.0, 20.0, None),
-    "10": Printed("2.5 V", 15.0, 30.0, 5.0, VOLTAGE_FORCES[2.5]),
-    "11": Printed("3 V", 12.0, 35.0, 5.0, VOLTAGE_FORCES[3.0]),
+    "5": Printed("1.25 rad/s", 15.0, 30.0, 5.0, IMPACT_SPEED, IMPACT_FORCE),
+    "6": Printed("0.75 to 6.58 rad/s", 15.0, 140.0, 20.0, Ramp(0.75, 6.58, 15.0), None),
+    "10": Printed("2.5 V", 15.0, 30.0, 5.0, IMPACT_SPEED * 2.5 / REFERENCE, VOLTAGE_FORCES[2.5]),
+    "11": Printed("3 V", 12.0, 35.0, 5.0, IMPACT_SPEED * 3.0 / REFERENCE, VOLTAGE_FORCES[3.0]),
 }
-"""By number."""
+"""Figures by their number."""
 
 
 @dataclass(frozen=True)
@@ -57,47 +57,36 @@ class Parameters(ImpactParameters):
     ramp_mass: float = quantity(0.02, "kg", 0.01, 10, "mass of the slider in Fig. 6", "slider and stop")
     figures: tuple[str, ...] = choices(tuple(PRINTED), tuple(PRINTED), "figures", "which")
 
-    def drive(self, figure: str) -> float | Ramp:
-        """Speed of the crank in a figure, rad/s."""
-        if figure == "6":
-            return Ramp(0.75, 6.58, PRINTED["6"].until)
-        return IMPACT_SPEED * {"5": REFERENCE, "10": 2.5, "11": 3.0}[figure] / REFERENCE
-
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate every model, run it for every figure."""
-    runs, rows = {}, []
-    metrics: dict[str, Metric] = {}
-    for model in progress(p.models, label="models"):
-        for figure in p.figures:
-            own = replace(p, mass=p.ramp_mass) if figure == "6" else p
-            try:
-                fit = impact_models.calibrate(model, own)
-            except NotCalibratedError as error:
-                return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
-            done = impact_models.run_model(model, own, fit.stop, p.drive(figure), PRINTED[figure].until)
-            runs[figure, model] = done
-            met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns whose stop was met
-            found = [impact.read(done, turn).impact_peak for turn in range(met)]
-            key, printed = f"fig{figure}.{model}", PRINTED[figure]
-            metrics[f"{key}.first"] = Metric(float(found[0]), "N", published=printed.shows)
-            metrics[f"{key}.last"] = Metric(float(found[-1]), "N", published=printed.shows)
-            metrics[f"{key}.turns"] = Metric(float(len(found)), "1")
-            shown = f"{printed.shows:g}" if printed.shows else "grows, to 120 or 140"
-            rows.append([f"Fig. {figure}", printed.caption, model, shown, f"{found[0]:.1f}", f"{found[-1]:.1f}", len(found)])
-    heads = ["", "", "model", "printed [N]", "first impact [N]", "last impact [N]", "turns"]
+    runs, metrics = {}, {}
+    for number, model in progress([(number, model) for number in p.figures for model in p.models], label="figures"):
+        own, printed = replace(p, mass=p.ramp_mass) if number == "6" else p, PRINTED[number]
+        try:
+            done = run_model(model, own, calibrate(model, own).stop, printed.speed, printed.until)
+        except NotCalibratedError as error:
+            return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
+        met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns whose stop was met
+        found = [read(done, turn).impact_peak for turn in range(met)]
+        key = f"fig{number}.{model}"
+        runs[key] = done
+        metrics[f"{key}.first"] = Metric(float(found[0]), "N", published=printed.shows)
+        metrics[f"{key}.last"] = Metric(float(found[-1]), "N", published=printed.shows)
+        metrics[f"{key}.turns"] = Metric(float(len(found)), "1")
+    notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.stated()}."
     return StudyResult(
         parameters=p,
         **worst([(run.model, run) for run in runs.values()]),
         metrics=metrics,
-        signals={f"fig{f}.{m}.{what}": getattr(r, what) for (f, m), r in runs.items() for what in ("time", "force")},
-        work={f"fig{f}.{m}.wall_s": r.work["wall_s"] for (f, m), r in runs.items()},
-        tables=[Table(heads, rows, "Impacts of the printed figures", f"Fig. 6: slider {p.ramp_mass:g} kg.\n{p.stated()}.")],
+        signals={f"{key}.{what}": getattr(run, what) for key, run in runs.items() for what in ("time", "force")},
+        work={f"{key}.wall_s": run.work["wall_s"] for key, run in runs.items()},
+        tables=[replace(metrics_table(metrics), notes=notes)],
     )
 
 
 def figure(result: StudyResult) -> Figure:
-    """One row a figure of the paper, one column a model, on the printed axes."""
+    """Draw one row a figure of the paper, one column a model, on the printed axes."""
     p = result.of(Parameters)
     fig, axes = subplots(len(p.figures), len(p.models), height=20 + 42 * len(p.figures), squeeze=False)
     for line, number in zip(axes, p.figures, strict=True):

@@ -7,8 +7,8 @@
 3. Contact: the slider rests against the stop and feels F_c = p(u) E I/L^2 cos(phi) (eqs 7-13), quasi-statically, until
    the coupler is straight again.
 
-The ledger does not believe the model: it holds the strip's energy at the actual crank angle and slider position, and
-counts what the drive gives against the strip's actual force. Its error is what the stitching makes or loses.
+The energy ledger takes the strip's energy at the actual crank angle and slider position, and the drive's work against the
+strip's actual force. Its error is the energy that the stitching makes or loses.
 
 References
 ----------
@@ -35,7 +35,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
 
 NEGLIGIBLE = 1e-2
-"""Rebounds are over when they come back at less than this part of the first impact's speed."""
+"""Share of the first impact's speed below which rebounds are over: 1e-4 of its energy."""
 SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
 """Samples of a piece of each mode of motion."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -43,7 +43,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Rebound:
-    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N; `friction`, N, opposes its motion."""
+    """Flight of a slider [kg] that leaves the stop at a speed [m/s] against a constant push [N] and friction [N]."""
 
     speed: float
     push: float
@@ -52,12 +52,12 @@ class Rebound:
 
     @property
     def outward_time(self) -> float:
-        """Time to standstill, m v/(F + f), s."""
+        """Time to standstill, m v/(F + f) [s]."""
         return self.mass * self.speed / (self.push + self.friction)
 
     @property
     def height(self) -> float:
-        """Largest distance from the stop, m v^2/(2 (F + f)), m."""
+        """Largest distance from the stop, m v^2/(2 (F + f)) [m]."""
         return self.speed * self.outward_time / 2
 
     @property
@@ -67,20 +67,18 @@ class Rebound:
 
     @property
     def duration(self) -> float:
-        """Time until the slider is back at the stop, or stands still off it, s."""
-        if not self.returns:
-            return self.outward_time
-        return self.outward_time + sqrt(2 * self.height * self.mass / (self.push - self.friction))
+        """Time until the slider is back at the stop, or stands still off it [s]."""
+        back = sqrt(2 * self.height * self.mass / (self.push - self.friction)) if self.returns else 0.0
+        return self.outward_time + back
 
     @property
     def return_speed(self) -> float:
-        """Speed back at the stop, v sqrt((F - f)/(F + f)), m/s; 0 if friction holds it."""
+        """Speed back at the stop, v sqrt((F - f)/(F + f)) [m/s]; 0 if friction holds it."""
         return self.speed * sqrt(max(0.0, self.push - self.friction) / (self.push + self.friction))
 
     def motion(self, t: Array) -> tuple[Array, Array]:
-        """Distance from the stop and speed away from it, at times t since it was left."""
-        back = np.maximum(t - self.outward_time, 0.0)
-        out = np.minimum(t, self.outward_time)
+        """Compute distance from the stop and speed away from it, at times t since it was left."""
+        back, out = np.maximum(t - self.outward_time, 0.0), np.minimum(t, self.outward_time)
         slow, fast = (self.push + self.friction) / self.mass, max(0.0, self.push - self.friction) / self.mass
         place = self.speed * out - slow * out**2 / 2 - fast * back**2 / 2
         return place, np.where(t < self.outward_time, self.speed - slow * out, -fast * back)
@@ -92,13 +90,13 @@ class Stitched:
 
     Parameters
     ----------
-    mass : of the slider, kg, positive
+    mass : mass of the slider [kg], positive
     restitution : e in (0, 1]
-    friction : Coulomb friction of the slider, N, the same at any speed
-    impact_duration : dt of one impact, s, positive
-    stiffness : E I of the strip, N m^2, positive
+    friction : Coulomb friction of the slider [N], the same at any speed
+    impact_duration : dt of one impact [s], positive
+    stiffness : E I of the strip [N m^2], positive
     lengths : SliderCrank
-    stop : place of the stop on the slider's line, m
+    stop : place of the stop on the slider's line [m]
     load : normalised force p(u): the published quartic by default
     """
 
@@ -120,29 +118,29 @@ class Stitched:
 
     @property
     def contact_angle(self) -> float:
-        """Crank angle at which the slider meets the stop, rad; it leaves it at 2 pi minus this."""
+        """Crank angle at which the slider meets the stop [rad]; it leaves it at 2 pi minus this."""
         return self.lengths.contact_angle(self.stop)
 
     def strip_force(self, shortening: Reals) -> Reals:
-        """Force of the buckled strip, p(u) E I/L^2, N (eq. 12)."""
+        """Compute the force of the buckled strip, p(u) E I/L^2 [N] (eq. 12)."""
         return self.load(shortening) * self.stiffness / self.lengths.coupler**2
 
     def strip_energy(self, shortening: Array) -> Array:
-        """Work of that force from u = 0, J: Gauss quadrature, exact for the quartic."""
+        """Integrate that force from u = 0 [J] by Gauss quadrature, exact for the quartic."""
         u = np.asarray(shortening)
         mean = (_WEIGHTS * self.load(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
         return u * mean * self.stiffness / self.lengths.coupler
 
     def contact_force(self, angle: Reals) -> Reals:
-        """Quasi-static force on the stop, p(u) E I/L^2 cos(phi), N, for angles in contact (eq. 13)."""
+        """Compute the quasi-static force on the stop, p(u) E I/L^2 cos(phi) [N], for angles in contact (eq. 13)."""
         return self.lengths.push(self.load, self.stiffness, angle, self.stop)
 
     def impact_force(self, speed: float) -> float:
-        """Force of a pulse, m (1 + e) v/dt, N."""
+        """Compute the force of a pulse, m (1 + e) v/dt [N]."""
         return self.mass * (1 + self.restitution) * speed / self.impact_duration
 
     def compression(self, angle: Reals, speed: Reals, acceleration: Reals = 0.0) -> Reals:
-        """Compression of the coupler taken as rigid, N: what the slider's inertia and friction ask of it.
+        """Compute the compression [N] of the coupler taken as rigid, which the slider's inertia and friction ask for.
 
         N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
         """
@@ -156,11 +154,12 @@ class Trace(NamedTuple):
 
     Attributes
     ----------
-    time, angle, position, speed, force, shortening : s; crank angle, rad; slider position, m, and velocity, m/s; force on the
-        stop, N; relative end shortening
+    time, angle, position, speed, force, shortening : time [s]; crank angle [rad]; slider position [m] and velocity [m/s];
+        force on the stop [N]; relative end shortening
+    push : compression of the strip [N]
     load : compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
         buckles, and the model does not hold.
-    energy : J: held `kinetic`, `strain`; `taken_impact`, `taken_friction`, `given_drive` since t = 0; `error`
+    energy : `kinetic`, `strain`, and since t = 0 `taken_impact`, `taken_friction`, `given_drive`, `error` [J]
     held : whether friction held the slider off the stop
     """
 
@@ -170,15 +169,44 @@ class Trace(NamedTuple):
     speed: Array
     force: Array
     shortening: Array
+    push: Array
     load: Array
     energy: dict[str, Array]
     held: bool
 
     @property
     def energy_balance(self) -> float:
-        """Largest ledger error over the most that was held and taken."""
+        """Largest ledger error over the largest sum of held and dissipated energy."""
         active = sum(self.energy[name] for name in ("kinetic", "strain", "taken_impact", "taken_friction"))
         return float(np.abs(self.energy["error"]).max() / np.max(active))
+
+
+class _Crank(NamedTuple):
+    """The crank's motion up to the end of the run."""
+
+    motion: Ramp | Motion
+    duration: float
+
+    def along(self, times: Array) -> Array:
+        """Compute angle, speed and acceleration at times, shape (3, times)."""
+        m = self.motion
+        return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
+
+    def time(self, angle: float) -> float:
+        """Find when the crank gets to an angle, or the end of the run."""
+        if self.motion.position(self.duration) <= angle:
+            return self.duration
+        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
+
+
+class _Piece(NamedTuple):
+    """Samples of one mode of motion."""
+
+    mode: str
+    time: Array
+    position: Array
+    speed: Array
+    force: Array
 
 
 def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
@@ -202,34 +230,6 @@ def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
     return _trace(model, crank, pieces)
 
 
-class _Crank(NamedTuple):
-    """The crank's motion up to the end of the run."""
-
-    motion: Ramp | Motion
-    duration: float
-
-    def along(self, times: Array) -> Array:
-        """Angle, speed and acceleration at times, shape (3, times)."""
-        m = self.motion
-        return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
-
-    def time(self, angle: float) -> float:
-        """When the crank gets to an angle, or the end of the run."""
-        if self.motion.position(self.duration) <= angle:
-            return self.duration
-        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
-
-
-class _Piece(NamedTuple):
-    """Samples of one mode of motion."""
-
-    mode: str
-    time: Array
-    position: Array
-    speed: Array
-    force: Array
-
-
 def _piece(mode: str, time: Array, position: ArrayLike, speed: ArrayLike = 0.0, force: ArrayLike = 0.0) -> _Piece:
     return _Piece(mode, *np.broadcast_arrays(time, position, speed, force))
 
@@ -239,15 +239,14 @@ def _times(mode: str, start: float, end: float) -> Array:
 
 
 def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
-    """Impacts and rebounds until they are negligible, then rest against the stop to the end of contact."""
+    """Follow impacts and rebounds until they are negligible, then rest against the stop to the end of contact."""
     time = start
     first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
     while time < end and speed > NEGLIGIBLE * first:
         pulse, away = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
         yield _piece("impact", pulse, model.stop, np.linspace(-speed, away, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])
-        push = float(model.contact_force(crank.motion.position(time)))
-        rebound = Rebound(away, push, model.friction, model.mass)
+        rebound = Rebound(away, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
         flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
@@ -266,18 +265,17 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     number_of = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[number_of]
     angle, turning, faster = crank.along(time)
-    chord = model.lengths.chord(angle, position)
-    rigid = modes == "rigid"
+    chord, rigid = model.lengths.chord(angle, position), modes == "rigid"
     shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
     within = np.diff(number_of, prepend=-1) == 0
 
     def since_start(increments: Array, where: Array | bool = True) -> Array:
         return np.cumsum(np.where(within & where, increments, 0.0))
 
-    kinetic = model.mass * speed**2 / 2
+    kinetic, push = model.mass * speed**2 / 2, model.strip_force(shortening)
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    power = -model.strip_force(shortening) * model.lengths.crank * np.sin(angle) * position / chord * turning
+    power = -push * model.lengths.crank * np.sin(angle) * position / chord * turning
     work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2
     energy = {
         "kinetic": kinetic,
@@ -288,5 +286,7 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     }
     held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
     energy["error"] = held - held[0] + taken - energy["given_drive"]
-    load = rigid * model.compression(angle, turning, faster) / model.strip_force(0.0)
-    return Trace(time, angle, position, speed, force, shortening, load, energy, bool((modes == "held").any()))
+    asked = rigid * model.compression(angle, turning, faster)
+    push = np.where(rigid, asked, push)
+    load = asked / model.strip_force(0.0)
+    return Trace(time, angle, position, speed, force, shortening, push, load, energy, bool((modes == "held").any()))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees, isfinite, nan
+from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,19 +23,18 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import choices, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
+from ..kit.report import QUIET, Metric, Progress, StudyResult, judged
 from ..kit.statistics import power_law
-from ..kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
-from ..sweeping.report import study_page
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from ..sweeping.sweep import sweep
 from . import slider_crank
 from .assumptions import StrikeParameters
-from .impact import MODELS
+from .impact import MODELS, compare
 
 CUBE_TO = 2e-3
-"""How far a ratio of quasi-static forces may be from the cube; the stop gives way by 2e-4."""
+"""Largest difference of a ratio of quasi-static forces from the cube; the stop gives way by 2e-4."""
 STATIC_TO = 0.01
-"""How far a force may be from the elastica in equilibrium to count as static."""
+"""Largest relative difference from the elastica in equilibrium of a force that counts as static."""
 STATES = {
     "pressed": ("pressed at rest", "o", COLOURS[2]),
     "in the air": ("not at rest at the dead centre", "v", COLOURS[4]),
@@ -43,7 +42,7 @@ STATES = {
     "no contact": ("never meets the stop", "_", COLOURS[6]),
     "SUSPECT": ("suspect or failed", "s", "#999999"),
 }
-"""What a case comes to; how it is called and marked."""
+"""Outcomes of a case: name, mark, colour."""
 LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 """Line styles of the models."""
 
@@ -71,7 +70,7 @@ class Parameters(StrikeParameters):
         self.cases()
 
     def cases(self) -> list[slider_crank.Parameters]:
-        """One for each model, thickness and speed, in this order; the slow speed first."""
+        """Make one case for each model, thickness and speed, in this order; the slow speed first."""
         given = self.shared(slider_crank.Parameters)
         return [
             slider_crank.Parameters(**given | {"models": (model,), "thickness": thickness, "speed": speed})
@@ -82,14 +81,14 @@ class Parameters(StrikeParameters):
 
 
 class GridCase(NamedTuple):
-    """What one case gives; nan where it does not happen.
+    """Numbers of one case; nan where something does not happen.
 
     Attributes
     ----------
     state : one of `STATES`
-    force, exact : on the stop at the dead centre if the slider rests there, and that of the elastica in equilibrium, N
-    impact : largest force of the first impact, N
-    duration, turned : from first to last contact, s, and the crank's turn in that time, rad
+    force, exact : force on the stop at the dead centre if the slider rests there, and the elastica's in equilibrium [N]
+    impact : largest force of the first impact [N]
+    duration, turned : time from first to last contact [s], and the crank's turn in that time [rad]
     energy_balance : largest ledger error over the energy put through
     message : why it is suspect or failed
     """
@@ -130,134 +129,75 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
     shape = len(p.models), len(p.thicknesses), 1 + len(p.speeds)
     columns = {name: np.array([getattr(case, name) for case in cases]).reshape(shape) for name in GridCase._fields}
-    notes = columns.pop("message")
-    metrics, wrong = _metrics(p, columns)
+    messages = [f"{case.speed:g} rad/s, {1e3 * case.thickness:g} mm: {found.message.partition(';')[0]}"
+                for case, found in zip(given, cases, strict=True) if found.message]  # fmt: skip
+    del columns["message"]
+    metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
+    wrong = [f"CUBE: {model}, {line}" for model, own in metrics.items() for line in _off_the_cube(p, own)]
+    stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
+    notes = [f"cube: force over that of the thinnest strip, at {p.slow:g} rad/s.", stated, *messages]
     return StudyResult(
         parameters=p,
         **judged(wrong),
-        metrics=metrics,
+        metrics={f"{model}.{name}": metric for model, own in metrics.items() for name, metric in own.items()},
         signals=columns,
         work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},
-        pages={"report.html": study_page("thickness-speed", "slider-crank", given, ("models", "thickness", "speed"), rows)},
-        tables=[_cube_table(p, metrics), *(_table(p, columns, notes, m) for m in range(len(p.models)))],
+        tables=[compare(metrics, "Slider-crank over thickness and speed", notes)],
     )
 
 
-def _metrics(p: Parameters, columns: Mapping[str, Array]) -> tuple[dict[str, Metric], list[str]]:
-    """Cubes at the slow speed, the forces' distance from the elastica, how the impact grows; and what is wrong."""
+def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
+    """Compute cubes at the slow speed, forces' distance from the elastica, and powers of the impact, of one model."""
     found: dict[str, Metric] = {}
-    wrong = []
-    for m, model in enumerate(p.models):
-        force, exact, impact, state = (columns[name][m] for name in ("force", "exact", "impact", "state"))
-        for h, ratio in zip(p.thicknesses, (force[:, 0] / force[0, 0]).tolist(), strict=True):
-            name, cube = f"{1e3 * h:g}mm", (h / p.thicknesses[0]) ** 3
-            found[f"{model}.cube.{name}"] = Metric(ratio, "1", exact=cube)
-            if not abs(ratio / cube - 1) < CUBE_TO:
-                known = isfinite(ratio)
-                why = f"ratio {ratio:.4g} instead of {cube:.4g}" if known else "no force to be had: lower `slow`, `mass`"
-                wrong.append(f"CUBE: {model}, {name} at {p.slow:g} rad/s: {why}")
-        off = np.where(state == "pressed", np.abs(force / exact - 1), nan)
-        found[f"{model}.force_off_elastica"] = Metric(float(np.nanmax(off, initial=0.0)), "1")
-        for h, far, states, forces in zip(p.thicknesses, off[:, 1:], state[:, 1:], impact[:, 1:], strict=True):
-            until = np.max(p.speeds, where=np.logical_and.accumulate(far < STATIC_TO), initial=0.0)
-            found[f"{model}.{1e3 * h:g}mm.static_up_to"] = Metric(float(until), "rad/s")
-            met = (states == "pressed") | (states == "in the air")
-            if met.sum() > 2:
-                law = power_law(np.array(p.speeds)[None, met], forces[met])
-                found[f"{model}.{1e3 * h:g}mm.impact_power"] = law.metrics()[0]
-        for name in STATES:
-            found[f"{model}.cases.{name.replace(' ', '_')}"] = Metric(float((state == name).sum()), "1")
-    return found, wrong
+    force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
+    base, printed = p.thicknesses[0], CONTACT_FORCES
+    for h, ratio in zip(p.thicknesses, (force[:, 0] / force[0, 0]).tolist(), strict=True):
+        known = printed[h] / printed[base] if h in printed and base in printed else None
+        found[f"cube.{1e3 * h:g}mm"] = Metric(ratio, "1", published=known, exact=(h / base) ** 3)
+    off = np.where(state == "pressed", np.abs(force / exact - 1), nan)
+    found["force_off_elastica"] = Metric(float(np.nanmax(off, initial=0.0)), "1")
+    for h, far, states, forces in zip(p.thicknesses, off[:, 1:], state[:, 1:], impact[:, 1:], strict=True):
+        until = np.max(p.speeds, where=np.logical_and.accumulate(far < STATIC_TO), initial=0.0)
+        found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(until), "rad/s")
+        met = (states == "pressed") | (states == "in the air")
+        if met.sum() > 2:
+            found[f"{1e3 * h:g}mm.impact_power"] = power_law(np.array(p.speeds)[None, met], forces[met]).metrics()[0]
+    return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 
-def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
-    base = CONTACT_FORCES.get(p.thicknesses[0])
-    rows = []
-    for h in p.thicknesses:
-        published = CONTACT_FORCES.get(h)
-        found = [metrics[f"{model}.cube.{1e3 * h:g}mm"] for model in p.models]
-        ratio = f"{published / base:.2f}" if published and base else ""
-        errors = (x for f in found for x in (f"{f.value:.4f}", relative(f.error or 0.0)))
-        rows.append([f"{1e3 * h:g}", f"{found[0].exact:g}", ratio, *errors])
-    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, f"{model}, relative error"))]
-    title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
-    stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
-    return Table(headers, rows, title, stated)
-
-
-def _table(p: Parameters, columns: Mapping[str, Array], messages: Array, m: int) -> Table:
-    rows, notes = [], []
-    for i, h in enumerate(p.thicknesses):
-        for k, speed in enumerate((p.slow, *p.speeds)):
-            case = GridCase(**{name: column[m, i, k] for name, column in columns.items()})
-            numbers = (case.force, case.force / case.exact - 1, case.impact, case.duration, degrees(case.turned))
-            shown = [f"{x:.4g}" if isfinite(x) else "-" for x in numbers]
-            rows.append([f"{1e3 * h:g}", f"{speed:g}", *shown, f"{case.energy_balance:.1e}", STATES[case.state][0]])
-            if why := messages[m, i, k].partition(";")[0]:
-                notes.append(f"{1e3 * h:g} mm, {speed:g} rad/s: {why}")
-    headers = ["h [mm]", "[rad/s]", "contact [N]", "off elastica", "impact [N]", "contact [s]", "[deg]", "energy", ""]
-    return Table(headers, rows, f"Model {p.models[m]}, slider of {p.mass:g} kg", "\n".join(notes))
+def _off_the_cube(p: Parameters, found: Mapping[str, Metric]) -> list[str]:
+    """List the thicknesses whose force is not that of the cube."""
+    lines = []
+    for name, metric in found.items():
+        if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:
+            known = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
+            why = known if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
+            lines.append(f"{name[5:]} at {p.slow:g} rad/s: {why}")
+    return lines
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw contact force over thickness, impact and contact over speed, and what each case comes to."""
-    p = result.of(Parameters)
-    fig, axes = subplots(2, 2, height=140)
-    (forces, impacts), (turns, states) = axes
-    _draw_forces(forces, result)
-    _draw_over_speed(impacts, result, "impact", 1.0, "impact force [N]")
-    _draw_over_speed(turns, result, "turned", degrees(1.0), "contact, turn of the crank [deg]")
-    _draw_states(states, result)
-    for ax in (impacts, turns, states):
-        ax.set(xscale="log", xlabel="speed of the crank [rad/s]")
-        ax.set(xticks=p.speeds, xticklabels=[f"{w:g}" for w in p.speeds])
-        ax.xaxis.set_minor_formatter("")
-    impacts.set(yscale="log", ylim=(10, 600))
-    plain_ticks(impacts.yaxis)
-    impacts.legend(title="h [mm]", ncols=2, fontsize=7, title_fontsize=7)
-    fig.legend(*states.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    return fig
-
-
-def _draw_forces(ax: Axes, result: StudyResult) -> None:
-    p = result.of(Parameters)
-    s, h = result.signals, np.array(p.thicknesses)
+    """Draw contact force over thickness, impact over speed, and the outcome of each case."""
+    p, s = result.of(Parameters), result.signals
+    fig, (forces, impacts, states) = subplots(3, 1, height=200)
     for m, model in enumerate(p.models):
-        force = np.where(s["state"][m] == "pressed", s["force"][m], np.nan)
-        x = np.broadcast_to(1e3 * h[:, None], force.shape)
-        ax.loglog(x.ravel(), force.ravel(), "ox+"[m], markersize=5 - m, color=COLOURS[m], fillstyle="none", label=model)
-    slow = s["exact"][0, :, 0]
-    ax.loglog(1e3 * h, slow[0] * (h / h[0]) ** 3, "k-", linewidth=0.7, label="elastica, $h^3$", zorder=0)
-    table = [(1e3 * t, f) for t, f in CONTACT_FORCES.items() if t in p.thicknesses]
-    if table:
-        ax.loglog(*zip(*table, strict=True), "*", color=COLOURS[2], markersize=7, label="published", zorder=0)
-    ax.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]", xticks=1e3 * h)
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter("")
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.legend()
-
-
-def _draw_over_speed(ax: Axes, result: StudyResult, name: str, factor: float, label: str) -> None:
-    p = result.of(Parameters)
-    for m, model in enumerate(p.models):
+        force = np.where(s["state"][m] == "pressed", s["force"][m], nan)
+        x = np.broadcast_to(1e3 * np.array(p.thicknesses)[:, None], force.shape)
+        forces.loglog(x.ravel(), force.ravel(), "ox+"[m], color=COLOURS[m], fillstyle="none", label=model)
         for i, h in enumerate(p.thicknesses):
-            ok = np.isin(result.signals["state"][m, i, 1:], ("pressed", "in the air"))
-            values = np.where(ok, factor * result.signals[name][m, i, 1:], np.nan)
-            label_of = f"{1e3 * h:g}" if m == 0 else None
-            ax.plot(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], linewidth=0.9, label=label_of)
-    ax.set_ylabel(label)
-    ax.set_title(", ".join(f"{model} {LINES[model]}" for model in p.models), fontsize=7, loc="left")
-
-
-def _draw_states(ax: Axes, result: StudyResult) -> None:
-    p = result.of(Parameters)
-    shift = np.linspace(-0.1, 0.1, len(p.models)) if len(p.models) > 1 else [0.0]
+            met = np.isin(s["state"][m, i, 1:], ("pressed", "in the air"))
+            values, name = np.where(met, s["impact"][m, i, 1:], nan), f"{1e3 * h:g} mm" if m == 0 else None
+            impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], label=name)
+    forces.loglog(1e3 * np.array(p.thicknesses), s["exact"][0, :, 0], "k-", linewidth=0.7, label="elastica")
     for state, (name, mark, colour) in STATES.items():
-        m, i, k = np.nonzero(result.signals["state"][..., 1:] == state)
-        if m.size:
-            y = np.arange(len(p.thicknesses))[i] + 1.5 * np.asarray(shift)[m]
-            ax.plot(np.array(p.speeds)[k], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
-    ax.set(ylabel="thickness [mm]", yticks=range(len(p.thicknesses)), yticklabels=[f"{1e3 * h:g}" for h in p.thicknesses])
-    ax.set(ylim=(-0.5, len(p.thicknesses) - 0.5))
-    ax.set_title(" above ".join(reversed(p.models)), fontsize=7, loc="left")
+        m, i, k = np.nonzero(s["state"][..., 1:] == state)
+        y = 1e3 * np.array(p.thicknesses)[i] + 0.03 * m  # models beside each other
+        states.semilogx(np.array(p.speeds)[k], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
+    forces.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]")
+    impacts.set(xlabel="speed of the crank [rad/s]", ylabel=f"impact force [N]: {', '.join(map(' '.join, LINES.items()))}")
+    states.set(xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")
+    for axis in (forces.xaxis, impacts.xaxis, impacts.yaxis, states.xaxis):
+        plain_ticks(axis)
+    for ax in (forces, impacts, states):
+        ax.legend(ncols=2, fontsize=7)
+    return fig

@@ -45,7 +45,7 @@ def test_every_sentence_of_the_paper_with_a_number_names_its_source():
 def test_a_stored_result_was_made_with_the_options_of_its_item(name):
     made, options = evidence.stored(name), evidence.ITEMS[name].get("options", "")
     assert made["provenance"]["commit"] and made["work"]["wall_s"] > 0
-    found = subject(name)
+    found = subject(evidence.ITEMS[name].get("study", name))
     parameters = found.parameters(parser_of(found, "run").read(shlex.split(options))).plain()
     for option in re.findall(r"--([a-z-]+)", options):
         value, setting = parameters[option.replace("-", "_")], option.replace("-", "_")

@@ -112,7 +112,7 @@ def test_random_wishes_repeat_and_keep_their_limits():
 
 def made_up(angle, force):
     zero = np.zeros_like(angle)
-    return CheckedTurn.of(ModelRun("strut", "OK", "", angle, angle, np.maximum(force, 0), zero + 1, zero, zero, 0.0, {}))
+    return CheckedTurn.of(ModelRun("strut", "OK", "", angle, angle, np.maximum(force, 0), zero + 1, zero, zero, zero, 0.0, {}))
 
 
 def test_reading_of_a_slider_that_never_meets_the_stop():

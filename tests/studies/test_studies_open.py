@@ -26,7 +26,7 @@ def test_every_study_has_what_is_open_and_the_page_says_so(package):
 
 def test_a_study_without_a_parameter_is_missed(monkeypatch):
     monkeypatch.setitem(PAGES, "striking", ("gravity", "bow_of_the_moon"))
-    assert ("strike", "bow_of_the_moon") in missing("striking") and ("strike", "gravity") not in missing("striking")
+    assert ("slider-crank", "bow_of_the_moon") in missing("striking") and ("slider-crank", "gravity") not in missing("striking")
 
 
 def test_journals_of_a_flexible_rocker_are_as_deep_as_its_contacts():

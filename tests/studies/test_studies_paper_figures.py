@@ -5,7 +5,7 @@ import pytest
 from drawing import inked
 
 from buckler.studies.rattling import crank_rocker
-from buckler.studies.striking import paper_figures, slider_crank_voltage
+from buckler.studies.striking import paper_figures
 
 
 @pytest.fixture(scope="module")
@@ -32,13 +32,6 @@ def test_bowed_beam_strikes_as_printed_at_both_voltages():
     result = paper_figures.run(paper_figures.Parameters(models="beam", figures="5,10,11"))
     for k, force in (("5", 27), ("10", 25), ("11", 30)):
         assert result.metrics[f"fig{k}.beam.first"].value == pytest.approx(force, abs=1)
-
-
-def test_dead_band_turns_the_same_voltage_into_another_speed():
-    p = slider_crank_voltage.Parameters(dead_band=1.43)
-    assert p.speed(2.7) == pytest.approx(1.25) and p.speed(3.7) - p.speed(2.7) == pytest.approx(1.25 / 1.27)
-    with pytest.raises(ValueError, match="must lie below every voltage"):
-        slider_crank_voltage.Parameters(dead_band=2.4, voltages="2.3,3")
 
 
 def test_crank_rocker_gives_means_with_errors_and_bands():

@@ -1,0 +1,94 @@
+"""Figures of the study slider-crank, one for each drive."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from buckler.mbs.geometry import Array
+
+from ..kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
+from ..kit.report import StudyResult
+from ..kit.style import Axes, Figure, subplots
+from .impact import COLOURS, MODELS
+
+WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
+"""Line widths: where models agree the first shows beneath the others."""
+GREEN = {"color": COLOURS["published"], "linestyle": ":"}
+
+
+def _models(result: StudyResult) -> list[str]:
+    return [model for model in MODELS if f"{model}.time" in result.signals]
+
+
+def draw_forces(ax: Axes, result: StudyResult, along: str, floor: float) -> None:
+    """Draw the force on the stop [N] of each model on a logarithmic axis from a floor; without contact it lies below."""
+    for model in _models(result):
+        x, force = result.signals[f"{model}.{along}"], result.signals[f"{model}.force"]
+        x = np.degrees(x) if along == "angle" else x
+        ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], lw=WIDTHS[model], label=model)
+    ax.set(ylim=(floor, None), ylabel="force on the stop [N]")
+    ax.set_ylim(top=5 * ax.get_ylim()[1])  # room for the legend
+    ax.yaxis.set_major_formatter("{x:g}")
+
+
+def _draw_turn(result: StudyResult, exact: Array) -> Figure:
+    """Draw the whole turn on a logarithmic scale, and enlarged the impact."""
+    fig, (turn, first) = subplots(2, 1, height=140)
+    s = result.signals
+    draw_forces(turn, result, "angle", exact.min() / 4)
+    turn.semilogy(np.degrees(s["exact.angle"]), s["exact.force"], "--", color="#000000", label="elastica")
+    turn.set(xlim=(110, 250), xlabel="crank angle [deg]")
+    turn.legend(loc="upper right", ncols=4)
+    for model in _models(result):
+        time, force = s[f"{model}.time"], s[f"{model}.force"]
+        if (force > 0).any():
+            first.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=COLOURS[model], lw=WIDTHS[model])
+    times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
+    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # not of contacts that never break
+    for ax in (turn, first):
+        ax.axhline(IMPACT_FORCE, **GREEN)
+    first.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), ylabel="force on the stop [N]")
+    first.set(xlabel="time since first contact [ms]", title="dotted: 27 N of Fig. 5")
+    return fig
+
+
+def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
+    """Draw the force over the whole run, and the impact, contact maximum and contact time of every turn."""
+    fig, axes = subplots(4, 1, height=200)
+    run, *below = axes
+    draw_forces(run, result, "time", exact[0] / 4)
+    run.set(xlabel="time [s]")
+    run.legend(loc="upper left", ncols=3)
+    labels = {"impact_peak": "impact force [N]", "contact_max": "contact maximum [N]", "contact_time": "contact time [s]"}
+    for ax, (name, label) in zip(below, labels.items(), strict=True):
+        for model in _models(result):
+            crank, values = result.signals["turn.crank_speed"], result.signals[f"{model}.turn.{name}"]
+            ax.plot(crank, values, "o", color=COLOURS[model], fillstyle="none", markersize=3 + 2 * WIDTHS[model])
+        ax.set(xlabel="crank speed [rad/s]", ylabel=label, ylim=(0, None), xlim=(0, None))
+    speeds = np.array([0.0, result.signals["turn.crank_speed"].max()])
+    below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **GREEN)
+    below[1].axhline(exact[1], color="#000000", linestyle="--")
+    return fig
+
+
+def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
+    """Draw the impact force of each case over the voltage."""
+    fig, ax = subplots(height=100)
+    voltages = result.signals["voltage"]
+    order, strokes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))
+    for k, name in enumerate(name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")):
+        forces = np.array([result.metrics[f"{name}.force_{voltage:g}V"].value for voltage in voltages])
+        look = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": strokes[k % len(strokes)]}
+        ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **look)
+    ax.plot(*zip(*VOLTAGE_FORCES.items(), strict=True), "k*", markersize=8, label="published")
+    ax.errorbar(
+        SENSOR_VOLTAGE, SENSOR_RANGE, yerr=np.array([[0.06 * SENSOR_RANGE], [0.0]]), uplims=True, color="black", capsize=3,
+        label="range of the sensor",
+    )  # fmt: skip
+    ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
+    ax.legend(ncols=2, fontsize=7)
+    return fig
+
+
+DRAWN = {"speed": _draw_turn, "ramp": _draw_ramp, "voltage": _draw_voltages}
+"""Figure of each drive, of a result and the exact forces [N] at first contact and at the dead centre."""
