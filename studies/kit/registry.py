@@ -22,7 +22,6 @@ _LISTED = (
     ("strips", "contact-force-table", "largest contact force for three strip thicknesses"),
     ("striking", "slider-crank", "flexible slider-crank striking its stop at constant speed"),
     ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
-    ("striking", "strike", "one strike of the slider-crank: force, pulse, torque, rebound"),
     ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
     ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
     ("striking", "design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"),

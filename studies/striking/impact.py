@@ -136,6 +136,11 @@ class Reading(NamedTuple):
     early: float = nan
     buckles_before_stop: bool = False
 
+    @property
+    def turned(self) -> float:
+        """Angle from first contact to the last [rad]."""
+        return self.release_angle - self.contact_angle
+
 
 def read(run: ModelRun, turn: int = 0) -> Reading:
     """Read one turn of the crank; the first is number 0."""

@@ -41,8 +41,9 @@ from scipy.optimize import brentq
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
+from buckler.mbs.library import PAPER, PAPER_STOP
 
-from .sine_strip import SineStrip
+from .sine_strip import CONTACT, L, SineStrip
 
 LATE, SAGS = 1.5, 0.95
 """Compression over the Euler load above which buckling is late, and below which the strip sags."""
@@ -51,19 +52,7 @@ REGIMES = ("late buckling", "plateau", "sagging", "swing")
 
 @dataclass(frozen=True)
 class ImpactNumbers:
-    """The numbers above.
-
-    Attributes
-    ----------
-    euler : P, N
-    rate, bow, strength, way, asked : s, b, S, W, u
-    ratio, slider : r, q
-    lean : cos phi
-    friction : of the slider over the Euler load
-    seeds : array, deflection of each mode before contact over the radius of gyration; the first is b
-    damping, chi : of the strip's first mode, of the stop
-    span : L/g
-    """
+    """The numbers above: P [N], s, S, W, u, r, q, cos phi, f/P, a_n/g of every mode, z, chi of the stop, L/g."""
 
     euler: float
     rate: float
@@ -81,37 +70,25 @@ class ImpactNumbers:
 
     @classmethod
     def of(cls, strip: SineStrip) -> ImpactNumbers:
-        """Of a slider-crank."""
-        lengths, section = strip.lengths, strip.section
-        angle = float(lengths.contact_angle(strip.stop))
-        lean = float(lengths.lean_cosine(angle, strip.stop))
-        speed = -float(lengths.slider_rate(angle)) * strip.speed
-        euler, gyration = section.euler_load(lengths.coupler), section.thickness / np.sqrt(12)
-        axial = section.axial_stiffness / lengths.coupler
-        stiffness = 1 / (1 / strip.stiffness + lean**2 / axial)
-        places = np.linspace(0.0, angle, 200)
-        leans = np.sqrt(1 - (lengths.crank / lengths.coupler * np.sin(places)) ** 2)
-        loads = (strip.friction - strip.mass * lengths.slider_second_rate(places) * strip.speed**2) / leans
+        """Compute the numbers of a strike."""
+        p, frequency, speed = strip.case, strip.frequency, strip.onset
+        lean, span = float(PAPER.lean_cosine(CONTACT, PAPER_STOP)), L * np.sqrt(12) / p.thickness
+        euler, axial = p.section.euler_load(L), p.section.axial_stiffness / L
+        stiffness = 1 / (1 / p.stop_stiffness + lean**2 / axial)
+        way = max(strip.settled(float(angle))[1] for angle in np.linspace(0.0, CONTACT, 200)) / euler
         return cls(
-            euler, stiffness * speed / (euler * strip.frequency * lean), speed * np.sqrt(strip.stiffness * strip.mass) / euler,
-            float(loads.max() / euler), speed * np.pi * np.sqrt(strip.mass / strip.stiffness) * lean / lengths.coupler,
-            stiffness / (lean**2 * axial) if stiffness < lean**2 * axial else 1.0,
-            float(np.sqrt(strip.stiffness / strip.mass)) / strip.frequency, lean,
-            strip.friction / euler, np.abs(strip.before()) / gyration, strip.damping,
-            float(CarvalhoMartins.hysteresis(strip.restitution)), lengths.coupler / gyration,
+            euler, stiffness * speed / (euler * frequency * lean), speed * np.sqrt(p.stop_stiffness * p.mass) / euler, way,
+            speed * np.pi * np.sqrt(p.mass / p.stop_stiffness) * lean / L, min(stiffness / (lean**2 * axial), 1.0),
+            float(np.sqrt(p.stop_stiffness / p.mass)) / frequency, lean, p.friction_force / euler,
+            np.abs(strip.settled(CONTACT)[0]) * span / L, p.damping, float(CarvalhoMartins.hysteresis(p.restitution)), span,
         )  # fmt: skip
 
-    @property
-    def bow(self) -> float:
-        """B."""
-        return float(self.seeds[0])
-
     def late(self) -> float:
-        """Compression at which the strip gives way, over its Euler load: the least of all modes."""
+        """Find the compression at which the strip gives way, over its Euler load: the least of all modes."""
         return min(self._gives_way(n, seed) for n, seed in enumerate(self.seeds, 1))
 
     def _gives_way(self, n: int, seed: float) -> float:
-        """Largest compression of equation (2) if only mode n grew."""
+        """Solve equation (2) for the largest compression if only mode n grew."""
 
         def relief(p: float) -> tuple[float, float]:
             growth = _growth(n, p, self.damping)
@@ -128,17 +105,13 @@ class ImpactNumbers:
         ratio, grown = relief(p)
         return p - ratio * (n * seed * np.sinh(grown)) ** 2 / 4
 
-    def sagging(self) -> float:
-        """Compression that the bowed strip reaches as the impact shortens it, over its Euler load, equation (3)."""
-        return float(1 - self.bow / np.sqrt(self.bow**2 + 4 * self.span**2 * self.asked / np.pi**2))
-
     def compression(self) -> float:
-        """Largest compression of the strip over its Euler load."""
-        late = self.late()
-        return late if late > LATE else min(late, self.sagging())
+        """Compute the largest compression of the strip over its Euler load: late, or by equation (3)."""
+        late, bow = self.late(), self.seeds[0]
+        return late if late > LATE else min(late, float(1 - bow / np.sqrt(bow**2 + 4 * self.span**2 * self.asked / np.pi**2)))
 
     def peak(self) -> float:
-        """Largest force on the stop over the Euler load, of the slider's mass and the push behind it.
+        """Compute the largest force on the stop over the Euler load, of the slider's mass and the push behind it.
 
         Late, the push is over when the mass has its say: the root of the sum of squares. Else it stays behind it.
         """
@@ -149,25 +122,25 @@ class ImpactNumbers:
         return float(max(np.hypot(late, inertia), steady + np.hypot(steady, inertia)))
 
     def regime(self) -> str:
-        """By the closed forms."""
+        """Name the regime by the closed forms."""
         return regime(self.compression(), self.way > 1.0)
 
 
 def regime(compression: float, early: bool) -> str:
-    """Of a compression over the Euler load; `early`: the strip buckles before contact, or there is none."""
+    """Name the regime of a compression over the Euler load; `early`: the strip buckles before contact, or there is none."""
     if early or not np.isfinite(compression):
         return "swing"
     return "late buckling" if compression > LATE else "plateau" if compression > SAGS else "sagging"
 
 
 def _growth(n: int, p: float, damping: float) -> float:
-    """Equation (1)."""
+    """Evaluate equation (1)."""
     held = damping * n**4
     return float(-held + np.sqrt(held**2 + n**2 * (p - n**2)))
 
 
 def _grown(n: int, p: float, damping: float) -> float:
-    """Integral of (1) over p from n^2."""
+    """Integrate (1) over p from n^2."""
     held = damping * n**4
     root = np.sqrt(held**2 + n**2 * (p - n**2))
     return float(-held * (p - n**2) + 2 * (root**3 - held**3) / (3 * n**2))

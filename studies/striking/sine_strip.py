@@ -1,4 +1,4 @@
-"""One strike with the coupler a strip of sine modes: a theory of a few lines, to hold the simulated strike against.
+"""One strike with the coupler a strip of sine modes: a theory of a few lines beside the simulated strike.
 
 The coupler from the crank's pin A to the slider B has bending stiffness E I, mass mu a length, axial stiffness E A, and no axial
 inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it, so that its compression is
@@ -8,8 +8,8 @@ inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n
     mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L,                                     (2)
 
 q_n the sine components of weight and of the chord's transverse acceleration, linear from A to B. The slider obeys
-m x'' = -P cos(phi) + F - f sign(x'), F the stop's force. This is Hoff's column (`buckler.elastica.hoff`) with more modes, a mass
-that is struck at its end, and a stop that gives way.
+m x'' = -P cos(phi) + F - f sign(x'), F the stop's force. This is Hoff's column with more modes, a mass that is struck at its end,
+and a stop that gives way.
 
 References
 ----------
@@ -18,176 +18,121 @@ N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanic
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import Section
 from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 
-BEFORE = np.radians(3.0)
-"""Crank angle before first contact at which it begins, rad."""
-AFTER = np.radians(25.0)
-"""Crank angle after first contact at which it ends, rad."""
+from .slider_crank import CONTACT, Parameters
+
+BEFORE, AFTER = np.radians(3.0), np.radians(25.0)
+"""Crank angles before and after first contact at which it begins and ends [rad]."""
 REGULAR = 1e-3
-"""Speed of the slider below which friction is linear, m/s."""
-
-
-class SineStrike(NamedTuple):
-    """Largest force on the stop in the first impact, and of the strip until it ends, N; deflection before it over the length."""
-
-    peak: float
-    compression: float
-    bent: float
+"""Speed of the slider below which friction is linear [m/s]."""
+N = np.arange(1, 11)
+"""Half waves of the modes."""
+R, L = PAPER.crank, PAPER.coupler
+K = N * np.pi / L
+"""Wave numbers of the modes [1/m]."""
 
 
 @dataclass(frozen=True)
 class SineStrip:
-    """A slider-crank whose coupler is such a strip, its crank at constant speed.
+    """The slider-crank of a case, its coupler such a strip and its crank at constant speed."""
 
-    Attributes
-    ----------
-    section : of the strip, without damping
-    damping : damping ratio of the first mode
-    bow : stress-free, half a sine, over the length, to the side to which its inertia bends the strip
-    mass, friction : of the slider, kg, N
-    stiffness, restitution : of the stop, N/m, 1
-    speed : of the crank, rad/s
-    gravity : m/s^2
-    stop : m
-    modes : how many
-    """
-
-    section: Section
-    damping: float
-    bow: float
-    mass: float
-    friction: float
-    stiffness: float
-    restitution: float
-    speed: float
-    gravity: tuple[float, float] = (0.0, 0.0)
-    stop: float = PAPER_STOP
-    lengths: SliderCrank = field(default=PAPER)
-    modes: int = 10
-
-    @cached_property
-    def waves(self) -> Array:
-        """1, 2, ... of the modes."""
-        return np.arange(1, self.modes + 1)
+    case: Parameters
 
     @cached_property
     def frequency(self) -> float:
-        """First frequency, rad/s."""
-        return self.section.first_frequency(self.lengths.coupler)
+        """First frequency [rad/s]."""
+        return self.case.section.first_frequency(L)
 
     @cached_property
     def free(self) -> Array:
-        """Stress-free amplitudes, m: positive to the left of the way from A to B."""
-        return np.where(self.waves == 1, -self.bow * self.lengths.coupler, 0.0)
+        """Stress-free amplitudes [m], positive to the left of the way from A to B."""
+        return np.where(N == 1, -self.case.imperfection * L, 0.0)
 
     @cached_property
     def bend(self) -> Array:
-        """E I k^4, N/m^2."""
-        return np.asarray(self.section.bending_stiffness * (self.waves * np.pi / self.lengths.coupler) ** 4)
+        """Bending stiffness of the modes, E I k^4 [N/m^2]."""
+        return np.asarray(self.case.section.bending_stiffness * K**4)
 
     @cached_property
-    def onset(self) -> tuple[float, float]:
-        """Speed at first contact, m/s, and hysteresis factor of the stop."""
-        rate = float(self.lengths.slider_rate(self.lengths.contact_angle(self.stop)))
-        return -rate * self.speed, float(CarvalhoMartins.hysteresis(self.restitution))
+    def onset(self) -> float:
+        """Speed of the slider at first contact [m/s]."""
+        return -float(PAPER.slider_rate(CONTACT)) * self.case.speed
 
     @property
     def lasts(self) -> float:
-        """Time after first contact in which the strip has given way and the slider has been thrown back, s."""
-        slider, stop = np.sqrt(self.mass / self.stiffness), self.stiffness * self.onset[0]
-        rate = stop / (self.section.euler_load(self.lengths.coupler) * self.frequency)
-        return float(min(AFTER / self.speed, 2 * np.pi * slider + (3 + 6 / np.cbrt(rate)) / self.frequency))
+        """Time after first contact in which the strip has given way and the slider has been thrown back [s]."""
+        p, rise = self.case, self.case.stop_stiffness * self.onset
+        rate = rise / (p.section.euler_load(L) * self.frequency)
+        slider = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness)
+        return float(min(AFTER / p.speed, slider + (3 + 6 / np.cbrt(rate)) / self.frequency))
 
-    def strike(self) -> SineStrike:
-        """Follow it from shortly before the first contact to the end of the impact, or some way on."""
-        angle = float(self.lengths.contact_angle(self.stop))
-        state, begins = self._start(angle - BEFORE), (angle - BEFORE) / self.speed
+    def peak(self) -> float:
+        """Integrate from shortly before the first contact to the end of the impact; largest force on the stop [N]."""
+        begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.lasts
 
         def leaves(t: float, y: Array) -> float:
-            return float(y[0] - self.stop)
+            return float(y[0] - PAPER_STOP)
 
         leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]
-        longest = BEFORE / self.speed + self.lasts
         run = solve_ivp(
-            self._rates, (begins, begins + longest), state, method="LSODA", rtol=1e-5, atol=1e-9, events=leaves,
-            max_step=longest / 300,
+            self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
+            events=leaves, max_step=longest / 300,
         )  # fmt: skip
-        forces = np.array([self._forces(t, y) for t, y in zip(run.t, run.y.T, strict=True)])
-        touched = np.flatnonzero(forces[:, 1] > 0)
-        if not touched.size:
-            return SineStrike(np.nan, float(forces[:, 0].max()), np.nan)
-        bent = float(np.abs(run.y[2, touched[0]]) / self.lengths.coupler)
-        return SineStrike(float(forces[:, 1].max()), float(forces[touched[0] :, 0].max()), bent)
+        largest = max(self._forces(t, y)[1] for t, y in zip(run.t, run.y.T, strict=True))
+        return largest if largest > 0 else np.nan
 
-    def before(self) -> Array:
-        """Amplitudes in equilibrium with what bends the strip on its way, at first contact, m."""
-        return self._settled(float(self.lengths.contact_angle(self.stop)))[0]
-
-    def _settled(self, angle: float) -> tuple[Array, float]:
-        """Amplitudes, m, and compression, N, on a slider that moves as on a rigid coupler."""
-        r, length = self.lengths
-        lean = float(np.sqrt(1 - (r / length * np.sin(angle)) ** 2))
-        moved = float(self.lengths.slider_second_rate(angle)) * self.speed**2
-        load = (self.friction - self.mass * moved) / lean
-        k, bend = self.waves * np.pi / length, self.bend
-        pulled = self._across(angle, r * np.cos(angle) - lean * length, moved)
-        least = 0.1 * bend[0]  # beyond four fifths of the Euler load the strip swings; no equilibrium is meant
-        return (bend * self.free + pulled) / np.maximum(bend - load * k**2, least), load
+    def settled(self, angle: float) -> tuple[Array, float]:
+        """Compute amplitudes in equilibrium [m] and compression [N], the slider moving as on a rigid coupler."""
+        p, lean = self.case, float(np.sqrt(1 - (R / L * np.sin(angle)) ** 2))
+        moved = float(PAPER.slider_second_rate(angle)) * p.speed**2
+        load = (p.friction_force - p.mass * moved) / lean
+        pulled = self._across(angle, R * np.cos(angle) - lean * L, moved)
+        least = 0.1 * self.bend[0]  # beyond four fifths of the Euler load the strip swings; no equilibrium is meant
+        return (self.bend * self.free + pulled) / np.maximum(self.bend - load * K**2, least), load
 
     def _start(self, angle: float) -> Array:
-        """Slider as on a rigid coupler, modes in equilibrium with what bends them there."""
-        r, length = self.lengths
-        a, load = self._settled(angle)
-        short = load * length / self.section.axial_stiffness + self._shortening(a)
-        x = r * np.cos(angle) - np.sqrt((length - short) ** 2 - (r * np.sin(angle)) ** 2)
-        rate = float(self.lengths.slider_rate(angle))
-        return np.concatenate([[x, rate * self.speed], a, np.zeros(self.modes)])
+        """Give the slider the motion of a rigid coupler, and the modes the equilibrium there."""
+        a, load = self.settled(angle)
+        short = load * L / self.case.section.axial_stiffness + self._shortening(a)
+        x = R * np.cos(angle) - np.sqrt((L - short) ** 2 - (R * np.sin(angle)) ** 2)
+        return np.concatenate([[x, float(PAPER.slider_rate(angle)) * self.case.speed], a, np.zeros(N.size)])
 
     def _shortening(self, a: Array) -> float:
-        n = self.waves
-        return float((n**2 * np.pi**2 * (a**2 - self.free**2)).sum() / (4 * self.lengths.coupler))
+        return float((N**2 * np.pi**2 * (a**2 - self.free**2)).sum() / (4 * L))
 
     def _across(self, angle: float, x: float, moved: float) -> Array:
-        """q_n: weight less inertia of the chord, of a slider at x with an acceleration."""
-        r, n = self.lengths.crank, self.waves
-        pin = r * np.array([np.cos(angle), np.sin(angle)])
+        """Compute q_n: weight less inertia of the chord, of a slider at x with an acceleration."""
+        pin = R * np.array([np.cos(angle), np.sin(angle)])
         along = np.array([x, 0.0]) - pin
         left = np.array([-along[1], along[0]]) / np.hypot(*along)
-        first, last = -(self.speed**2) * (left @ pin) - left @ self.gravity, left[0] * moved - left @ self.gravity
-        return np.asarray(-self.section.mass_per_length * 2 / (n * np.pi) * (first - (-1.0) ** n * last))
+        weight = left @ self.case.pull
+        first, last = -(self.case.speed**2) * (left @ pin) - weight, left[0] * moved - weight
+        return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
     def _forces(self, t: float, y: Array) -> tuple[float, float, float]:
-        """Compression of the strip and force of the stop, N, and the cosine of the chord's lean."""
-        r, length = self.lengths
-        angle = self.speed * t
-        dx, dy = y[0] - r * np.cos(angle), r * np.sin(angle)
+        """Compute compression of the strip and force of the stop [N], and the cosine of the chord's lean."""
+        p, angle = self.case, self.case.speed * t
+        dx, dy, depth = y[0] - R * np.cos(angle), R * np.sin(angle), PAPER_STOP - y[0]
         chord = np.hypot(dx, dy)
-        load = self.section.axial_stiffness / length * (length - chord - self._shortening(y[2 : 2 + self.modes]))
-        depth = self.stop - y[0]
-        onset, chi = self.onset
-        force = max(0.0, self.stiffness * depth * (1 - chi * y[1] / onset)) if depth > 0 else 0.0
+        load = p.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
+        chi = float(CarvalhoMartins.hysteresis(p.restitution))
+        force = max(0.0, p.stop_stiffness * depth * (1 - chi * y[1] / self.onset)) if depth > 0 else 0.0
         return float(load), float(force), float(-dx / chord)
 
     def _rates(self, t: float, y: Array) -> Array:
-        m = self.modes
         load, force, lean = self._forces(t, y)
-        rubbed = self.friction * min(max(y[1] / REGULAR, -1.0), 1.0)
-        moved = (force - load * lean - rubbed) / self.mass
-        k = self.waves * np.pi / self.lengths.coupler
-        a, speed = y[2 : 2 + m], y[2 + m :]
-        late = 2 * self.damping / self.frequency
-        bend = self.bend * (a - self.free + late * speed)
-        bent = (load * k**2 * a - bend + self._across(self.speed * t, y[0], moved)) / self.section.mass_per_length
+        rubbed = self.case.friction_force * min(max(y[1] / REGULAR, -1.0), 1.0)
+        moved = (force - load * lean - rubbed) / self.case.mass
+        a, speed = np.split(y[2:], 2)
+        bend = self.bend * (a - self.free + 2 * self.case.damping / self.frequency * speed)
+        bent = (load * K**2 * a - bend + self._across(self.case.speed * t, y[0], moved)) / self.case.section.mass_per_length
         return np.concatenate([[y[1], moved], speed, bent])

@@ -48,7 +48,7 @@ def test_what_a_design_may_use(what):
 def test_a_cube_that_is_none(off, named):
     """Forces of three thicknesses at the slow speed, the last one off the cube."""
     p = thickness_speed.Parameters(models="strut", thicknesses="0.1mm,0.2mm,0.3mm", speeds="1")
-    forces = np.array([[[1.0], [8.0], [27.0 * (1 + off)]]]) * np.ones(2)
+    forces = np.array([[1.0], [8.0], [27.0 * (1 + off)]]) * np.ones(2)
     same = {"force": forces, "exact": forces, "impact": forces, "state": np.full(forces.shape, "pressed")}
-    wrong = thickness_speed._metrics(p, same)[1]
-    assert [text.startswith("CUBE: strut, 0.3mm") for text in wrong] == [True] * named
+    wrong = thickness_speed._off_the_cube(p, thickness_speed._metrics(p, same))
+    assert [text.startswith("0.3mm at 0.1 rad/s: ratio") for text in wrong] == [True] * named
