@@ -1,8 +1,8 @@
 """The striking slider-crank designed backwards: from the forces and the angle wanted to strip, stop and speed.
 
 A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g; in between the buckled coupler, a pinned
-strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta)
-(`buckler.mbs.kinematics.linkage.SliderCrank`), the exact elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
+strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta), the exact
+elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
 
     contact angle 2 g      ->  stop at x(pi - g)                                                                (1)
     contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12             (2)
@@ -16,10 +16,9 @@ has fallen behind by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4 a
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2,                   (4)
 
 where Q' = Q - m a leaves out what the slider's own acceleration a asked of the strip before. c0 and c1 are those of
-`mbs.laws.peak`, chi that of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) are for a massless strip, that
-is for a `Strut`, and hold within 1 % up to Q = 0.4 S. A straight `Beam` buckles late and strikes far harder.
-
-Floats or arrays that broadcast may stand for every number: arrays in, arrays out.
+`buckler.mbs.laws.peak`, chi that of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) are for a massless strip,
+a `Strut`, and hold within 1 % up to Q = 0.4 S. A straight `Beam` buckles late and strikes far harder. Floats or arrays that
+broadcast may stand for every number.
 
 References
 ----------
@@ -30,85 +29,72 @@ A. S. Carvalho, J. M. Martins, doi 10.1016/j.mechmachtheory.2019.03.028.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.elastica import law
-from buckler.mbs.declare import Declared, Either, Nothing, Quantity, declared, field
-from buckler.mbs.declare.declared import MISSING
+from buckler.elastica import law, pinned
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
 
 GROUPS = ("thickness", "width"), ("speed", "mass", "stiffness")
-"""Of each, one is solved for."""
-FREE = sum(GROUPS, ())
+"""Numbers of which one each is solved for."""
 Floats = Any
 """A float, or an array that broadcasts with the others."""
 PASSES = 14
-"""Of the fixed point for what (2) and (3) hold implicitly: each takes off two digits or more."""
+"""Passes of the fixed point for what (2) and (3) hold implicitly: each takes off two digits or more."""
+SWUNG = 0.8
+"""Most compression on the way over the Euler load: a load that comes suddenly, as at the start, swings over."""
+HARD = 0.4
+"""Most Q over S - D: up to there equation (3) holds within 1 %, and impact and contact are two."""
+PLACES = 33
+"""Crank angles on the way at which the compression is looked at; its largest value is met within 1e-3."""
 
 
-class Numbers(Quantity):
-    """A number, or an array of them."""
-
-    def read(self, name: str, given: Any) -> Any:
-        """Return it as it is; what is least and what is most decide whether it is in its range."""
-        for end in (np.min, np.max):
-            super().read(name, float(end(given)))
-        return given
+def _refuse(spec: Any) -> None:
+    """Raise a ValueError at a number that is not positive; friction may be 0, and what is solved for is None."""
+    for name, value in vars(spec).items():
+        if value is not None and not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
+            raise ValueError(f"{name} = {value}: must be positive")
 
 
-def numbers(unit: str, doc: str, default: object = MISSING, most: float = np.inf, optional: bool = False) -> Any:
-    """Declare numbers above 0; None stands for those that are solved for, if they are optional."""
-    spec = Numbers(unit, 0.0, most, open_low=True)
-    return field(Either((spec, Nothing())) if optional else spec, doc, default)
+@dataclass(frozen=True)
+class Wish:
+    """Largest force of the strip on the stop and of the first impact [N]; crank angle from first contact to release [rad]."""
+
+    contact_force: Floats
+    impact_force: Floats
+    contact_angle: Floats
+    __post_init__ = _refuse
 
 
-@declared
-class Wish(Declared):
-    """What the mechanism shall do."""
+@dataclass(frozen=True)
+class Given:
+    """Numbers fixed beforehand, in SI units: of the strip, the crank, the slider, the stop and the linkage.
 
-    in_files = False
+    One of thickness and width, and one of speed, mass and stiffness, is None: it is solved for.
+    """
 
-    contact_force: Floats = numbers("N", "largest force of the buckled coupler on the stop, at the dead centre")
-    impact_force: Floats = numbers("N", "largest force of the first impact")
-    contact_angle: Floats = numbers(
-        "rad", "angle the crank turns between first contact and release: twice the half angle before the dead centre",
-        most=2 * np.pi,
-    )  # fmt: skip
+    thickness: Floats | None = None
+    width: Floats | None = 0.030
+    speed: Floats | None = None
+    mass: Floats | None = 0.3
+    stiffness: Floats | None = 7.2e4
+    restitution: Floats = 0.8
+    friction: Floats = 0.3
+    yield_strength: Floats = 1e9
+    modulus: Floats = 210e9
+    crank: Floats = PAPER.crank
+    coupler: Floats = PAPER.coupler
+    fastest: Floats = 10.0
 
-
-@declared
-class Given(Declared):
-    """What is fixed beforehand. None stands for what is solved for: one of thickness and width, one of speed, mass, stiffness."""
-
-    in_files = False
-
-    thickness: Floats | None = numbers("m", "of the strip", None)
-    width: Floats | None = numbers("m", "of the strip", 0.030, optional=True)
-    speed: Floats | None = numbers("rad/s", "of the crank", None)
-    mass: Floats | None = numbers("kg", "of the slider", 0.3, optional=True)
-    stiffness: Floats | None = numbers("N/m", "of the stop", 7.2e4, optional=True)
-    restitution: Floats = numbers("1", "of the stop", 0.8, most=1.0)
-    friction: Floats = field(Numbers("N", 0.0), "of the slider in its guide, at any speed", default=0.3)
-    yield_strength: Floats = numbers("Pa", "of the strip", 1e9)
-    modulus: Floats = numbers("Pa", "Young's modulus of the strip", 210e9)
-    crank: Floats = numbers("m", "length of the crank", PAPER.crank)
-    coupler: Floats = numbers("m", "length of the coupler, the longer of the two", PAPER.coupler)
-    slowest: Floats = numbers("rad/s", "the drive can run at", 0.1)
-    fastest: Floats = numbers("rad/s", "the drive can run at", 10.0)
-    lightest: Floats = numbers("kg", "the slider can be", 1e-3)
-    heaviest: Floats = numbers("kg", "the slider can be", 10.0)
-
-    def agree(self) -> None:
-        """One of each group is solved for; the crank can turn."""
+    def __post_init__(self) -> None:
+        _refuse(self)
         for group in GROUPS:
-            free = [name for name in group if getattr(self, name) is None]
-            if len(free) != 1:
-                raise ValueError(f"free = {free}: exactly one of {', '.join(group)} must be None, to be solved for")
+            if len([name for name in group if getattr(self, name) is None]) != 1:
+                raise ValueError(f"exactly one of {', '.join(group)} must be None, to be solved for")
         if not np.all(np.less(self.crank, self.coupler)):
             raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
 
@@ -125,22 +111,10 @@ class Given(Declared):
 
 @dataclass(frozen=True)
 class Design:
-    """A mechanism that does what was wished, if its limits allow it (`inverse_limits`); floats, or arrays of one shape.
+    """A mechanism that does what was wished, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
-    Attributes
-    ----------
-    wish, given : what it was made from
-    thickness, width : m, of the strip
-    stop : m, its place on the slider's line
-    speed : rad/s, of the crank
-    mass : kg, of the slider
-    stiffness : N/m, of the stop
-    angle : rad, crank angle at first contact
-    shortening : 1, largest end shortening of the strip over its length
-    euler_load : N, of the strip
-    impact_speed : m/s, of the slider at first contact
-    push : N, what the coupler adds to the impact, Q of equation (3)
-    strength : N, the impact's measure S - D of equation (3); 0 where the push alone is too much
+    `stop` is its place on the slider's line, `angle` that of the crank at first contact, `shortening` the strip's largest over
+    its length, `push` and `strength` are Q and S - D of equation (3); strength is 0 where the push alone is too much.
     """
 
     wish: Wish
@@ -158,24 +132,11 @@ class Design:
     push: Any
     strength: Any
 
-    @property
-    def contact_time(self) -> Any:
-        """From first contact to release, s."""
-        return self.wish.contact_angle / self.speed
-
 
 def design(wish: Wish, given: Given | None = None) -> Design:
-    """Solve equations (1) to (4) for everything that is not given.
+    """Solve equations (1) to (4) by fixed-point iteration for everything that is not given.
 
-    Parameters
-    ----------
-    wish : Wish
-    given : Given, optional
-
-    Returns
-    -------
-    Design, of floats if every number was one, else of arrays of the broadcast shape. Where a wish cannot be had the
-    numbers stay finite, and a limit of `buckler.studies.striking.inverse_limits` says so.
+    Where a wish cannot be had the numbers stay finite, and one of `limits` says so.
     """
     given = Given() if given is None else given
     lengths, (r, L) = given.lengths, given.lengths
@@ -189,11 +150,15 @@ def design(wish: Wish, given: Given | None = None) -> Design:
     for _ in range(PASSES):
         u = 1 - (wish.contact_force / stiffness - stop - r) / L
         bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
-        thickness, width = _section(bending, given)
+        if given.width is not None:
+            thickness, width = np.cbrt(12 * bending / (given.modulus * given.width)), given.width
+        else:
+            thickness, width = given.thickness, 12 * bending / (given.modulus * np.asarray(given.thickness) ** 3)
         euler = np.pi**2 * bending / L**2
         push = euler * lean - given.friction
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
-        lag = _lag(rise, given, thickness * width * lean**2, rate * speed)
+        axial = given.modulus * thickness * width * lean**2 / L
+        lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D without (K/m)^(1/6)
         strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
         hit = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)
         if given.speed is None:
@@ -207,15 +172,56 @@ def design(wish: Wish, given: Given | None = None) -> Design:
     return Design(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
 
 
-def _section(bending: Floats, given: Given) -> tuple[Floats, Floats]:
-    """Thickness and width of the strip of a bending stiffness E b h^3/12."""
-    if given.width is not None:
-        return np.cbrt(12 * bending / (given.modulus * given.width)), given.width
-    assert given.thickness is not None  # Given has seen to it
-    return given.thickness, 12 * bending / (given.modulus * given.thickness**3)
+# --- limits -----------------------------------------------------------------------------------------------------------
 
 
-def _lag(rise: Floats, given: Given, area: Floats, speed: Floats) -> Floats:
-    """D of equation (4) without its factor (K/m)^(1/6); `area` is that of the strip times cos(phi)^2."""
-    stiffness = given.modulus * area / given.coupler
-    return 0.75 * rise * np.cbrt(6 * rise / (stiffness * (1 + given.chi) * speed))
+class Limit(NamedTuple):
+    """One limit of a design: its number and the most it may be, floats or arrays."""
+
+    name: str
+    what: str
+    value: Any
+    most: Any
+
+    @property
+    def use(self) -> Any:
+        """Share of the bound that is used, above 1 where it is broken."""
+        return self.value / self.most
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.what} {self.value:.4g}, at most {self.most:.4g} allowed"
+
+
+def limits(d: Design) -> list[Limit]:
+    """List the limits of a design, or of an array of them.
+
+    A run shows the rest: whether the slider comes to rest before the dead centre, and whether impact and contact are two.
+    """
+    u, least = np.clip(d.shortening, 0.0, 1.0), 1e-3 * d.wish.impact_force
+    stress = pinned.surface_stress(u, d.thickness, d.given.coupler, d.given.modulus)
+    return [
+        Limit("shortening", "end shortening over length", d.shortening, 1.0),
+        Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(d.given.yield_strength, 1e6)),
+        Limit("buckling", "compression on the way over the Euler load", _compression(d) / d.euler_load, SWUNG),
+        Limit("push", "push of the strip over the impact's strength", d.push / np.maximum(d.strength, least), HARD),
+        Limit("speed", "crank speed in rad/s", d.speed, d.given.fastest),
+    ]
+
+
+def feasible(d: Design) -> Any:
+    """Whether all limits are kept."""
+    return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(d)))) <= 1.0, axis=0)
+
+
+def binding(d: Design) -> Limit:
+    """Return the first limit that one design breaks, or if it keeps them all the one it uses most."""
+    found = limits(d)
+    return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
+
+
+def _compression(d: Design) -> Any:
+    """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
+    angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(d.angle), int)) * d.angle
+    lean = np.sqrt(1 - (d.given.crank / d.given.coupler * np.sin(angle)) ** 2)
+    inertia = d.mass * np.square(d.speed) * d.given.lengths.slider_second_rate(angle)
+    return np.maximum(((d.given.friction - inertia) / lean).max(axis=0), 0.0)

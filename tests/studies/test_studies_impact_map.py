@@ -1,6 +1,5 @@
-"""A strike in dimensionless numbers: the simulation, a strip of sine modes, closed forms; designs that hold for the beam."""
+"""A strike in dimensionless numbers: the simulation, a strip of sine modes, closed forms."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +8,8 @@ from drawing import drawn
 from scipy.integrate import quad
 
 from buckler.elastica.hoff import Hoff
-from buckler.studies.striking import design, impact_map, impact_numbers, slider_crank
-from buckler.studies.striking.assumptions import StrikeParameters
-from buckler.studies.striking.design_check import BARS, check, for_beam
+from buckler.studies.striking import impact_map, impact_numbers, slider_crank
 from buckler.studies.striking.impact_numbers import ImpactNumbers
-from buckler.studies.striking.inverse import Given, Wish
 from buckler.studies.striking.sine_strip import SineStrip
 
 
@@ -94,41 +90,3 @@ def test_figure_of_the_map(result):
     over, parity = drawn(impact_map, result).axes
     assert all("[1]" in ax.get_xlabel() and "[1]" in ax.get_ylabel() for ax in (over, parity))
     assert set(impact_map.REGIMES) <= {text.get_text() for text in over.get_legend().get_texts()}
-
-
-# --- designs that hold for the beam -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("free", "bow"), [("speed", 0.01), pytest.param("stiffness", 1e-3, marks=pytest.mark.slow)])
-def test_design_holds_for_the_beam(free, bow):
-    """Held against a turn of the other solver, twice the elements and a hundredth of its tolerance."""
-    given = Given(**{"speed": 1.25, "mass": 0.3, "stiffness": 7.2e4} | {free: None})
-    wish, numerics = Wish(2.0, 40.0, np.radians(120)), StrikeParameters(imperfection=bow)
-    found = for_beam(wish, given, numerics)
-    assert not found.reason and found.turns <= 16
-    assert check("beam", found.design, numerics, finer=True).within(wish, BARS["beam"])
-
-
-@pytest.mark.slow
-def test_wish_that_no_strip_can_do_is_told_with_what_can():
-    """The straight strip strikes with 36 N and more at any speed of the drive: the closed form alone would take 30 N for had."""
-    result = design.run(design.Parameters(hold_for="beam", wishes=0))
-    assert result.status == "INFEASIBLE" and "no strip can: speed: at its end, 0.1 rad/s: " in result.message
-    contact, impact = map(float, re.findall(r"([+-]\S+) %", result.message))
-    assert 15 < impact < 25 and abs(contact) < 1
-
-
-@pytest.mark.slow
-def test_feasible_wishes_hold_for_the_beam():
-    """Around 2 N, 30 N, 120 deg, strips bowed by 1 %: each that is called feasible keeps the bars when run more finely."""
-    result = design.run(design.Parameters(hold_for="beam", imperfection=0.01, wishes=30, models="beam"))
-    assert result.status == "OK", result.message
-    assert result.metrics["beam.impact_force"].value == pytest.approx(30, rel=0.05)
-    assert result.metrics["beam.contact_force"].error < 5e-3
-    assert result.metrics["beam.contact_angle"].value == pytest.approx(120, abs=0.5)
-    assert result.metrics["around.wishes"].value >= 20
-
-
-def test_model_that_is_not_run_cannot_be_held_for():
-    with pytest.raises(ValueError, match="hold_for = beam: must be one of models = strut"):
-        design.Parameters(hold_for="beam", models="strut")
