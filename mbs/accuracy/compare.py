@@ -94,7 +94,7 @@ class Functions:
         through, unseen = put_through(record, energies, run.values)
         missing, mass = float(np.abs(energies.pop("error")).max()), mechanism_mass(mechanism)
         del energies["throughput"]
-        found = {name: signal for name, signal in run.signals.items() if signal.kind is not Kind.COUNT}
+        found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         whole = through * (1 + unseen / SMALL)
         found |= {f"energy.{n}": Signal(f"energy.{n}", v, "J", Kind.ENERGY, scale=whole) for n, v in energies.items()}
         size = max(mechanism.length(link.name) for link in mechanism.links)

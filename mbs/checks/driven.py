@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
+from ..kinematics.determined import divides
 from ..kinematics.linkage import Linkage, determined, solved
 from ..mechanism import Mechanism
 from ..record.record import Record
@@ -27,11 +28,12 @@ JUMP, SETTLED = 0.2, 20
 
 
 class Followed(NamedTuple):
-    """A linkage's loops, places of its links' starts and directions (times, links, 3), and the Jacobian there."""
+    """A linkage's loops, places of its links' starts and directions (times, links, 3), the Jacobian there, and times [s]."""
 
     linkage: Linkage
     places: Array
     jacobian: Array
+    time: Array = np.empty(0)
 
 
 def followed(record: Record) -> Followed | None:
@@ -39,7 +41,7 @@ def followed(record: Record) -> Followed | None:
     if not determined(record.mechanism):
         return None
     linkage, places = Linkage(record.mechanism, float(record.time[-1])), _places(record)
-    return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1])
+    return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1], record.time)
 
 
 def dead_centre(known: Followed) -> int | None:
@@ -52,7 +54,17 @@ def dead_centre(known: Followed) -> int | None:
     square = jacobian.shape[1] == jacobian.shape[2]
     size = np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
     low = ~(size * np.sign(size[0]) > SINGULAR * np.abs(size).max())
-    return int(np.argmax(low)) if low.any() else None
+    if square:
+        return int(np.argmax(low)) if low.any() else None
+    return next((k for k in np.flatnonzero(low) if _divides(known, int(k), low)), None)
+
+
+def _divides(known: Followed, k: int, low: Array) -> bool:
+    """True if redundant rows do not decide which way a linkage leaves the singular pose of a sample."""
+    after = np.flatnonzero(~low[k:])
+    j = k + int(after[0]) if len(after) else len(low) - 1
+    far = float(np.abs(known.places[j] - known.places[k]).max())
+    return j == k or divides(known.linkage, float(known.time[j]), known.places[j], far)
 
 
 def _places(record: Record) -> Array:
@@ -97,7 +109,7 @@ def closed(run: Run, _result: Result) -> Iterator[str]:
     known = followed(record)
     if known is None or dead_centre(known) is not None:
         return
-    closure, places, jacobian = known
+    closure, places, jacobian, _ = known
     driven = closure.acceleration(record.time)
     speed = solved(jacobian, closure.speed(record.time))
     acceleration = solved(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)

@@ -13,13 +13,25 @@ from ..record.result import Result
 from ..record.run import Run
 from .check import Check
 from .driven import closed, off_dead_centres
+from .gaps import together
 from .linear import linear
 from .signals import balanced, clock, finite, pushing, shallow, uncrossed
 from .unbuckled import buckled
 
 READABLE: tuple[Check, ...] = (finite, clock)
 """Checks without which no other means anything."""
-CHECKS: tuple[Check, ...] = (*READABLE, balanced, pushing, shallow, buckled, uncrossed, off_dead_centres, closed, linear)
+CHECKS: tuple[Check, ...] = (
+    *READABLE,
+    together,
+    balanced,
+    pushing,
+    shallow,
+    buckled,
+    uncrossed,
+    off_dead_centres,
+    closed,
+    linear,
+)
 """All checks, in the order in which they look."""
 
 

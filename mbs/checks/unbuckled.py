@@ -152,12 +152,11 @@ class Growth:
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
-        from ..statics.settling import carried
         from ..statics.spectrum import spectrum
 
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)
-        tangent = self.problem.about(rest._replace(multipliers=carried(self.problem, rest)))
+        tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
         if tangent.definite:
             return dict.fromkeys(forces, 0.0)
         found = spectrum(tangent)

@@ -28,6 +28,8 @@ class Kind(StrEnum):
     STATE = "state"
     ENERGY = "energy"
     COUNT = "count"
+    UNDETERMINED = "undetermined"
+    """A force that redundant constraints share: no equation determines it, so that it has no error and is never compared."""
 
 
 class Trait(NamedTuple):

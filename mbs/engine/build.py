@@ -14,7 +14,7 @@ from .. import elements
 from ..elements.element import Element
 from ..extensions import extensions
 from ..geometry import Array
-from ..kinematics.diagnosis import redundancies
+from ..kinematics.diagnosis import redundancies, undetermined
 from ..kinematics.settle import STEP, About, settled, settles
 from ..kinematics.start import start
 from ..mechanism import Mechanism
@@ -96,7 +96,7 @@ def build(mechanism: Mechanism) -> Scene:
     system = container.AddSystem()
     scene = Scene(mechanism, system, container)
     scene.start = begun = start(mechanism)
-    scene.redundant = redundancies(mechanism)
+    scene.redundant, scene.undetermined = redundancies(mechanism), undetermined(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
         if placed is not None:

@@ -57,6 +57,8 @@ class Scene:
         Nodes of the states of loads' laws, and how many each has.
     redundant : list of str
         Elements that say what others say already.
+    undetermined : list of str
+        Elements whose forces no equation determines, as redundant ones share them.
     told : list of str
         Sentences for the summary: laws that could not be compiled.
     stopped : (Status, str) or None
@@ -76,6 +78,7 @@ class Scene:
     starts_smooth: bool = False
     states: list[tuple[int, int]] = field(default_factory=list)
     redundant: list[str] = field(default_factory=list)
+    undetermined: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
@@ -160,7 +163,7 @@ class Scene:
         motions: dict[str, Any] = {name: placed.motion(run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, motions, blocks, channels)
+        record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.undetermined)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record

@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import qr
 
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
@@ -22,8 +23,8 @@ from ..record.errors import Status
 from ..record.lookup import corrected, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from .diagnosis import blocked, independent_rows
-from .linkage import Linkage, carried, determined, solved
+from .diagnosis import blocked, undetermined
+from .linkage import Linkage, carried, determined, inverted, solved
 
 FIRST, FAR, NEAR = 0.02, 0.05, 0.01
 """First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken
@@ -104,10 +105,6 @@ class Follower:
 
     Attributes
     ----------
-    kept : array of int
-        Independent rows; those of drives come first.
-    dropped : list of str
-        Elements of the rows that say nothing new.
     ended : Ended or None
         Where it came to an end before the run's.
     """
@@ -117,11 +114,9 @@ class Follower:
         deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = bool,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
-        self.linkage = linkage = Linkage(mechanism, duration)
-        jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
-        self.kept = independent(linkage, jacobian)
-        self.dropped = sorted({linkage.names[k] for k in range(len(linkage.names)) if k not in self.kept})
+        self.linkage = Linkage(mechanism, duration)
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
+        self.undetermined = undetermined(mechanism)
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
@@ -129,13 +124,12 @@ class Follower:
 
     def _follow(self, duration: float) -> Course:
         linkage = self.linkage
-        state = self._close(np.zeros(1), linkage.reference[None].copy())
-        assert state is not None  # the rows kept are independent there
+        state = closed(self.linkage, np.zeros(1), linkage.reference[None].copy())
+        assert state is not None  # its rows decide it there
         found, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
         slow = SLOW * linkage.size / duration
-        side = float(np.linalg.det(state.jacobian[0]))
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
@@ -147,9 +141,9 @@ class Follower:
             if duration - t - h < 1e-12 * duration:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
-            after = self._close(np.array([t + h]), guess)
+            after = closed(self.linkage, np.array([t + h]), guess)
             off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
-            if after is None or off > FAR or self._kinked(state, after, slow) or np.linalg.det(after.jacobian[0]) * side <= 0:
+            if after is None or off > FAR or self._kinked(state, after, slow) or _passes(linkage, state, after):
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -171,7 +165,7 @@ class Follower:
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), blocked(self.linkage, state.q[0], self.kept)
+        t, where = float(state.time[0]), blocked(self.linkage, state.q[0], _decisive(state.jacobian[0]))
         if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
@@ -185,45 +179,13 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _at(self, times: Array) -> Course:
-        found = self._close(times, _quintic(self.anchors, times))
+        found = closed(self.linkage, times, _quintic(self.anchors, times))
         if found is not None:
             return found
         if len(times) == 1:
             raise UnclosedError(float(times[0]))
         halves = [self._at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
-
-    def _close(self, times: Array, q: Array) -> Course | None:
-        """Newton's method at each time from close by, then the rates; None if one does not close."""
-        linkage, zero, kept = self.linkage, np.zeros_like(q), self.kept
-        travel, scale = linkage.travel(times), max(1.0, linkage.size)
-        last = np.inf
-        for _ in range(MOST):
-            residual, jacobian, _ = linkage.system(q, zero)
-            residual = residual - travel
-            gap = float(np.abs(residual[..., kept]).max(initial=0.0))
-            if not np.isfinite(gap) or gap > 1e3 * scale:
-                return None
-            jacobian = jacobian[..., kept, :]
-            if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
-                return self._rates(times, q, jacobian) if np.abs(residual).max() < CLOSED * scale else None
-            last = gap
-            try:
-                q = q - solved(jacobian, residual[..., kept]).reshape(q.shape)
-            except np.linalg.LinAlgError:
-                return None
-        return None
-
-    def _rates(self, times: Array, q: Array, jacobian: Array) -> Course | None:
-        linkage, kept = self.linkage, self.kept
-        try:
-            inverse = np.linalg.inv(jacobian)
-        except np.linalg.LinAlgError:
-            return None
-        q_t = (inverse @ linkage.speed(times)[..., kept, None])[..., 0].reshape(q.shape)
-        right = linkage.convective(q, q_t) + linkage.acceleration(times)
-        q_tt = (inverse @ right[..., kept, None])[..., 0].reshape(q.shape)
-        return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
     # --- what it leaves ---------------------------------------------------------------------------------------------------
 
@@ -236,7 +198,7 @@ class Follower:
             _, place, *rates = self._carried(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (place - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, {}, corrected)
+        return Record(mechanism, course.time, links, blocks, {}, corrected, self.undetermined)
 
     def _carried(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Arm from a link's start to what lies there at t = 0, and its place, velocity and acceleration, each (times, 2)."""
@@ -259,10 +221,9 @@ class Follower:
         return RigidMotion(mass, inertia, away, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""
+        """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f, of redundant rows the least."""
         right = self._inertia(course) - self._pushes(record)
-        found = np.zeros((len(course.time), len(self.linkage.names)))
-        found[:, self.kept] = np.linalg.solve(course.jacobian.mT, right.reshape(len(right), -1, 1))[..., 0]
+        found = (inverted(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
         for name, element in self.linkage.mechanism.elements().items():
@@ -301,11 +262,65 @@ class Follower:
         return total
 
 
-def independent(linkage: Linkage, jacobian: Array) -> Array:
-    """Rows that are independent of each other: the drives' first, then in the elements' order."""
-    driven = [k for k, _ in linkage.driven]
-    order = [*driven, *(k for k in range(len(jacobian)) if k not in driven)]
-    return np.array(sorted(order[k] for k in independent_rows(jacobian[order])), dtype=int)
+def closed(linkage: Linkage, times: Array, q: Array) -> Course | None:
+    """Close the loops by Newton's method at each time from close by, then find the rates; None if one does not close."""
+    zero = np.zeros_like(q)
+    travel, scale = linkage.travel(times), max(1.0, linkage.size)
+    last = np.inf
+    for _ in range(MOST):
+        residual, jacobian, _ = linkage.system(q, zero)
+        residual = residual - travel
+        gap = float(np.abs(residual).max(initial=0.0))
+        if not np.isfinite(gap) or gap > 1e3 * scale:
+            return None
+        if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
+            return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
+        last = gap
+        try:
+            q = q - solved(jacobian, residual).reshape(q.shape)
+        except np.linalg.LinAlgError:
+            return None
+    return None
+
+
+def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
+    try:
+        inverse = inverted(jacobian)
+    except np.linalg.LinAlgError:
+        return None
+    q_t = (inverse @ linkage.speed(times)[..., None])[..., 0].reshape(q.shape)
+    right = linkage.convective(q, q_t) + linkage.acceleration(times)
+    q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
+    return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
+
+
+def _decisive(jacobian: Array) -> Array:
+    """As many rows as coordinates, independent of each other and best conditioned: QR with pivots (Businger and Golub, 1965)."""
+    rows, columns = jacobian.shape
+    return np.arange(rows) if rows == columns else np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
+
+
+def _passes(linkage: Linkage, before: Course, after: Course) -> bool:
+    """True if a singular pose lies between two times, beyond which the motion is not decided.
+
+    There rows that decide the linkage change their orientation. Redundant rows may decide it still.
+    """
+    rows = _decisive(before.jacobian[0])
+    if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:
+        return False
+    far = float(np.abs(after.q - before.q).max())
+    return len(rows) == len(linkage.names) or divides(linkage, float(after.time[0]), after.q[0], far)
+
+
+def divides(linkage: Linkage, time: float, q: Array, far: float) -> bool:
+    """True if a pose close to a singular one, as far from it as told, has another one beside it, on another branch."""
+    jacobian = linkage.system(q, np.zeros_like(q))[1]
+    shape = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
+    for way in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
+        other = closed(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * far:
+            return True
+    return False
 
 
 def _quintic(anchors: Course, times: Array) -> Array:

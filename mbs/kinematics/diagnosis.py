@@ -17,6 +17,8 @@ from .start import jacobian
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""
+SHARE = 1e-6
+"""Part of a row in a vector that no force balances, above which its force counts as shared."""
 IN_LINE = 0.3
 """Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
 
@@ -43,18 +45,29 @@ def blocked(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
 
 
 def redundancies(mechanism: Mechanism) -> list[str]:
-    """Elements that ask nothing at t = 0 that others do not ask already, flexible links being flexible."""
-    linkage, rigid, loose = jacobian(mechanism)
-    unit = np.abs(loose).max(initial=0.0) or 1.0
-    lasting = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only]
-    order = sorted(lasting, key=lambda k: linkage.named_rows[k][1].motion is None)  # drives stay
-    return redundant([linkage.names[k] for k in order], np.hstack([rigid, loose / unit])[order])
-
-
-def redundant(names: list[str], matrix: Array) -> list[str]:
-    """Elements whose rows, added in order, say nothing that those before do not."""
+    """Elements whose rows say nothing that others do not, in poses in general position; flexible links being flexible."""
+    _, names, matrix = _constraints(mechanism)
     kept = independent_rows(matrix)
     return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
+
+
+def undetermined(mechanism: Mechanism) -> list[str]:
+    """Elements whose forces no equation determines: they share them with redundant ones, in poses in general position."""
+    _, names, matrix = _constraints(mechanism)
+    left, values, _ = np.linalg.svd(matrix)
+    shares = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
+    free = np.abs(shares).max(axis=1, initial=0.0) > SHARE
+    return list(dict.fromkeys(name for name, each in zip(names, free, strict=True) if each))
+
+
+def _constraints(mechanism: Mechanism) -> tuple[Linkage, list[str], Array]:
+    """Linkage, and names and derivatives of all lasting rows in general position; rows of drives come first."""
+    linkage = Linkage(mechanism)
+    _, rigid, loose = jacobian(mechanism, linkage.general_pose())
+    unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
+    order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
+    matrix = np.hstack([rigid / unit, loose / (np.abs(loose).max(initial=0.0) or 1.0)])[order]
+    return linkage, [linkage.names[k] for k in order], matrix
 
 
 def stuck(record: Record) -> tuple[Status, str] | None:
@@ -101,7 +114,8 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     """What is worth knowing of a mechanism, in sentences: what is redundant, and what looks forgotten."""
     found = []
     if redundant_ones:
-        found.append(f"redundant, and left out: {', '.join(map(repr, redundant_ones))}; the forces they share are not determined")
+        shared = ", ".join(map(repr, undetermined(mechanism)))
+        found.append(f"redundant: {', '.join(map(repr, redundant_ones))}; no equation determines the forces of {shared}")
     held = _groups(mechanism)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:

@@ -19,7 +19,7 @@ from ..record.record import Record
 from ..record.run import Run
 from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError, undecided
-from .diagnosis import remarks
+from .diagnosis import redundancies, remarks
 from .linkage import turning_speed
 from .start import start
 
@@ -85,7 +85,7 @@ def _asked(follower: Follower, duration: float, solver: Closure, begin: float) -
         channels[name] = {"force": _forces(stop, record)[:, None]}
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
-    notes = remarks(mechanism, follower.dropped)
+    notes = remarks(mechanism, redundancies(mechanism))
     failure = None if ended is None else (ended.status, ended.sentence)
     return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=notes)
 
@@ -95,7 +95,7 @@ def _summary(follower: Follower) -> dict[str, int]:
     linkage = follower.linkage
     kinds = Counter(type(link.body).__name__ for link in linkage.mechanism.links)
     kinds += Counter(type(element).__name__ for element in linkage.mechanism.elements().values() if not isinstance(element, Link))
-    return {**kinds, "coordinates": linkage.reference.size, "constraints": len(follower.kept)}
+    return {**kinds, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
 
 
 def _spoilt(record: Record) -> Ended | None:

@@ -29,6 +29,11 @@ class KinematicsError(ValueError):
 ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 
+ASIDE = 1e-2
+"""Distance from the drawn pose, lengths or rad, at which general position is judged: far above rounding, well within reach."""
+POSES = 4
+"""Poses that are tried there, in random directions: one of them could be special, too."""
+
 
 @dataclass(frozen=True)
 class Linkage:
@@ -156,6 +161,42 @@ class Linkage:
             told[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
         return told
 
+    @cached_property
+    def lasting(self) -> Array:
+        """Rows that hold all along a run, not at its start alone."""
+        return np.flatnonzero([not row.start_only for _, row in self.named_rows])
+
+    def general_pose(self) -> Array:
+        """Return a pose in general position, shape (links, 3): close to the drawn one, its loops closed, its drives moved.
+
+        Rows that depend on others in a single pose only, as of a parallelogram drawn in one line, are independent there; rows
+        that are redundant in every pose stay so. A linkage that cannot move is where it is drawn.
+        """
+        drawn = self.reference
+        rows = self.lasting[[self.named_rows[k][1].motion is None for k in self.lasting]]
+        unit = np.tile([self.size, self.size, 1.0], len(self.index))
+        if not len(rows):
+            return drawn
+        _, values, right = np.linalg.svd(self.system(drawn, np.zeros_like(drawn))[1][rows] * unit)
+        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T
+        best, most = drawn, -1
+        for mix in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
+            way = free @ mix
+            pose = self._closed(drawn + (ASIDE * way / np.abs(way).max() * unit).reshape(drawn.shape), rows, unit)
+            if pose is not None and (found := rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])) > most:
+                best, most = pose, found
+        return best
+
+    def _closed(self, q: Array, rows: Array, unit: Array) -> Array | None:
+        """Close loops by the Gauss-Newton method from nearby; None where that fails."""
+        for _ in range(20):
+            residual, jacobian, _ = self.system(q, np.zeros_like(q))
+            if np.abs(residual[rows]).max() < 1e-13 * max(1.0, self.size):
+                break
+            q = q - (unit * (np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6) @ residual[rows])).reshape(q.shape)
+        far = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
+        return q if np.abs(residual[rows]).max() < 1e-11 * max(1.0, self.size) and far < 20 * ASIDE else None
+
     def mobility(self) -> int:
         """Degrees of freedom left at t = 0 with the drives locked: 0 for a fully driven linkage."""
         jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
@@ -167,8 +208,14 @@ def solved(jacobian: Array, right: Array) -> Array:
     if jacobian.shape[-2] == jacobian.shape[-1]:
         found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
         return found
-    found = (np.linalg.pinv(jacobian, rcond=ROUNDING) @ right[..., None])[..., 0]
+    found = (inverted(jacobian) @ right[..., None])[..., 0]
     return found
+
+
+def inverted(matrix: Array) -> Array:
+    """Inverse of matrices, shape (..., m, n); that of Moore and Penrose where they are not square."""
+    square = matrix.shape[-2] == matrix.shape[-1]
+    return np.linalg.inv(matrix) if square else np.linalg.pinv(matrix, rcond=ROUNDING)
 
 
 def rank(jacobian: Array) -> int:

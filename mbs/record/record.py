@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,11 +22,14 @@ class Record(Recorded):
     ----------
     rule : callable
         Integral over time that suits how the motion was found, as in `buckler.mbs.record.lookup`.
+    undetermined : sequence of str
+        Elements whose forces no equation determines, as redundant ones share them.
     """
 
     mechanism: Mechanism
     channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     rule: Callable[[Array, Array], Array] = trapezoidal
+    undetermined: Sequence[str] = ()
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
         """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""

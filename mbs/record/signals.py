@@ -36,8 +36,14 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
         found |= {signal.name: signal for signal in moving(point, *record.point(point))}
     for name, element in record.mechanism.elements().items():
         if wanted(name):
-            found |= {signal.name: signal for signal in element.signals(name, record)}
+            free = name in record.undetermined
+            found |= {signal.name: _undetermined(signal) if free else signal for signal in element.signals(name, record)}
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
+
+
+def _undetermined(signal: Signal) -> Signal:
+    """Mark a reaction as one of many that balance; places and the like of its element are determined."""
+    return signal._replace(kind=Kind.UNDETERMINED) if signal.kind is Kind.REACTION else signal
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:

@@ -101,7 +101,7 @@ def record_of(scene: Scene, out: Output) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected)
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected, scene.undetermined)
 
 
 def followed(scene: Scene, out: Output) -> tuple[Array, Array]:
@@ -144,11 +144,9 @@ def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
 def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
     """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
-    names, elements = np.array(scene.asked), scene.mechanism.elements()
-    multipliers = np.zeros((len(out.time), len(names)))
-    multipliers[:, scene.kept] = out.lam
-    for name in dict.fromkeys(scene.asked):
-        found = elements[name].reactions(-multipliers[:, names == name]) if name in elements else None
+    names, elements = np.array(scene.row_names), scene.mechanism.elements()
+    for name in dict.fromkeys(scene.row_names):
+        found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
         channels[name] = dict(found or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array
-from ..kinematics.diagnosis import independent_rows, redundancies
+from ..kinematics.diagnosis import redundancies, undetermined
 from ..mechanism import Mechanism
 from ..process import compiler
 from . import doors
@@ -65,12 +65,11 @@ class Scene:
         Coordinates at t = 0: links where the points are, strips stress-free.
     row_names, force_names : list of str
         Of the constraints' rows and of the forces.
-    asked : list of str
-        Names of all rows the elements ask for.
-    kept : list of int
-        Which of them are in the tables: those that say something the others do not.
     redundant : list of str
-        Elements that lack rows so.
+        Elements whose rows say nothing that others do not, in poses in general position. All rows stay: which of them depend on
+        the others is found anew at each factorisation, where the mechanism is.
+    undetermined : list of str
+        Elements whose forces no equation determines, as redundant ones share them.
     told : list of str
         Sentences for the summary.
     """
@@ -83,9 +82,8 @@ class Scene:
     row_names: list[str]
     force_names: list[str]
     told: list[str]
-    asked: list[str]
-    kept: list[int]
     redundant: list[str]
+    undetermined: list[str]
     work: Work = field(repr=False)
 
     @classmethod
@@ -110,17 +108,13 @@ class Scene:
         for name, element in elements_of(mechanism).items():
             add_element(builder, name, element)
         tables = pack(builder)
-        redundant = redundancies(mechanism)
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(dict.fromkeys(builder.told)), [row.name for row in builder.rows],
-            list(range(len(builder.rows))), redundant, work_for(tables),
+            list(dict.fromkeys(builder.told)), redundancies(mechanism), undetermined(mechanism), work_for(tables),
         )  # fmt: skip
         scene._begin()
         scene._hold_start()
-        if redundant:
-            scene._leave_out()
         return scene
 
     @property
@@ -261,22 +255,6 @@ class Scene:
             if row.value is None:
                 row.value = sum(self.builder.directions[i][k.SHARE] * self.measured(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
-
-    def _leave_out(self) -> None:
-        """Leave out rows of redundant elements that say nothing that the rows kept do not; drives and friction's rows stay."""
-        rows = self.builder.rows
-        rubbed = {force.row for force in self.builder.forces}
-        order = sorted(range(len(rows)), key=lambda r: (rows[r].motion < 0 and r not in rubbed, rows[r].name in self.redundant))
-        unit = np.abs(self.units)
-        independent = independent_rows(self.assemble(self.q0, tangents=False).jacobian[order] * unit)
-        kept = sorted(r for k, r in enumerate(order) if k in independent or rows[r].name not in self.redundant)
-        number = {old: new for new, old in enumerate(kept)}
-        for force in self.builder.forces:
-            force.row = number.get(force.row, -1)
-        self.builder.rows, self.kept = [rows[r] for r in kept], kept
-        self.tables.values[: len(kept)] = self.tables.values[kept]
-        self.row_names = [self.row_names[r] for r in kept]
-        self.refresh()
 
     def refresh(self) -> None:
         """Take markers into the tables that were added since."""

@@ -140,7 +140,7 @@ class Problem:
         StaticsError
             If it does not converge, or forces are out of balance where it does.
         """
-        before = np.inf
+        before, found = np.inf, None
         with self._stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, fixed)
@@ -148,10 +148,11 @@ class Problem:
                     break
                 following = largest * (largest / before) ** 2  # of quadratic convergence
                 if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
-                    if self.balanced(rest):
-                        return rest
+                    found = rest if self.balanced(rest) else None
                     break
                 before = largest
+        if found is not None:
+            return found._replace(multipliers=self.balancing(found)) if self.scene.undetermined else found
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager
@@ -200,6 +201,13 @@ class Problem:
         return bool(
             np.abs(force * units).max(initial=0.0) <= limit and np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
         )
+
+    def balancing(self, rest: Rest) -> Array:
+        """Find the multipliers that balance the forces as well as they can, the least where rows are redundant, shape (r,)."""
+        if not len(rest.multipliers):
+            return np.zeros(0)
+        a = self.assemble(rest, False)
+        return least((a.jacobian * self.units).T, a.force * self.units, 1e-10)
 
     def vector(self, rest: Rest) -> Array:
         """Coordinates, multipliers and parameter, (n + r + 1,)."""

@@ -18,7 +18,7 @@ from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordina
 from .follow import DEGREE, ends
 from .lowest import sparse_null_space
 from .problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
-from .settling import RunsAwayError, SlackError, carried, check_ropes, find, others
+from .settling import RunsAwayError, SlackError, check_ropes, find, others
 
 FRICTION = "friction may hold it elsewhere"
 
@@ -169,7 +169,7 @@ def _raised(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
     """The same at a higher degree, and where it may rest."""
     finer = replace(problem, scene=Scene.of(problem.scene.mechanism, problem.scene.degree + by))
     guess = finer.start(rest.parameter)._replace(q=refined(problem.scene, finer.scene, rest.q))
-    return finer, guess._replace(multipliers=carried(finer, guess))
+    return finer, guess._replace(multipliers=finer.balancing(guess))
 
 
 def _sharpened(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool) -> tuple[Problem, Rest, str, float]:

@@ -19,8 +19,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements import Rope
-from ..geometry import Array
-from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, least, moving, solve
+from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, moving, solve
 
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""
@@ -115,7 +114,7 @@ def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
     load = start.parameter
     if near:
         return problem.newton(start), ""
-    if problem.balanced(start._replace(multipliers=carried(problem, start))):
+    if problem.balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
     loose = problem.spectrum(problem.start(0.0), 1).neutral.any()
     reached = 0.0
@@ -143,14 +142,6 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
             raise RunsAwayError(f"no equilibrium: '{name}' draws one of its ends into a pulley")
         if rest.multipliers[row] < -BALANCED * max(1.0, np.abs(rest.multipliers).max()):
             raise SlackError(f"'{name}' would have to push with {-rest.multipliers[row]:.4g} N: it goes slack")
-
-
-def carried(problem: Problem, rest: Rest) -> Array:
-    """Multipliers that balance the forces as well as they can."""
-    if not len(rest.multipliers):
-        return np.zeros(0)
-    a, units = problem.assemble(rest, False), problem.units
-    return least((a.jacobian * units).T, a.force * units, 1e-10)
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:

@@ -16,7 +16,6 @@ from ..validate import pair, whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from .rest import Equilibrium, equilibrium
-from .settling import carried
 from .spectrum import Spectrum
 
 
@@ -117,7 +116,7 @@ def frequencies(
         scene = Scene.of(mechanism, degree)
         problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
         pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
-        state = _State(problem, pose._replace(multipliers=carried(problem, pose)), False)
+        state = _State(problem, pose._replace(multipliers=problem.balancing(pose)), False)
     return _ladder(state, int(count), degree is not None)
 
 
@@ -135,7 +134,7 @@ class _State:
         scene = Scene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
         problem = replace(self.problem, scene=scene)
         rest = problem.start(self.rest.parameter)._replace(q=refined(self.problem.scene, scene, self.rest.q))
-        rest = rest._replace(multipliers=carried(problem, rest))
+        rest = rest._replace(multipliers=problem.balancing(rest))
         return _State(problem, problem.newton(rest) if self.resting else rest, self.resting)
 
     def spectrum(self) -> Spectrum:

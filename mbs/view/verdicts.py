@@ -10,6 +10,7 @@ from ..record.result import Result
 QUESTIONS = {
     "NOT_FINITE": "Are all signals finite?",
     "TIME": "Does time increase?",
+    "CONSTRAINTS": "Do joints, guides and couplings hold together?",
     "ENERGY": "Does the energy balance close, and does no law make energy?",
     "CONTACT": "Do contacts only push?",
     "PENETRATION": "Are contacts stiff enough for this motion?",

@@ -52,6 +52,19 @@ def _(wrong):
     return said("TIME", run, replace(result, time=time))
 
 
+# --- constraints ---------------------------------------------------------------------------------------------------------
+
+
+@near("CONSTRAINTS", "of the longest link")
+def _(wrong):
+    """One link of a four-bar is moved along x."""
+    run, result = right("rocker")
+    links = dict(run.record.links)
+    name, motion = list(links.items())[1]
+    links[name] = replace(motion, q=motion.q + np.array([1.2e-5 if wrong else 0.8e-5, 0.0, 0.0]))
+    return said("CONSTRAINTS", replace(run, record=replace(run.record, links=links)), result)
+
+
 # --- energy --------------------------------------------------------------------------------------------------------------
 
 

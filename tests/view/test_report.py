@@ -142,7 +142,9 @@ def test_verdicts_tell_failed_from_not_run():
         "BRANCH": "not a linkage of which the drives alone decide the motion",
         "CLOSURE": "not a linkage of which the drives alone decide the motion",
     }  # fmt: skip
-    assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {"NOT_FINITE", "TIME", "ENERGY", "ACCURACY"}
+    assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {
+        "NOT_FINITE", "TIME", "CONSTRAINTS", "ENERGY", "ACCURACY",
+    }  # fmt: skip
     assert {row.name for row in verdicts(run("strip")) if row.verdict == "not applicable"} == {
         "CROSSED",
         "LINEAR",
