@@ -11,9 +11,9 @@ from ..declare import declared, names, part, quantity
 from ..geometry import Array, cross, onsets
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from ..laws.friction import remembering
+from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, meet
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
-from .journal import BRISTLE, ONSET, SINCE, SLIDING, meet
 from .rows import Row, meets
 from .signal import Depth, Energy, Kind, Signal
 
@@ -184,7 +184,7 @@ class Touch(NamedTuple):
 
 
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
-    """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.elements.journal`.
+    """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
 
     Parameters
     ----------

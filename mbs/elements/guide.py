@@ -11,9 +11,9 @@ from ..declare import Declared, declared, direction, names, part, quantity
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.friction import remembering
+from ..laws.journal import BRISTLE
 from ..validate import non_negative
 from .element import GROUND, Guided, Parts, Push, Recorded
-from .journal import BRISTLE
 from .link import weight
 from .references import known, reaches
 from .rows import Row, on_line

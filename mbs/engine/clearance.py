@@ -9,31 +9,20 @@ import numpy as np
 
 from ..elements.clearance import Clearance
 from ..elements.element import GROUND
-from ..elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array, onsets
-from ..laws import BristleLaw, FrictionLaw, NormalLaw
+from ..laws import BristleLaw, NormalLaw
+from ..laws.contact import Kernel, kernel_of
+from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
 from ..record.record import Record
 from . import System
 from .guarded import watched
-from .kernel import Kernel, plain
+from .kernel import user_function
 from .placed import History
 from .scene import Scene
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
-
-
-def kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Build the functions for a normal and a friction law: compiled if Numba is installed and can, else plain Python.
-
-    Plain Python is some twenty times slower and gives the same result.
-    """
-    try:
-        from .compiled import compile_kernel
-    except ImportError:
-        return plain(law, friction)
-    return compile_kernel(law, friction) or plain(law, friction)  # type: ignore[arg-type] # laws are frozen
 
 
 class ClearanceGroup:
@@ -55,7 +44,7 @@ class ClearanceGroup:
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
         self.names, self.joints, self.nodes = names, joints, nodes
         law, friction = joints[0].law, joints[0].friction
-        self.kernel: Kernel = kernel(law, friction)
+        self.kernel: Kernel = kernel_of(law, friction)
         self.places, self.numbers = tables(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
@@ -143,7 +132,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     """Pack ends, radii and laws for the kernel: ints (joints, 2), floats (joints, what `journal` names and the constants)."""
     places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel(joint.law, joint.friction).constants]
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel_of(joint.law, joint.friction).constants]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
     return places, np.array(numbers, dtype=float)
@@ -152,7 +141,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
 def add_clearances(scene: Scene, group: ClearanceGroup) -> int:
     """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
-    forces = group.kernel.callback(group.memory, group.places, group.numbers, size, group.latest)
+    forces = user_function(group.kernel, group.memory, group.places, group.numbers, size, group.latest)
     if not group.kernel.compiled:
         forces = watched(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
     return int(

@@ -9,11 +9,11 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.guide import Guide, GuideFriction
-from ..elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from ..elements.strut import StrutLaw, state
 from ..geometry import Array
 from ..laws import BristleLaw
 from ..laws.friction import remembering
+from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from ..record.motion import BlockMotion
 from ..record.record import Record
 from . import System

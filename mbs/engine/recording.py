@@ -9,8 +9,8 @@ from time import perf_counter
 
 import numpy as np
 
-from ..elements.journal import SINCE
 from ..geometry import Array
+from ..laws.journal import SINCE
 from ..process import Progress
 from ..record.errors import Status
 from ..solvers import Exudyn

@@ -13,6 +13,8 @@ import types
 from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..process import compiler
@@ -50,8 +52,8 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
-def compile_plain(function: Callable[..., object], jit: Callable[..., object]) -> Any:
-    """Compile a plain function after the plain functions it calls."""
+def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
+    """Compile a plain function, by `outer` where that is given, after the plain functions it calls."""
     if not isinstance(function, types.FunctionType):
         return function
     names = function.__code__.co_names
@@ -61,8 +63,30 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object]) -
         if k in names
     }
     held = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
+    calls["__name__"] = function.__module__
     plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, held)
-    return jit(plain)
+    return (outer or jit)(plain)
+
+
+def sums(*paths: Path) -> tuple[str, ...]:
+    """Contents of files, as sums."""
+    return tuple(sorted(sha256(path.read_bytes()).hexdigest() for path in paths))
+
+
+def kept(function: Callable[..., Any], stamp: tuple[str, ...], **options: object) -> Any:
+    """Compile a function for the types it is called with, and keep that on disk as long as the stamp stays the same.
+
+    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
+    """
+    import numba
+
+    found = numba.njit(error_model="numpy", **options)(function)
+    try:
+        found.enable_caching()
+        found._cache._cache_file._source_stamp = stamp
+    except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
+        found = numba.njit(error_model="numpy", **options)(function)
+    return found
 
 
 def method_pointer(law: object, name: str, arguments: int) -> Pointer:

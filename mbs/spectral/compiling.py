@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
-from hashlib import sha256
 from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any, TypeVar
@@ -12,13 +11,18 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 from llvmlite import ir
-from numba import carray, float64, int64, types
+from numba import carray, types
 from numba.core import cgutils, typing
 from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
+
+from ..laws.calls import call1, call2, call3, called
+from ..laws.compiled import kept, sums
+
+__all__ = ["aside", "call1", "call2", "call3", "called", "close", "copy", "inner", "jit", "lend", "part"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
@@ -38,29 +42,17 @@ SUMS = {"reassoc", "contract", "arcp", "nsz"}
 @cache
 def _stamp(name: str) -> tuple[str, ...]:
     """Contents, as sums, of a file that holds compiled functions and of those that it imports."""
-    text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
+    path = Path(__file__).with_name(f"{name}.py")
+    text = path.read_text(encoding="utf-8")
+    below = [path.parents[1] / "laws" / f"{other}.py" for other in ("table", "calls") if f"from ..laws.{other} import" in text]
+    own = sums(path, *below)
     needed = [other for other in COMPILED if f"from .{other} import" in text]
-    return tuple(sorted({sha256(text.encode()).hexdigest(), *(each for other in needed for each in _stamp(other))}))
+    return tuple(sorted({*own, *(each for other in needed for each in _stamp(other))}))
 
 
 def jit(function: F) -> F:
     """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
-    return kept(function, function.__module__.rpartition(".")[2], nogil=True, fastmath=SUMS)
-
-
-def kept(function: Callable[..., Any], needs: str, **options: object) -> Any:
-    """Compile a function that calls those of a file that holds compiled ones, likewise.
-
-    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
-    """
-    compiled = numba.njit(error_model="numpy", **options)(function)
-    try:
-        compiled.enable_caching()
-        own = sha256(Path(function.__code__.co_filename).read_bytes()).hexdigest()
-        compiled._cache._cache_file._source_stamp = tuple(sorted({own, *_stamp(needs)}))
-    except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
-        compiled = numba.njit(error_model="numpy", **options)(function)
-    return compiled
+    return kept(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)  # type: ignore[no-any-return]
 
 
 class _Draft(JITCodeLibrary):
@@ -126,48 +118,6 @@ def aside(function: F) -> F:
 def close(function: F) -> F:
     """Compile a function into those that call it: handing over all tables in a call takes a tenth of a microsecond."""
     return inner(function, forceinline=True)
-
-
-def _call(arguments: int) -> Callable[..., ir.Value]:
-    """Make an intrinsic that calls a C function of that many doubles by its address."""
-
-    def codegen(_context: BaseContext, builder: ir.IRBuilder, _signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-        double = ir.DoubleType()
-        kind = ir.FunctionType(double, [double] * arguments)
-        return builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
-
-    return codegen
-
-
-@intrinsic
-def call1(_typing: typing.Context, address: types.Type, a: types.Type) -> Intrinsic:
-    """f(a) of the function at this address."""
-    return float64(int64, float64), _call(1)
-
-
-@intrinsic
-def call2(_typing: typing.Context, address: types.Type, a: types.Type, b: types.Type) -> Intrinsic:
-    """f(a, b) of the function at this address."""
-    return float64(int64, float64, float64), _call(2)
-
-
-@intrinsic
-def call3(_typing: typing.Context, address: types.Type, a: types.Type, b: types.Type, c: types.Type) -> Intrinsic:
-    """f(a, b, c) of the function at this address."""
-    return float64(int64, float64, float64, float64), _call(3)
-
-
-@intrinsic
-def called(_typing: typing.Context, address: types.Type, given: types.Type) -> Intrinsic:
-    """Value, of the numbers in an array, of the function at this address."""
-
-    def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-        double = ir.DoubleType()
-        kind = ir.FunctionType(double, [double.as_pointer()])
-        data = context.make_array(signature.args[1])(context, builder, values[1]).data
-        return builder.call(builder.inttoptr(values[0], kind.as_pointer()), [data])
-
-    return float64(int64, given), codegen
 
 
 class Lent(types.Type):

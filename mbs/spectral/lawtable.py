@@ -1,67 +1,17 @@
-"""The laws of `buckler.mbs.laws` as rows of a table, compiled once: normal forces, friction coefficients, bristles, drives.
-
-Each function is the equation of the law's class, which has its source. `mbs/spectral/laws.py` writes the rows.
-"""
+"""The laws of `buckler.mbs.laws.table` compiled for the solver, their slopes, and the motions of drives."""
 
 from __future__ import annotations
 
-import numpy as np
+from ..laws import table
+from ..laws.compiled import compile_plain
+from ..laws.table import BRISTLE_CALLED, LUGRE
+from .compiling import aside, call1, inner
+from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
-from .compiling import aside, call1, call2, call3, inner
-from .tables import (
-    ADAMS,
-    AMBROSIO,
-    BRISTLE,
-    BRISTLE_CALLED,
-    CALL,
-    CALL_TOO,
-    COEFFICIENT_CALLED,
-    COULOMB,
-    IMPACT,
-    KIND,
-    LUGRE,
-    POWER,
-    RAMP,
-    SLIDING,
-    SMOOTH,
-    STEADY,
-    STRIBECK,
-    THRELFALL,
-    VOIGT,
-)  # fmt: skip
-
+normal_force, friction = compile_plain(table.normal_force, inner), compile_plain(table.friction, inner)
+bristle_rate, bristle_after = compile_plain(table.bristle_rate, inner), compile_plain(table.bristle_after, inner)
 AFTER, BEFORE = 1e-6, -1e-6
 """Step, s, of the difference that gives a drive's acceleration just after a time or just before it: short beside any motion."""
-
-
-@inner
-def power(x, n):
-    """x^n for x >= 0, quick for the usual exponents."""
-    if n == 1.5:
-        return x * np.sqrt(x)
-    if n == 1.0:
-        return x
-    return x**n
-
-
-@inner
-def cubic_step(x, x0, h0, x1, h1):
-    """The ADAMS function STEP."""
-    part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
-    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
-
-
-@inner
-def normal_force(s, law, depth, rate, onset):
-    """Force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == POWER:
-        return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
-    if kind == VOIGT:
-        return max(0.0, p[0] * depth + p[1] * rate)
-    if kind == IMPACT:
-        return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call3(s.laws[law, CALL], depth, rate, onset)
 
 
 @aside
@@ -71,61 +21,6 @@ def normal_slopes(s, law, depth, rate, onset):
     by_depth = normal_force(s, law, depth + hd, rate, onset) - normal_force(s, law, depth - hd, rate, onset)
     by_rate = normal_force(s, law, depth, rate + hr, onset) - normal_force(s, law, depth, rate - hr, onset)
     return by_depth / (2.0 * hd), by_rate / (2.0 * hr)
-
-
-@inner
-def _level(speed, p):
-    """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); p: static, dynamic, v_stribeck, exponent."""
-    return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
-
-
-@inner
-def bristle_rate(s, law, bristle, speed):
-    """dz/dt of a bristle; zero for a law without."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == LUGRE:
-        return speed - p[4] * abs(speed) * bristle / _level(speed, p)
-    if kind == BRISTLE_CALLED:
-        short = 1e-9
-        return (call3(s.laws[law, CALL_TOO], bristle, speed, short) - bristle) / short
-    return 0.0
-
-
-@inner
-def bristle_after(s, law, bristle, speed, time):
-    """Bristle after a time at constant speed."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == LUGRE:
-        level = _level(speed, p) / p[4]
-        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
-    if kind == BRISTLE_CALLED:
-        return call3(s.laws[law, CALL_TOO], bristle, speed, time)
-    return 0.0
-
-
-@inner
-def friction(s, law, speed, bristle):
-    """Signed friction coefficient."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == SMOOTH:
-        return 0.0
-    if kind == COULOMB:
-        return p[0] * min(max(speed / p[1], -1.0), 1.0) + p[2] * speed
-    if kind == ADAMS:
-        x = min(max(speed / p[2], -1.0), 1.0)
-        return 0.5 * x * (3.0 - x * x) * cubic_step(abs(speed), p[2], p[0], p[3], p[1])
-    if kind == AMBROSIO:
-        return np.sign(speed) * p[0] * min(max((abs(speed) - p[1]) / (p[2] - p[1]), 0.0), 1.0)
-    if kind == THRELFALL:
-        return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
-    if kind == STRIBECK:
-        return _level(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
-    if kind == LUGRE:
-        rate = speed - p[4] * abs(speed) * bristle / _level(speed, p)
-        return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
-    if kind == COEFFICIENT_CALLED:
-        return call1(s.laws[law, CALL], speed)
-    return call2(s.laws[law, CALL], speed, bristle)
 
 
 @inner

@@ -26,10 +26,6 @@ LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH, STATEF
 """Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's own
 reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin in a bush; a
 force at a marker, its direction fixed or turning with another; a force or torque at a marker whose law has states."""
-POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
-"""Normal laws."""
-SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = range(9)
-"""Friction laws."""
 
 # --- columns ----------------------------------------------------------------------------------------------------------
 KIND, OFFSET, SIZE, FIRST, COUNT, DATA = range(6)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Clearance, Exudyn, Rigid, Section, crank_rocker, simulate
-from buckler.mbs.engine.clearance import kernel
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact, LuGre
+from buckler.mbs.laws.contact import kernel_of as kernel
 
 PAGE = resource.getpagesize()
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the process's memory from /proc")

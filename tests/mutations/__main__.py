@@ -149,16 +149,22 @@ def turned(kind: str, file: str, before: str, after: str) -> Fault:
 IMPORT = "from buckler.mbs.spectral.compiling import flip"
 FLIP = '''
 
-def flip(s, number):
+def sign(s, number):
     """-1 if the number is that of the fault that is awake, else 1."""
     return -1.0 if s.data[s.data.size - 1] == number else 1.0
 
 
-@__import__("numba").extending.overload(flip)
-def _flip(s, number):
+@__import__("numba").extending.overload(sign)
+def _sign(s, number):
     if "data" in s.fields:
         return lambda s, number: -1.0 if s.data[s.data.size - 1] == number else 1.0
     return lambda s, number: 1.0  # laws as Exudyn's joints have them
+
+
+@__import__("numba").njit
+def flip(s, number):
+    """-1 if the number is that of the fault that is awake, else 1."""
+    return sign(s, number)
 '''
 ASLEEP = [f"tests/spectral/test_{name}.py" for name in ("spectral_runs", "particles", "two_solvers", "energy", "virtual_work")]
 

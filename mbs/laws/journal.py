@@ -8,8 +8,7 @@ the bush's.
 What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
 bristle has bent at the mean of the sliding speed then and now.
 
-The laws come as functions of the joint's row of numbers and of floats, so that Numba can compile all of it once for all laws:
-`buckler.mbs.engine.compiled`.
+The laws come as functions of the joint's row of numbers and of floats: `contact` compiles all of it once for all laws.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry import Array
-from ..laws.pieces import Reals
+from .pieces import Reals
 
 Both = tuple[Reals, Reals] | Array
 Law = Callable[..., float]
@@ -84,45 +83,42 @@ def meet(radius: float, gap: float, place: Both, speed: Both, spins: Both) -> tu
     return e - gap, nx * ux + ny * uy, sliding, nx, ny
 
 
-def _contact(
-    normal: Law, friction: Law, bend: Law, numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...],
-    t: float, past: Array,
-) -> tuple[float, ...]:  # fmt: skip
-    """Return the `COLUMNS` of one joint with its row of numbers, whose ends have these states and whose memory is `past`."""
-    place, speed = (pin[0] - bush[0], pin[1] - bush[1]), (pin[2] - bush[2], pin[3] - bush[3])
-    depth, rate, sliding, nx, ny = meet(numbers[PIN], numbers[GAP], place, speed, (pin[6], bush[6]))
-    if depth <= 0.0:
-        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
-    force = normal(numbers, depth, rate, past[ONSET])
-    bristle = bend(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
-    drag = friction(numbers, sliding, bristle) * force
-    fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
-    return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
+def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
+    """Make the function that fills out[joint] with the `COLUMNS`, of joints with these laws.
+
+    The three give normal force [N], friction coefficient and bent bristle [m] of a joint's row of numbers and its state.
+    """
+
+    def contact(numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...], t: float, past: Array) -> tuple[float, ...]:
+        place, speed = (pin[0] - bush[0], pin[1] - bush[1]), (pin[2] - bush[2], pin[3] - bush[3])
+        depth, rate, sliding, nx, ny = meet(numbers[PIN], numbers[GAP], place, speed, (pin[6], bush[6]))
+        if depth <= 0.0:
+            return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
+        force = normal(numbers, depth, rate, past[ONSET])
+        bristle = bend(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+        drag = friction(numbers, sliding, bristle) * force
+        fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
+        return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
+
+    def report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
+        for j in range(places.shape[0]):
+            n = numbers[j]
+            pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+            bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
+            out[j] = contact(n, pin, bush, t, memory[j])
+
+    return report
 
 
-def report(
-    normal: Law, friction: Law, bend: Law, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
-) -> None:
-    """Fill out[joint] with the `COLUMNS`."""
-    for j in range(places.shape[0]):
-        n = numbers[j]
-        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
-        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        out[j] = _contact(normal, friction, bend, n, pin, bush, t, memory[j])
-
-
-def forces(
-    normal: Law, friction: Law, bend: Law, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
-) -> None:
-    """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
+def spread(rows: Array, q: Array, v: Array, places: Array, numbers: Array, out: Array) -> None:
+    """Fill out with generalised forces on the coordinates (x, y, theta of each node) of what is reported of the joints."""
     out[:] = 0.0
     for j in range(places.shape[0]):
-        n = numbers[j]
-        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
-        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        c = _contact(normal, friction, bend, n, pin, bush, t, memory[j])
+        n, c = numbers[j], rows[j]
         if c[0] == 0.0:
             continue
+        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
         fx, fy = c[6], c[7]
         px, py = pin[0] + n[PIN] * c[8], pin[1] + n[PIN] * c[9]  # the common point P
         for side in range(2):

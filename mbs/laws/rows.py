@@ -1,4 +1,4 @@
-"""The laws of `buckler.mbs.laws` as rows of the kernel's table; any other law by the address of its compiled methods."""
+"""Laws as rows of the compiled table: kind and numbers of those of this package, addresses of compiled methods of any other."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import Protocol
 
 from .. import laws
-from ..laws.compiled import Pointer, method_pointer
-from . import tables as k
+from . import table as k
+from .compiled import Pointer, method_pointer
 
 Known = Mapping[type, tuple[int, tuple[str, ...]]]
 

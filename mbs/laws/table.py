@@ -1,0 +1,108 @@
+"""Laws as a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers of a row.
+
+Each function is the equation of the law's class, which has its source. They are plain functions of floats that Numba compiles:
+`buckler.mbs.laws.contact` for Exudyn's joints, `buckler.mbs.spectral.lawtable` for the compiled solver. `rows` writes the rows.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry import Array
+from .calls import call1, call2, call3
+
+POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
+"""Kinds of normal laws."""
+SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = range(9)
+"""Kinds of friction laws."""
+KIND, CALL, CALL_TOO = range(3)
+"""Columns of whole numbers of a law: kind, addresses of functions."""
+CODES, NUMBERS = 4, 8
+"""Columns of whole numbers and of numbers of a law."""
+
+
+class Laws(NamedTuple):
+    """A table of laws: whole numbers (laws, `CODES`) and numbers (laws, `NUMBERS`)."""
+
+    laws: Array
+    law_numbers: Array
+
+
+def power(x: float, n: float) -> float:
+    """x^n for x >= 0, quick for the usual exponents."""
+    if n == 1.5:
+        return x * np.sqrt(x)
+    if n == 1.0:
+        return x
+    return x**n
+
+
+def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
+    """The ADAMS function STEP."""
+    part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
+    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
+
+
+def normal_force(s: Laws, law: int, depth: float, rate: float, onset: float) -> float:
+    """Force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
+    if kind == POWER:
+        return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
+    if kind == VOIGT:
+        return max(0.0, p[0] * depth + p[1] * rate)
+    if kind == IMPACT:
+        return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
+    return call3(s.laws[law, CALL], depth, rate, onset)
+
+
+def stribeck(speed: float, p: Array) -> float:
+    """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); p: static, dynamic, v_stribeck, exponent."""
+    return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
+
+
+def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
+    """dz/dt of a bristle; zero for a law without."""
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
+    if kind == LUGRE:
+        return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
+    if kind == BRISTLE_CALLED:
+        short = 1e-9
+        return (call3(s.laws[law, CALL_TOO], bristle, speed, short) - bristle) / short
+    return 0.0
+
+
+def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) -> float:
+    """Bristle after a time at constant speed."""
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
+    if kind == LUGRE:
+        level = stribeck(speed, p) / p[4]
+        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
+    if kind == BRISTLE_CALLED:
+        return call3(s.laws[law, CALL_TOO], bristle, speed, time)
+    return 0.0
+
+
+def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
+    """Signed friction coefficient."""
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
+    if kind == SMOOTH:
+        return 0.0
+    if kind == COULOMB:
+        return p[0] * min(max(speed / p[1], -1.0), 1.0) + p[2] * speed
+    if kind == ADAMS:
+        x = min(max(speed / p[2], -1.0), 1.0)
+        return 0.5 * x * (3.0 - x * x) * cubic_step(abs(speed), p[2], p[0], p[3], p[1])
+    if kind == AMBROSIO:
+        return np.sign(speed) * p[0] * min(max((abs(speed) - p[1]) / (p[2] - p[1]), 0.0), 1.0)
+    if kind == THRELFALL:
+        return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
+    if kind == STRIBECK:
+        return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
+    if kind == LUGRE:
+        rate = speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
+        return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
+    if kind == COEFFICIENT_CALLED:
+        return call1(s.laws[law, CALL], speed)
+    return call2(s.laws[law, CALL], speed, bristle)
