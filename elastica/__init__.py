@@ -7,16 +7,15 @@ strip : any ends, clamped or pinned, and any stress-free shape, under dead loads
 path : equilibria of a `strip` through limit points, with branchings
 shapes : stress-free shapes, such as arches
 vibration : natural frequencies of Timoshenko's beam and of frames
-hoff : a pinned column whose ends approach at constant speed, its first mode and peak force
 
-All quantities but those of `hoff` and `vibration` are normalised by the strip's length L and bending stiffness E I: shortening
+All quantities but those of `vibration` are normalised by the strip's length L and bending stiffness E I: shortening
 u = U/L, load p = P L^2/(E I). Needs numpy and scipy only.
 """
 
 from importlib import import_module
 from typing import Any
 
-__all__ = ["hoff", "law", "path", "pinned", "rod", "shapes", "strip", "vibration"]
+__all__ = ["law", "path", "pinned", "rod", "shapes", "strip", "vibration"]
 
 
 def __getattr__(name: str) -> Any:

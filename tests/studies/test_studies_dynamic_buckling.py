@@ -1,11 +1,12 @@
-"""The study of the strip compressed at constant speed."""
+"""The strip compressed at constant speed, and the first mode of its column against Airy functions and its limits."""
 
 from math import pi
 
+import numpy as np
 import pytest
 
-from buckler.elastica.hoff import Hoff
 from buckler.studies.strips.dynamic_buckling import Parameters, figure, run
+from buckler.studies.strips.hoff import Hoff
 
 FAST = Parameters(rates=(0.3, 1.0), bows=(0.1,), elements=8)
 
@@ -33,3 +34,33 @@ def test_a_wrong_first_mode_is_seen(monkeypatch):
     right = Hoff.peak
     monkeypatch.setattr(Hoff, "peak", lambda self: right(Hoff(self.rate, 10 * self.bow)))
     assert "off the first mode" in run(FAST).message
+
+
+# --- Hoff's column ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [0.01, 1.0, 100.0])
+def test_small_bows_peak_as_the_airy_functions_say(rate):
+    """An integrator on the full equations; closed form while the bow does not yet lower the force."""
+    column = Hoff(rate, 1e-4)
+    assert column.peak_airy() == pytest.approx(column.peak(), rel=1e-3)
+
+
+def test_the_closed_form_gets_better_as_the_bow_gets_smaller():
+    errors = [abs(Hoff(1.0, bow).peak_airy().force / Hoff(1.0, bow).peak().force - 1) for bow in (0.1, 0.01, 1e-3)]
+    assert (np.diff(errors) < 0).all() and errors[-1] < 1e-3
+
+
+def test_slow_compression_measures_the_critical_load():
+    """The slower, the nearer to Euler's load; a bow of a radius of gyration never reaches it."""
+    peaks = [Hoff(rate, 1e-3).peak().force for rate in (0.1, 0.01, 1e-3)]
+    assert (np.diff(peaks) < 0).all() and peaks[-1] == pytest.approx(1.0, abs=0.02)
+    assert Hoff(1e-3, 1.0).peak().force < 0.9
+
+
+@pytest.mark.parametrize(
+    ("rate", "bow", "name"), [(0.0, 0.1, "rate"), (-1.0, 0.1, "rate"), (1.0, 0.0, "bow"), (1.0, np.nan, "bow")]
+)
+def test_wrong_input_is_named(rate, bow, name):
+    with pytest.raises(ValueError, match=f"{name} = .*: must be positive and finite"):
+        Hoff(rate, bow)

@@ -7,10 +7,10 @@ import pytest
 from drawing import drawn
 from scipy.integrate import quad
 
-from buckler.elastica.hoff import Hoff
 from buckler.studies.striking import impact_map, impact_numbers, slider_crank
 from buckler.studies.striking.impact_numbers import ImpactNumbers
 from buckler.studies.striking.sine_strip import SineStrip
+from buckler.studies.strips.hoff import Hoff
 
 
 def both(**given):
