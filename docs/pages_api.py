@@ -55,8 +55,7 @@ PAGES = (
         for name in _names("pinned law rod strip shapes path vibration")
     ),
     Page("sweep", "Sweeps of a mechanism", "buckler.studies.own.sweep", ("sweep",)),
-    Page("sweeps", "Sweeps of studies", "buckler.studies.sweeping.sweep", ("sweep", "Part", "Row")),
-    Page("merge", "Stores of several machines", "buckler.studies.sweeping.after", ("merge", "Merged")),
+    Page("sweeps", "Sweeps of studies", "buckler.studies.sweeping.sweep", ("sweep", "read", "Part", "Row")),
 )
 
 

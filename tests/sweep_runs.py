@@ -1,4 +1,4 @@
-"""What tests of sweeps share: the toy study as a command of its own, its processes, and what of a row must not change."""
+"""Helpers of the tests of sweeps: the toy study as a command of its own, its processes, comparable rows."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from buckler.studies.sweeping.after import read
+from buckler.studies.sweeping.sweep import read
 
 ROOT = Path(__file__).resolve().parent.parent
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")]), "PYTHONWARNINGS": ""}
@@ -27,17 +27,17 @@ def run(*words, timeout=120, **options):
 
 
 def same(rows):
-    """Rows without run time and provenance, as text, so that NaN equals NaN."""
+    """Write rows without run time and provenance as text, so that NaN equals NaN."""
     return [repr((r.number, r.parameters, r.status, r.message, r.metrics, r.work)) for r in rows]
 
 
 def stored(path):
-    """What a store holds."""
+    """Rows of a store, comparable."""
     return same(read(path)[0])
 
 
 def descendants(pid):
-    """Ids of all processes that come from one, itself not among them."""
+    """List the ids of all descendants of a process."""
     parents = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -53,7 +53,7 @@ def descendants(pid):
 
 
 def gone(pids, within=10.0):
-    """Whether all of these processes end in time."""
+    """Wait for the end of all of these processes; False if one is still there."""
     end = time.monotonic() + within
     while any(_alive(pid) for pid in pids):
         if time.monotonic() > end:

@@ -1,4 +1,4 @@
-"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `merge`, `export`, `schema`.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `schema`.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
 heavy is imported before a command is known by name, so that `list` and `--help` answer at once.
@@ -49,8 +49,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "explore": ("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
     "optimise": ("choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"),
     "list": ("name every study, one a line", "kit.cli:listing"),
-    "export": ("write what a sweep has stored as CSV", "sweeping.after:export"),
-    "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.after:merging"),
     "schema": ("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
     "compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
 }

@@ -14,13 +14,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 
-from ..kit.options import add_options, answers, writable
+from ..kit.options import add_options, answers
 from ..kit.parameters import Cases
 from ..kit.words import Parser, repeated
 from . import study
 from .places import OPTIONS, opened, set_all, spec, to_json
 from .solver import CHOICE, KIND, Setting, settings
-from .study import HERE, Parameters, asked, digest
+from .study import Parameters, asked, digest
 
 PROBED = 1e-6
 """Duration of the run that shows which signals there are, s."""
@@ -44,15 +44,12 @@ class File:
         fields = {"solver": CHOICE} | {name: each.about for name, each in settings().items()}
         add_options(parser, fields, {"solver": CHOICE.doc} | {name: _text(each) for name, each in settings().items()})
         answers(parser)
-        if taken:
-            about = "also write each case's report page; the sweep's page links to it"
-            parser.add_argument("--reports", action="store_true", help=about)
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
         """Of one run, after its first microsecond was tried."""
         with named(self.path):
             base, changes = self._settings(options)
-            found = Parameters(**base, changes=tuple(changes.items()), reports=HERE)
+            found = Parameters(**base, changes=tuple(changes.items()), report=True)
             self.probe(found)
         return found
 
@@ -67,8 +64,7 @@ class File:
                     places[name] = spec(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
-        reports = str(writable(Path(options.out) / f"{self.title}-sweep" / "reports").resolve()) if options.reports else ""
-        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items()), reports=reports), places), {}
+        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
 
     def probe(self, parameters: Any) -> str:
         """Run a first microsecond: what cannot start, and names of signals that there are not, are refused."""

@@ -8,7 +8,6 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from math import isfinite, isnan, nan
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, wanted
@@ -26,7 +25,6 @@ from buckler.mbs.view.report import page
 from ..kit.parameters import Repeated, StudyParameters
 from ..kit.report import QUIET, Metric, Progress, StudyResult
 from ..kit.style import Figure, subplots
-from ..sweeping.rows import report_name
 from .solver import Settings, solver
 
 if TYPE_CHECKING:
@@ -38,8 +36,6 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
 MOST_DRAWN = 6
 GROUP = "the run"
 """Of fields that a file's table [run] may hold, too."""
-HERE = "."
-"""The folder of everything else that a run writes."""
 
 
 class _Of(Repeated):
@@ -79,7 +75,7 @@ class Parameters(StudyParameters):
     )  # fmt: skip
     solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
     changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with the values they have instead", default=())
-    reports: str = field(Text(), "folder for the run's report page, '' for none; no store keeps it", default="")
+    report: bool = field(Flag(), "write the report page; no store keeps this", default=False)
 
     def check(self) -> None:
         """Wrong settings and measures are refused before any run."""
@@ -147,12 +143,9 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
-    """The report page, for the run's own folder or written to another; one that fails takes nothing from the numbers."""
+    """Make the report page, if it is asked for; one that fails takes nothing from the numbers."""
     try:
-        if parameters.reports == HERE:
-            return {"report.html": page(result, parameters.name)}
-        if parameters.reports:
-            result.write_html(Path(parameters.reports) / report_name(parameters.plain()), title=parameters.name)
+        return {"report.html": page(result, parameters.name)} if parameters.report else {}
     except Exception as error:
         print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
     return {}

@@ -1,4 +1,4 @@
-"""`buckler sweep NAME --vary ...`: what the words ask for and what can be wrong with them, the run, and what is told of it."""
+"""`buckler sweep NAME --vary ...`: options, the run, its table, figures and files."""
 
 from __future__ import annotations
 
@@ -12,37 +12,29 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from ..kit.options import Study, Subject, parser_of, subject, writable
+from ..kit.options import Subject, parser_of, subject, writable
 from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import told
 from ..kit.style import house_style
-from ..kit.words import Parser, program, wrong_input
-from .executors import Dask, Here, Local, SweepError, Workers
-from .report import Heading, page, summary, worst
-from .rows import Row
-from .sweep import Part, sweep
-from .table import Point, choose, points, table
-from .vary import METHODS, Plan, Sampling, parse, plan
+from ..kit.words import Parser, wrong_input
+from .store import Row
+from .sweep import Part, SweepError, sweep
+from .table import choose, points, table, to_csv
+from .vary import METHODS, Plan, Samples, parse, plan
 
-OPTIONS = (
-    "vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "scheduler_file", "part", "store", "signals", "retry",
-    "metrics",
-)  # fmt: skip
-"""A parameter of the study with one of these names is given by --config or --vary."""
+OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler_file", "part", "store", "retry", "metrics")
+"""Names of options: a parameter of the study with one of them is given by --config or --vary."""
+PATIENCE = 60.0
+"""Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
 
 
-class Asked(NamedTuple):
-    """What the command line asks for.
-
-    `stored_as` is what the store calls the subject, `alone` the command that runs one case but for what varies; `places`
-    tells whether places of a file vary.
-    """
+class Sweep(NamedTuple):
+    """Sweep that the command line asks for; `stored_as` is the name of the subject in the store."""
 
     subject: Subject
     options: argparse.Namespace
@@ -51,14 +43,11 @@ class Asked(NamedTuple):
     stored_as: str
     folder: Path
     store: Path
-    workers: Workers
     part: Part | None
-    alone: str
-    places: bool
 
 
 def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
-    """Read the options, run the cases, print and file what they give; return the exit status."""
+    """Read the options, run the cases, print and file the results; return the exit status."""
     try:
         asked = read(name, argv, prog)
     except ValueError as error:
@@ -67,11 +56,11 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
     options, begin = asked.options, time.perf_counter()
-    again = f"the same command resumes:\n  {prog} {shlex.join(argv)}"
+    again = f"what has ended is in {asked.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     try:
-        with _told(options.quiet), _ended_like_interrupted():
+        with _sigterm_as_interrupt(), _dask(options.scheduler_file) as executor:
             rows = sweep(
-                asked.subject.module, asked.plan.cases, workers=asked.workers, store=asked.store, signals=options.signals,
+                asked.subject.module, asked.plan.cases, workers=_workers(options), executor=executor, store=asked.store,
                 retry=options.retry, progress=Progress(options.quiet), name=asked.stored_as, units=asked.units, part=asked.part,
             )  # fmt: skip
     except KeyboardInterrupt:
@@ -82,26 +71,11 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
         return 1
     except ValueError as error:
         return wrong_input(error)
-    return (_report_part if asked.part else _report)(asked, rows, time.perf_counter() - begin)
+    return _report(asked, rows, time.perf_counter() - begin)
 
 
 @contextlib.contextmanager
-def _told(quiet: bool) -> Iterator[None]:
-    """Show on stderr what the sweep says of itself."""
-    handler, log = logging.StreamHandler(sys.stderr), logging.getLogger("buckler.studies.sweeping.sweep")
-    before = log.level, log.propagate
-    log.addHandler(handler)
-    log.setLevel(logging.WARNING if quiet else logging.INFO)
-    log.propagate = False
-    try:
-        yield
-    finally:
-        log.removeHandler(handler)
-        log.level, log.propagate = before
-
-
-@contextlib.contextmanager
-def _ended_like_interrupted() -> Iterator[None]:
+def _sigterm_as_interrupt() -> Iterator[None]:
     """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
 
     def interrupt(*_: object) -> None:
@@ -114,159 +88,126 @@ def _ended_like_interrupted() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-# --- what is asked for ------------------------------------------------------------------------------------------------
+@contextlib.contextmanager
+def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
+    """Connect to the Dask cluster whose scheduler has written the file; without one there is no executor."""
+    if not scheduler_file:
+        yield None
+        return
+    try:
+        import distributed  # an extra
+    except ImportError as error:
+        raise SweepError(f"a Dask cluster needs `pip install 'buckler[cluster]'`: {error}") from None
+    for name in ("distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # pages of traceback for what is one line here
+    try:
+        client: Any = distributed.Client(scheduler_file=scheduler_file, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise SweepError(f"no Dask scheduler by {scheduler_file}: {' '.join(str(error).split())[:200]}") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            words = f"dask worker --scheduler-file {scheduler_file}"
+            raise SweepError(f"the Dask cluster has no workers; start some with `{words}`") from None
+        yield client.get_executor(pure=False)  # pure: an equal call would get an earlier result
+
+
+def _workers(options: argparse.Namespace) -> int:
+    return (os.cpu_count() or 1) if options.workers is None else options.workers
+
+
+# --- options ----------------------------------------------------------------------------------------------------------
 
 
 def parser(found: Subject, prog: str) -> Parser:
-    """The options of `sweep NAME`, a study or a file."""
+    """Declare the options of `sweep NAME`, a study or a file."""
     options = parser_of(found, prog, OPTIONS)
-    _add_options(options, seeded=isinstance(found, Study) and "seed" in specs(found.module.Parameters))
+    add = options.add_argument_group("sweep").add_argument
+    add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
+        "START:STOP is sampled; several are combined each with each")  # fmt: skip
+    add("--samples", type=int, metavar="N", help="number of samples of the ranges without a count")
+    add("--method", choices=METHODS, help="sequence of the samples; default sobol, best with a power of two")
+    add("--draw", type=int, metavar="N", help="seed of the samples; default 0")
+    add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
+    add("--workers", type=int, metavar="N", help="processes of this machine, 0 for none but this; default its cores")
+    add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
+    add("--part", metavar="I/N", help="run every N-th case only, from the I-th on, in a store of its own: for array jobs; the "
+        "same sweep without --part takes all parts together")  # fmt: skip
+    add("--store", metavar="FILE", help="file that keeps the cases; default DIR/NAME-sweep/cases.sqlite")
+    add("--retry", action="store_true", help="run cases again that the store holds as failed")
+    add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
     return options
 
 
-def read(name: str, argv: Sequence[str], prog: str) -> Asked:
-    """Everything that can be wrong with the words, before anything runs."""
+def read(name: str, argv: Sequence[str], prog: str) -> Sweep:
+    """Read the options; everything that can be wrong with them is found before anything runs."""
     found = subject(name)
     options = parser(found, prog).read(argv)
+    if options.scheduler_file and options.workers is not None:
+        raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
     kind, given = found.cases(options, OPTIONS)
     chosen = _plan(kind, given, options)
-    alone = f"{program()} {shlex.join(['run', name, *shared(argv)])}"
     stored_as = found.probe(chosen.cases[0])
     folder = writable(Path(options.out) / f"{found.title}-sweep")
     try:
         part = Part.read(options.part) if options.part else None
     except ValueError as error:
         raise ValueError(f"--part {error}") from None
-    store = Path(options.store or folder / (f"part-{part.number}-of-{part.of}.sqlite" if part else "cases.sqlite"))
+    store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.unit for key, about in specs(kind).items()}
-    where = _where(options, found.module.__name__, len(chosen.cases))
-    return Asked(found, options, chosen, units, stored_as, folder, store, where, part, alone, isinstance(kind, Cases))
-
-
-def shared(argv: Sequence[str]) -> list[str]:
-    """The words that a single run takes, too."""
-    kept: list[str] = []
-    drop = False
-    for word in argv:
-        if word.startswith("-"):
-            name = word.partition("=")[0].lstrip("-").replace("-", "_")
-            drop = name in (*OPTIONS, "seed", "out", "json", "q", "quiet", "v", "verbose", "allow_suspect", "trust", "reports")
-        kept += [] if drop else [word]
-    return kept
+    return Sweep(found, options, chosen, units, stored_as, folder, store, part)
 
 
 def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
-    """The cases that the options ask for."""
-    varied = [parse(text, kind) for text in options.vary]
-    sampling = None
-    if options.samples is not None:
-        sampling = Sampling(options.samples, options.method or METHODS[0], options.draw or 0)
-    elif options.method is not None or options.draw is not None:
+    """Make the cases that the options ask for."""
+    axes = [parse(text, kind) for text in options.vary]
+    if options.samples is None and (options.method or options.draw is not None):
         raise ValueError(f"--{'method' if options.method else 'draw'}: only with --samples")
-    if not varied and options.repeat == 1:
+    if not axes and options.repeat == 1:
         raise ValueError("nothing varies: give --vary or --repeat; see --help")
-    return plan(kind, given, varied, sampling, options.repeat)
+    samples = None if options.samples is None else Samples(options.samples, options.method or METHODS[0], options.draw or 0)
+    return plan(kind, given, axes, samples, options.repeat)
 
 
-def _where(options: argparse.Namespace, module: str, count: int) -> Workers:
-    """Where the cases run."""
-    if options.scheduler and options.scheduler_file:
-        raise ValueError("--scheduler: give it or --scheduler-file")
-    cluster = Path(options.scheduler_file) if options.scheduler_file else options.scheduler
-    if cluster and options.workers is not None:
-        raise ValueError("--workers: the cluster has its own; give it or --scheduler")
-    if cluster:
-        return Dask(cluster)
-    if options.workers == 0:
-        return Here()
-    return Local(min((os.cpu_count() or 1) if options.workers is None else options.workers, count), module)
+# --- results ----------------------------------------------------------------------------------------------------------
 
 
-def _add_options(parser: argparse.ArgumentParser, seeded: bool) -> None:
-    group = parser.add_argument_group("sweep")
-    add = group.add_argument
-    add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
-        "START:STOP is sampled; several are combined each with each")  # fmt: skip
-    add("--samples", type=int, metavar="N", help="how many samples of the ranges without a count")
-    add("--method", choices=METHODS, help="how they are drawn; default sobol, best with a power of two")
-    names = ("--draw",) if seeded else ("--seed", "--draw")
-    add(*names, type=int, metavar="N", dest="draw", help="another number gives other samples; default 0")
-    add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
-    add("--workers", type=int, metavar="N", help="processes on this machine, 0 for none but this; default its cores")
-    add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster instead, such as tcp://127.0.0.1:8786")
-    add("--scheduler-file", metavar="FILE", help="the same, by the file that `dask scheduler --scheduler-file` writes")
-    add("--part", metavar="I/N", help="run every N-th case only, from the I-th on, in a store of its own: for array jobs; then "
-        "`merge` the stores")  # fmt: skip
-    add("--store", metavar="FILE", help="where cases are kept; default DIR/NAME-sweep/cases.sqlite")
-    add("--signals", action="store_true", help="keep the signals of each case in the store")
-    add("--retry", action="store_true", help="run cases again that the store holds as failed")
-    add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
+def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
+    """Print the table and write the files; a part has neither."""
+    options, name = asked.options, asked.subject.title
+    counts = Counter(row.status for row in rows)
+    numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
+    wrong = next((row for row in rows if row.status != "OK"), None)
+    ends = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
+    result = StudyResult(
+        parameters=asked.plan.cases[0],
+        status="FAILED" if numbers["failed"] else "SUSPECT" if wrong else "OK",
+        message=f"{ends} of {len(rows)} cases; the first is case {wrong.number}: {wrong.message}" if wrong else "",
+        metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
+        work={"wall_s": wall, "vary": options.vary, "repeat": options.repeat, "store": str(asked.store)},
+        notes=_notes(rows),
+    )
+    if asked.part:
+        where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
+        return told(name, result, {}, writable(asked.folder / f"part-{asked.part.number}"), options, where)
+    from .figure import figures  # loads Matplotlib
 
-
-# --- what is told of it -----------------------------------------------------------------------------------------------
-
-
-def _report(asked: Asked, rows: Sequence[Row], wall: float) -> int:
-    """Print the table and write the files."""
-    from .figure import figures  # loads Matplotlib, which help and completion do without
-
-    options, units, chosen, name = asked.options, asked.units, asked.plan, asked.subject.title
-    found = points(chosen, rows)
+    found = points(asked.plan, rows)
     try:
         shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return wrong_input(error)
-    counts = Counter(row.status for row in rows)
-    numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
-    facts = [("varied", text) for text in options.vary] + [("store", str(asked.store)), ("workers", asked.workers.where)]
-    ended, reports = worst(rows), asked.folder / "reports"
-    heading = Heading(name, ended, summary(found, wall), asked.alone, asked.places, facts, reports)
-    result = StudyResult(
-        parameters=chosen.cases[0],
-        status=ended,
-        message=_message(rows, counts),
-        metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
-        signals=_arrays(chosen, found, shown),
-        work={"wall_s": wall, "vary": options.vary, "repeat": options.repeat, "store": str(asked.store)},
-        tables=[table(chosen, found, shown, units)],
-        pages={"report.html": page(heading, chosen, found, units, asked.folder)},
-    )
+    pages = {"cases.csv": to_csv(rows, asked.units)}
+    result = result.changed(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
     with house_style():
-        drawn = figures(chosen, found, shown, dict(units))
-    where = f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}"
-    return told(name, result, drawn, asked.folder, options, where)
+        drawn = figures(asked.plan, found, shown, asked.units)
+    return told(name, result, drawn, asked.folder, options, f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}")
 
 
-def _report_part(asked: Asked, rows: Sequence[Row], wall: float) -> int:
-    """Say how a part ended, and what to do with it; tables and figures are made of all parts."""
-    counts = Counter(row.status for row in rows)
-    bad = len(rows) - counts["OK"] - (counts["SUSPECT"] if asked.options.trust else 0)
-    part, folder, name = asked.part, asked.folder, asked.subject.title
-    if part and not asked.options.quiet:
-        ends = ", ".join(f"{n} {status}" for status, n in counts.items())
-        print(f"{name}: part {part.number} of {part.of}, {len(rows)} cases ({ends}) in {wall:.2g} s, in {asked.store}")
-        words = f"{folder / f'part-*-of-{part.of}.sqlite'} --out {folder / 'cases.sqlite'}"
-        print(f"with all parts: {program()} merge {words}, then the same sweep without --part")
-    if bad:
-        print(f"{name}: {_message(rows, counts)}", file=sys.stderr)
-    return 1 if bad else 0
-
-
-def _message(rows: Sequence[Row], counts: Counter[str]) -> str:
-    """How many ended how, and the first of them."""
-    first = next((row for row in rows if row.status != "OK"), None)
-    if first is None:
-        return ""
-    ends = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
-    return f"{ends} of {len(rows)} cases; the first is case {first.number}: {first.message}"
-
-
-def _arrays(chosen: Plan, found: Sequence[Point], shown: dict[str, str]) -> dict[str, np.ndarray]:
-    """What the figures show: values of each varied parameter, means and standard errors; one entry a point."""
-    arrays = {name: np.array([point.values[i] for point in found]) for i, name in enumerate(chosen.names)}
-    for name in shown:
-        means = [point.mean(name) for point in found]
-        arrays |= {f"{name}.mean": np.array([m.value for m in means]), f"{name}.error": np.array([m.error for m in means])}
-    return arrays
+def _notes(rows: Sequence[Row]) -> list[str]:
+    """Note that cases come from several versions of the source files."""
+    count = len({row.provenance["sources"] for row in rows})
+    return [f"cases come from {count} versions of Buckler's source files; --store names a new file"] if count > 1 else []

@@ -1,25 +1,29 @@
-"""Sweeps: many cases of one study over many processes, each written down as it ends.
-
-    from buckler.studies.sweeping.sweep import sweep
+"""Sweeps: many cases of one study on any executor, each written down as it ends.
 
     cases = [slider_crank.Parameters(thickness=t, models="beam") for t in (1e-4, 3e-4, 5e-4)]
-    rows = sweep("slider-crank", cases, workers=2, store=Path("thickness.sqlite"), progress=progress)
+    rows = sweep("slider-crank", cases, workers=2, store=Path("thickness.sqlite"))
     forces = [row.value("beam.contact_force_180") for row in rows if row.status == "OK"]
 
-    sweep(study, cases, *, workers=1, store=None, signals=False, retry=False, progress=QUIET) -> list[Row]
-
-`workers` is a number of processes, 0 for this one, or any `studies.sweeping.executors.Workers`. Rows come in the order of the
-cases and do not depend on the workers. The same call with the same store runs only what has not ended.
+The same call with the same store runs only what has not ended. Rows do not depend on the executor.
 """
 
 from __future__ import annotations
 
-import logging
-from collections import Counter, deque
-from collections.abc import Generator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import closing
+import hashlib
+import importlib
+import multiprocessing
+import os
+import signal
+import socket
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -28,52 +32,58 @@ from ..kit import registry
 from ..kit.parameters import StudyParameters, specs
 from ..kit.report import QUIET, Progress
 from ..kit.versions import versions
-from .executors import Here, Local, SweepError, Workers
-from .rows import Row
-from .store import About, Store, StoreError
-from .worker import Job, run_case, sources, stamp
+from .store import About, Row, Store, StoreError, read
 
-__all__ = ["sweep", "Part", "Row", "StoreError", "SweepError"]
+__all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
 
-CRASHED = "its process died several times: killed, out of memory, or a fault in compiled code"
-PAUSE = 5.0
-"""Seconds without a result after which the workers are asked whether they are still there."""
-LOG = logging.getLogger("buckler.studies.sweeping.sweep")
+IN_FLIGHT = 1000
+"""Cases handed to a given executor at once: enough for the workers of a cluster, few enough for its scheduler's memory."""
+START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+"""Start of processes: never a fork of this one, which has threads and an open store. A fork server imports the study once."""
+STARTS = 3
+"""Attempts to start processes that load the study: whatever kills a process may kill one that starts."""
+LOST = (BrokenExecutor, EOFError, OSError)
+"""Exceptions of a pool whose process, or fork server, has died."""
+CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
+_ONE_AT_A_TIME = threading.Lock()
+"""Lock of this process: the engine is not made for threads."""
+
+
+class SweepError(RuntimeError):
+    """A failure of the workers or the store, not of a case; what has ended stays stored."""
 
 
 class Part(NamedTuple):
-    """One of several jobs that share the cases of a sweep: every `of`-th case, from the `number`-th on."""
+    """Share of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
 
     number: int
     of: int
 
     @classmethod
     def read(cls, text: str) -> Part:
-        """Read `2/8`.
-
-        Raises
-        ------
-        ValueError
-            If it is no such thing.
-        """
+        """Read `2/8`."""
         number, _, of = text.partition("/")
         if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
             raise ValueError(f"{text}: write I/N, such as 2/8 for the second of eight parts")
         return cls(int(number), int(of))
+
+    def store(self, whole: Path) -> Path:
+        """Return the store of this part, beside that of the whole sweep."""
+        return whole.with_name(f"{whole.stem}-part-{self.number}-of-{self.of}{whole.suffix}")
 
 
 def sweep(
     study: str | ModuleType,
     cases: Sequence[StudyParameters],
     *,
-    workers: int | Workers = 1,
+    workers: int = 0,
+    executor: Executor | None = None,
     store: Path | None = None,
-    signals: bool = False,
+    part: Part | None = None,
     retry: bool = False,
     progress: Progress = QUIET,
     name: str = "",
     units: Mapping[str, str] | None = None,
-    part: Part | None = None,
 ) -> list[Row]:
     """Run a study for many parameters.
 
@@ -83,21 +93,17 @@ def sweep(
         Its name in the registry, or a module with `run` that workers can import.
     cases : sequence of StudyParameters
         The study's own `Parameters`, no two alike.
-    workers : int or Workers
-        Number of processes of this machine, 0 for none but this one; or where else to run.
+    workers : int
+        Processes of this machine, 0 for none but this one; not used with an executor. A process that dies is replaced.
+    executor : concurrent.futures.Executor, optional
+        A `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `mpi4py.futures.MPIPoolExecutor`. It is not shut down here.
     store : Path, optional
-        File to keep the rows in and to take those from that are already there; without it in memory only.
-    signals : bool
-        Whether to keep the signals of each case too; `Row.arrays` has them.
-    retry : bool
-        Whether to run again what the store holds as failed.
-    progress : Progress
-    name : str
-        What the store calls it; by default the study's name.
-    units : dict of str to str, optional
-        Of the parameters; by default those the study declares.
+        File that keeps the rows. Cases that it has, or a store of a part beside it, do not run again.
     part : Part, optional
-        Run only this part of the cases; `merge` puts the stores of all parts together.
+        Run only this part of the cases, and keep them in `part.store(store)`.
+    retry : bool
+        Run cases again that are stored as failed.
+    name, units : name of the study and units of its parameters in the store; by default its own
 
     Returns
     -------
@@ -109,95 +115,199 @@ def sweep(
     ValueError
         If two cases are the same or one is not of this study.
     StoreError
-        If the store is in use, damaged, full, or holds something else.
+        If the store is in use, damaged, full, or of another sweep.
     SweepError
-        If the workers cannot be started or are lost.
+        If the workers cannot load the study, have other versions, or are lost.
     """
+    if workers < 0:
+        raise ValueError(f"workers = {workers}: out of range; allowed: 0 or more")
     module = registry.load(study) if isinstance(study, str) else study
     for i, case in enumerate(cases):
         if not isinstance(case, module.Parameters):
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
-    if units is None:
-        units = {key: spec.unit for key, spec in specs(module.Parameters).items()}
-    with Store(store) as book:
-        mine = set(range(len(cases)) if part is None else range(part.number - 1, len(cases), part.of))
-        pending = mine.intersection(book.plan(About(name, versions(), units, signals), cases, retry))
-        if book.sources() - {sources()}:
-            LOG.warning("%s has cases that other sources of Buckler have computed; a new file would not mix them", store)
-        LOG.info("%d cases, %d of them stored already", len(mine), len(mine) - len(pending))
+    units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
+    about, mine = About(name, versions(), units), range(part.number - 1 if part else 0, len(cases), part.of if part else 1)
+    with Store(part.store(store) if part and store else store) as book:
+        book.plan(about, cases, retry)
+        for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")) if store and not part else ():
+            book.take(other, about)
+        ended = {row.number for row in book.rows()}
+        jobs = [Job(number, module.__name__, cases[number]) for number in mine if number not in ended]
+        with closing(_rows(jobs, workers, executor)) as found:
+            for row in progress(found, total=len(jobs), label=f"{name}, {len(ended)} stored" if ended else name):
+                if row.provenance["versions"] != about.versions:
+                    said = ", ".join(f"{key} {version}" for key, version in row.provenance["versions"].items())
+                    raise SweepError(f"the worker on {row.provenance['host']} has other versions: {said}")
+                try:
+                    book.record(row)
+                except StoreError as error:  # an error of the disk, not of the arguments
+                    raise SweepError(str(error)) from None
+        return [row for row in book.rows() if row.number in mine]
+
+
+# --- in a worker ------------------------------------------------------------------------------------------------------
+
+
+class Job(NamedTuple):
+    """One case: its number, the module of its study, its parameters."""
+
+    number: int
+    module: str
+    parameters: StudyParameters
+
+
+def run_case(job: Job) -> Row:
+    """Run one case. An exception of the study becomes a row; one of its import does not."""
+    study: Any = importlib.import_module(job.module)
+    with _ONE_AT_A_TIME:
+        start = time.perf_counter()
         try:
-            if pending:
-                jobs = [Job(number, module.__name__, cases[number], signals) for number in sorted(pending)]
-                if isinstance(workers, int):
-                    workers = Local(min(workers, len(jobs)), module.__name__) if workers else Here()
-                with closing(_rows(workers, jobs, stamp(module.__name__))) as rows:
-                    for row in progress(rows, total=len(jobs), label=name):
-                        try:
-                            book.record(row)
-                        except StoreError as error:  # no fault of who called
-                            raise SweepError(str(error)) from None
-                        pending.remove(row.number)
-        except BaseException:
-            if store:
-                LOG.warning("%d of %d cases are stored in %s", len(mine) - len(pending), len(mine), store)
-            raise
-        return [row for row in book.rows(signals) if row.number in mine]
+            result = study.run(job.parameters)
+            found = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
+        except (Exception, SystemExit) as error:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            message = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(place.filename).name}:{place.lineno})"
+            found = {"status": "ERROR", "message": message}
+        wall = time.perf_counter() - start
+    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=_provenance(), **found)
 
 
-def _rows(workers: Workers, jobs: Sequence[Job], mine: Mapping[str, object]) -> Generator[Row]:
-    """Run jobs, a row each in the order in which they end; `mine` is the stamp of this process."""
-    waiting, running, deaths = deque(jobs), dict[Future[Row], Job](), Counter[int]()
-    with workers:
-        _compare(_loaded(workers, jobs[0].module), mine)
-        while waiting or running:
-            while waiting and len(running) < workers.slots:
-                job = waiting.popleft()
-                running[workers.submit(run_case, job)] = job
-            ended, _ = wait(running, timeout=PAUSE, return_when=FIRST_COMPLETED)
-            if not ended:
-                workers.idle()
-            for future in ended:
-                job = running.pop(future)
-                row = _result(workers, future, "a worker failed outside any case")
-                if row is not None:
-                    _compare(row.provenance, mine)
-                    yield row
+def _provenance() -> dict[str, Any]:
+    ended = datetime.now(UTC).isoformat(timespec="seconds")
+    return {"versions": versions(), "sources": hash_sources(), "host": socket.gethostname(), "ended": ended}
+
+
+@cache
+def hash_sources() -> str:
+    """Hash Buckler's own source files, which needs no git."""
+    root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
+    for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _begin() -> None:
+    """Start a worker process: it leaves Ctrl-C to its parent, and ends when its parent does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow_parent, daemon=True).start()
+
+
+def _follow_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+# --- in the process that sweeps ---------------------------------------------------------------------------------------
+
+
+def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Generator[Row]:
+    """Run jobs on the executor, on processes, or here; yield rows as they end."""
+    if jobs and executor is not None:
+        _load(executor, jobs[0].module)
+        for job, outcome in _outcomes(executor, jobs, IN_FLIGHT):
+            if isinstance(outcome, BrokenExecutor):
+                raise SweepError(f"{type(executor).__name__} has lost a worker and starts no other: {outcome}")
+            yield _row_of(job, outcome)
+    elif jobs and workers:
+        yield from _in_processes(jobs, workers)
+    else:
+        yield from map(run_case, jobs)
+
+
+def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
+    """Run jobs on processes of this machine. Those in flight when one dies run again, one at a time in a single process."""
+    left, suspects, failures = {job.number: job for job in jobs}, set[int](), 0
+    while left:
+        alone = [left[number] for number in sorted(suspects)]
+        batch, count = (alone, 1) if alone else (list(left.values()), min(workers, len(left)))
+        with _processes(count, batch[0].module) as pool:
+            try:
+                _load(pool, batch[0].module)
+            except SweepError:
+                failures += 1
+                if failures == STARTS:
+                    raise
+                time.sleep(0.2)  # a fork server that is being killed is taken for alive
+                continue
+            failures = 0
+            for job, outcome in _outcomes(pool, batch, count):
+                if isinstance(outcome, BrokenExecutor) and not alone:
+                    suspects.add(job.number)
                     continue
-                deaths[job.number] += 1
-                if deaths[job.number] < workers.tries:
-                    LOG.warning("a worker died of case %d, which runs again", job.number)
-                    waiting.append(job)
-                else:
-                    ended_at = datetime.now(UTC).isoformat(timespec="seconds")
-                    yield Row(job.number, {}, "CRASHED", CRASHED, provenance={**mine, "ended": ended_at})
+                suspects.discard(job.number)
+                del left[job.number]
+                yield _row_of(job, outcome)
 
 
-def _loaded(workers: Workers, module: str) -> Mapping[str, Any]:
-    """Let a worker load the study before any case is risked on it; its stamp."""
-    for _ in range(workers.tries or 1):
-        found: Mapping[str, Any] | None = _result(workers, workers.submit(stamp, module), f"workers cannot load {module}")
-        if found is not None:
-            return found
-    raise SweepError(f"workers cannot load {module}: they die; a script that sweeps needs `if __name__ == '__main__':`")
+@contextmanager
+def _processes(count: int, module: str) -> Iterator[Executor]:
+    """Open a pool of processes that have imported the study; end them at once if it is left by an exception."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # a process a core, each with a thread a core, would crowd the machine
+    context = multiprocessing.get_context(START)
+    context.set_forkserver_preload([__name__, module])
+    before, pool = set(multiprocessing.active_children()), ProcessPoolExecutor(count, context, _begin)
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
-def _result(workers: Workers, future: Future[Any], what: str) -> Any:
-    """What a future gives; None if its worker has died."""
+def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
+    """Yield each job with its row or exception as it ends, `limit` in flight; a broken executor gets no further ones."""
+    waiting, running = deque(jobs), dict[Future[Row], Job]()
+    try:
+        while waiting or running:
+            while waiting and len(running) < limit:
+                try:
+                    future = executor.submit(run_case, waiting[0])
+                    running[future] = waiting.popleft()
+                except LOST:
+                    waiting.clear()
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                job = running.pop(future)
+                yield job, _outcome(future)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _outcome(future: Future[Row]) -> Row | Exception:
     try:
         return future.result()
-    except CancelledError:
-        raise SweepError(f"{workers.where} is gone") from None
-    except workers.dead:
-        if not workers.tries:
-            raise SweepError(f"a worker of {workers.where} died, and it cannot be started again from here") from None
-        return None
     except Exception as error:
-        raise SweepError(f"{what}: {type(error).__name__}: {error}") from error
+        return error
 
 
-def _compare(found: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
-    """Refuse rows that another version of anything has computed."""
-    for name, version in mine["versions"].items():
-        if found["versions"].get(name) != version:
-            raise SweepError(f"the worker on {found['host']} has {name} {found['versions'].get(name)}, not {version}")
+def _row_of(job: Job, outcome: Row | Exception) -> Row:
+    """Return the row of a job; one whose process died is CRASHED."""
+    if isinstance(outcome, Row):
+        return outcome
+    if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # of Dask, after tries of its own
+        return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=_provenance())
+    if isinstance(outcome, CancelledError):
+        raise SweepError("the executor has dropped its cases: it was shut down, or its scheduler is gone")
+    raise SweepError(f"a worker failed outside any case: {type(outcome).__name__}: {outcome}") from outcome
+
+
+def _load(executor: Executor, module: str) -> None:
+    """Let a worker load the study before any case is risked on it."""
+    try:
+        executor.submit(_import, module).result()
+    except LOST:
+        advice = "a script that sweeps needs `if __name__ == '__main__':`"
+        raise SweepError(f"workers cannot load {module}: they die; {advice}") from None
+    except Exception as error:
+        raise SweepError(f"workers cannot load {module}: {type(error).__name__}: {error}") from None
+
+
+def _import(module: str) -> None:
+    importlib.import_module(module)

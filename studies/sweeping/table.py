@@ -1,45 +1,47 @@
-"""What a sweep found: repeats gathered, one line a point of the design, mean ± standard error."""
+"""Tables of a sweep: one line a point of the design, each number with its error; all cases as CSV or data frame."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs.units import labelled
 
-from ..kit.report import Metric, Table
+from ..kit.report import Table
 from ..kit.statistics import Mean
-from .rows import Row
+from .store import Row
 from .vary import Plan
 
 MOST_LINES = 100
-"""Of the table in the terminal."""
+"""Lines of the table in the terminal; the CSV has all."""
 DEFAULT_SHOWN = 4
 """Metrics shown if none are named."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """One point of the design: its values, and its repeats that have ended."""
+    """Point of the design: its values, and its repeats that have ended."""
 
     values: tuple[Any, ...]
     rows: Sequence[Row]
 
     @property
     def status(self) -> str:
-        """OK, or how many ended how."""
-        counts = Counter(row.status for row in self.rows if row.status != "OK")
+        """OK, or the number of repeats that ended otherwise."""
         if len(self.rows) == 1:
             return self.rows[0].status
+        counts = Counter(row.status for row in self.rows if row.status != "OK")
         return ", ".join(f"{n} {status}" for status, n in counts.items()) or "OK"
 
     @property
     def used(self) -> Sequence[Row]:
-        """Those that are OK; where there are none, those that are suspect."""
+        """Rows that are OK; where there are none, those that are suspect."""
         return [row for row in self.rows if row.status == "OK"] or [row for row in self.rows if row.status == "SUSPECT"]
 
     @property
@@ -48,51 +50,40 @@ class Point:
         return bool(self.used) and self.used[0].status == "SUSPECT"
 
     def mean(self, metric: str) -> Mean:
-        """Mean over what counts and is finite."""
-        found = np.array([row.value(metric) for row in self.used])
-        return Mean.of(found[np.isfinite(found)])
+        """Mean over the used rows with its standard error; of a single one the value with the error that the study gives."""
+        values = np.array([row.value(metric) for row in self.used])
+        found = Mean.of(values[np.isfinite(values)])
+        if len(self.rows) > 1 or found.n == 0:
+            return found
+        error = self.used[0].metrics[metric].error
+        return Mean(found.value, np.nan if error is None else abs(found.value) * error, 1)
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
     """Gather the repeats; rows are those of the plan's cases, in their order."""
-    step = plan.repeats
     found = []
-    for i in range(0, len(rows), step):
-        case = plan.cases[i]
-        values = tuple(_plain(getattr(case, name)) for name in plan.names)
+    for i in range(0, len(rows), plan.repeats):
+        values = tuple(_alone(getattr(plan.cases[i], name)) for name in plan.names)
         words = [value for value in values if isinstance(value, str)]
-        found.append(Point(values, [_comparable(row, words) for row in rows[i : i + step]]))
+        found.append(Point(values, [_without(words, row) for row in rows[i : i + plan.repeats]]))
     return found
 
 
-def _plain(value: object) -> Any:
-    """A value that stands alone in a parameter for several."""
+def _alone(value: object) -> Any:
+    """Take a value out of a tuple of one."""
     return value[0] if isinstance(value, tuple) else value
 
 
-def _comparable(row: Row, words: Sequence[str]) -> Row:
+def _without(words: Sequence[str], row: Row) -> Row:
     """Drop a varied word in front of a metric: `strut.force` and `beam.force` are `force` of two models."""
-    metrics: dict[str, Metric] = {}
-    for name, metric in row.metrics.items():
-        first, _, rest = name.partition(".")
-        metrics[rest if first in words and rest else name] = metric
-    return Row(row.number, row.parameters, row.status, row.message, metrics, row.work, row.wall_s, row.provenance)
-
-
-def units_of(found: Sequence[Point]) -> dict[str, str]:
-    """Every metric, in the order of appearance, with its unit."""
-    return {name: metric.unit for point in found for row in point.rows for name, metric in row.metrics.items()}
+    parts = {name: name.partition(".") for name in row.metrics}
+    names = {name: rest if first in words and rest else name for name, (first, _, rest) in parts.items()}
+    return replace(row, metrics={names[name]: metric for name, metric in row.metrics.items()})
 
 
 def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
-    """The metrics to show, with their units.
-
-    Raises
-    ------
-    ValueError
-        If one is wanted that no case has.
-    """
-    known = units_of(found)
+    """Choose the metrics to show, with their units; a ValueError for one that no case has."""
+    known = _units(found)
     for name in wanted:
         if name not in known:
             raise ValueError(f"--metrics {name}: no such metric; there are: {', '.join(known) or 'none, no case has any'}")
@@ -100,34 +91,62 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
 
 
 def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
-    """One line a point of the design."""
-    statuses = [point.status for point in found]
-    failing = any(status != "OK" for status in statuses)
-    headers = [labelled(name, units[name]) for name in plan.names]
-    headers += [f"of {plan.repeats}"] * (plan.repeats > 1) + [labelled(name, unit) for name, unit in shown.items()]
-    lines = []
-    for point, status in zip(found[:MOST_LINES], statuses, strict=False):
-        line: list[Any] = [*point.values, *([len(point.used)] if plan.repeats > 1 else [])]
-        line += [_cell(point.mean(name), plan.repeats) for name in shown]
-        lines.append(line + ([status] if failing else []))
-    return Table(headers + ["status"] * failing, lines, notes=_notes(plan, found, shown))
+    """Tabulate one line a point of the design."""
+    failing = any(point.status != "OK" for point in found)
+    headers = [labelled(name, units[name]) for name in plan.names] + [f"of {plan.repeats}"] * (plan.repeats > 1)
+    headers += [labelled(name, unit) for name, unit in shown.items()] + ["status"] * failing
+    lines = [
+        [*point.values, *[len(point.used)] * (plan.repeats > 1), *(_cell(point.mean(name)) for name in shown)]
+        + [point.status] * failing
+        for point in found[:MOST_LINES]
+    ]
+    notes = ["mean ± standard error over the repeats that are OK; over the suspect ones where none is."] * (plan.repeats > 1)
+    notes += [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
+    others = [name for name in _units(found) if name not in shown]
+    return Table(headers, lines, notes="\n".join(notes + [f"--metrics takes also: {', '.join(others)}"] * bool(others)))
 
 
-def _cell(mean: Mean, repeats: int) -> Any:
+def _units(found: Sequence[Point]) -> dict[str, str]:
+    """Units of every metric, in the order of appearance."""
+    return {name: metric.unit for point in found for row in point.rows for name, metric in row.metrics.items()}
+
+
+def _cell(mean: Mean) -> str | float | None:
     if not mean.n:
         return None
-    if repeats == 1:
-        return mean.value
-    return f"{mean.value:.6g} ± {mean.error:.2g}" if mean.n > 1 else f"{mean.value:.6g}"
+    return mean.value if np.isnan(mean.error) else f"{mean.value:.6g} ± {mean.error:.2g}"
 
 
-def _notes(plan: Plan, found: Sequence[Point], shown: Mapping[str, str]) -> str:
-    notes = []
-    if plan.repeats > 1:
-        notes.append("mean ± standard error over the repeats that are OK; over the suspect ones where none is.")
-    if len(found) > MOST_LINES:
-        notes.append(f"{len(found) - MOST_LINES} more lines: `python -m studies export` writes all of them.")
-    others = [name for name in units_of(found) if name not in shown]
-    if others:
-        notes.append(f"--metrics takes also: {', '.join(others)}")
-    return "\n".join(notes)
+# --- all cases ----------------------------------------------------------------------------------------------------------
+
+
+def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[Any]]:
+    """Columns by their names with units: number, parameters, status, metrics each beside its relative error, provenance."""
+    found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
+    for name in rows[0].parameters if rows else ():
+        values = [row.parameters.get(name) for row in rows]
+        found[labelled(name, units.get(name, ""))] = [",".join(map(str, v)) if isinstance(v, list) else v for v in values]
+    found |= {"status": [row.status for row in rows], "message": [row.message for row in rows]}
+    for name, unit in {name: metric.unit for row in rows for name, metric in row.metrics.items()}.items():
+        metrics = [row.metrics.get(name) for row in rows]
+        found[labelled(name, unit)] = [None if each is None else each.value for each in metrics]
+        if any(each is not None and each.error is not None for each in metrics):
+            found[f"{name} relative error"] = [None if each is None else each.error for each in metrics]
+    found["wall_s [s]"] = [row.wall_s for row in rows]
+    return found | {name: [str(row.provenance.get(name, "")) for row in rows] for name in ("ended", "host", "sources")}
+
+
+def to_csv(rows: Sequence[Row], units: Mapping[str, str]) -> str:
+    """Write all cases as CSV, units in the headers; numbers keep every digit."""
+    text, found = io.StringIO(), columns(rows, units)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(found)
+    writer.writerows(zip(*found.values(), strict=True))
+    return text.getvalue()
+
+
+def to_dataframe(rows: Sequence[Row], units: Mapping[str, str]) -> Any:
+    """Return all cases as a data frame; needs pandas, `pip install 'buckler[tables]'`."""
+    import pandas  # an extra
+
+    return pandas.DataFrame(columns(rows, units))

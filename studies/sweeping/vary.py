@@ -1,10 +1,10 @@
-"""What `--vary` and its companions mean: from words to the list of cases.
+"""Cases of a sweep from the words of `--vary`.
 
     thickness=0.1mm:0.5mm:9        nine values, evenly spaced, both ends among them
     tolerance=1e-5:1e-3:7:log      seven values, evenly spaced in the logarithm
     speed=0.75,1.25,6.58           these values
     models=strut,beam              these words, one a case
-    thickness=0.1mm:0.5mm          no count: sampled (`--samples`, `--method`), `:log` in the logarithm
+    thickness=0.1mm:0.5mm          no count: sampled, with `:log` in the logarithm
 
 Several grids and lists are combined each with each, and each with every sample. Samples fill all ranges jointly.
 """
@@ -26,72 +26,46 @@ from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.registry import hint
 
 METHODS = ("sobol", "halton", "lhs")
+"""Sequences of `scipy.stats.qmc`: Sobol' and Halton, scrambled, and Latin hypercube."""
 DIGITS = 12
-"""Of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm and not a rounding error more."""
+"""Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
 MOST = 1_000_000
-"""Cases of one sweep; more is taken for a slip of the keyboard."""
+"""Largest number of cases: more is a slip of the keyboard."""
 
 
-class Grid(NamedTuple):
-    """A varied parameter with its values."""
+class Axis(NamedTuple):
+    """Varied parameter: its values, or the two ends of a range that is sampled."""
 
     name: str
     values: tuple[Any, ...]
     log: bool = False
+    sampled: bool = False
 
 
-class Range(NamedTuple):
-    """A varied parameter to be sampled from `low` to `high`."""
+class Samples(NamedTuple):
+    """Number of samples of the ranges, one of `METHODS`, and the seed of the draw."""
 
-    name: str
-    low: Any
-    high: Any
-    log: bool = False
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """How ranges are sampled.
-
-    Attributes
-    ----------
-    count : how many samples
-    method : sobol, halton (quasi-random, scrambled) or lhs (Latin hypercube); `scipy.stats.qmc`
-    draw : another one gives other samples of the same kind
-    """
-
-    count: int
+    number: int
     method: str = "sobol"
     draw: int = 0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The cases of a sweep and what varies between them.
-
-    Attributes
-    ----------
-    cases : sequence of StudyParameters
-    names : parameters that vary, in the order given, without the seed of repeats
-    sampled, log : those that are sampled, and those that are spaced in the logarithm
-    repeats : cases that differ by their seed only
-    """
+    """Cases of a sweep, the parameters that vary, and the number of cases that differ by their seed only."""
 
     cases: Sequence[StudyParameters]
-    names: tuple[str, ...]
-    sampled: frozenset[str]
-    log: frozenset[str]
-    repeats: int
+    axes: Sequence[Axis]
+    repeats: int = 1
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the varied parameters, in the order given, without the seed of repeats."""
+        return tuple(axis.name for axis in self.axes)
 
 
-def parse(text: str, kind: type[StudyParameters] | Cases) -> Grid | Range:
-    """Read one `NAME=VALUES`.
-
-    Raises
-    ------
-    ValueError
-        In one line.
-    """
+def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
+    """Read one `NAME=VALUES`."""
     name, equals, values = text.partition("=")
     known = specs(kind)
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
@@ -100,28 +74,26 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Grid | Range:
     if not equals or not values.strip():
         raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT, {name}=START:STOP or {name}=A,B,C")
     try:
-        return _range(name, values, known[name]) if ":" in values else _list(name, values, known[name])
+        if ":" in values:
+            return _range(name, values, known[name])
+        listed = tuple(_value(name, part, known[name]) for part in values.split(","))
+        if len(set(listed)) < len(listed):
+            raise ValueError("one of them given twice")
+        return Axis(name, listed)
     except ValueError as reason:
         raise ValueError(f"--vary {text}: {reason}") from None
 
 
-def _one(name: str, text: str, spec: Declaration) -> Any:
-    """One value; of a parameter that takes several, one alone."""
+def _value(name: str, text: str, spec: Declaration) -> Any:
+    """Read a value; one alone of a parameter that takes several."""
     value = spec.spec.read(name, text)
     return value[0] if isinstance(value, tuple) else value
 
 
-def _list(name: str, text: str, spec: Declaration) -> Grid:
-    values = tuple(_one(name, part, spec) for part in text.split(","))
-    if len(set(values)) < len(values):
-        raise ValueError("one of them given twice")
-    return Grid(name, values)
-
-
-def _range(name: str, text: str, spec: Declaration) -> Grid | Range:
+def _range(name: str, text: str, spec: Declaration) -> Axis:
     start, stop, *rest = text.split(":")
     log = rest[-1:] == ["log"]
-    low, high = _one(name, start, spec), _one(name, stop, spec)
+    low, high = _value(name, start, spec), _value(name, stop, spec)
     if isinstance(low, str):
         raise ValueError(f"words have no range; write {name}={start},{stop}")
     if low == high:
@@ -130,70 +102,46 @@ def _range(name: str, text: str, spec: Declaration) -> Grid | Range:
         raise ValueError("log needs start and stop above 0")
     counts = rest[:-1] if log else rest
     if not counts:
-        return Range(name, low, high, log)
+        return Axis(name, (low, high), log, sampled=True)
     if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST:
         raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST}, and `:log` behind it")
-    return Grid(name, _spaced(low, high, int(counts[0]), log), log)
-
-
-def _spaced(low: Any, high: Any, count: int, log: bool) -> tuple[Any, ...]:
-    """Values from low to high, the ends exactly as given."""
-    inner = (np.geomspace if log else np.linspace)(low, high, count)[1:-1]
-    values = [_rounded(x) for x in inner]
+    inner: list[Any] = [_round(x) for x in (np.geomspace if log else np.linspace)(low, high, int(counts[0]))[1:-1]]
     if isinstance(low, int):
-        for x in values:
-            if not x.is_integer():
-                raise ValueError(f"gives {x:g}, which is not a whole number; choose another count or list them")
-        values = [int(x) for x in values]
-    return (low, *values, high)
+        if odd := [x for x in inner if not x.is_integer()]:
+            raise ValueError(f"gives {odd[0]:g}, which is not a whole number; choose another count or list them")
+        inner = [int(x) for x in inner]
+    return Axis(name, (low, *inner, high), log)
 
 
-def _rounded(x: float) -> float:
+def _round(x: float) -> float:
     return float(f"{x:.{DIGITS}g}") + 0.0
 
 
 def plan(
     kind: type[StudyParameters] | Cases,
     given: Mapping[str, object],
-    varied: Sequence[Grid | Range],
-    sampling: Sampling | None = None,
+    axes: Sequence[Axis],
+    samples: Samples | None = None,
     repeats: int = 1,
 ) -> Plan:
-    """Make every case.
+    """Make every case, or refuse the plan by a ValueError of one line.
 
-    Parameters
-    ----------
-    kind : the study's `Parameters`, or what makes cases in its place
-    given : parameters that all cases share
-    varied : sequence of Grid or Range
-    sampling : needed if there is a Range, and only then
-    repeats : how often each case is run, with the seeds `seed`, `seed` + 1, ...
-
-    Raises
-    ------
-    ValueError
-        In one line, before anything runs.
+    `given` are parameters that all cases share; `repeats` runs of each case have the seeds `seed`, `seed` + 1, ...
     """
-    names = [axis.name for axis in varied]
-    _check(kind, names, given, repeats)
-    grids = [axis for axis in varied if isinstance(axis, Grid)]
-    ranges = [axis for axis in varied if isinstance(axis, Range)]
-    samples = _samples(ranges, sampling)
-    total = math.prod(len(grid.values) for grid in grids) * len(samples) * repeats
+    _check([axis.name for axis in axes], given, repeats, "seed" in specs(kind))
+    grids, drawn = [axis for axis in axes if not axis.sampled], _draw([axis for axis in axes if axis.sampled], samples)
+    total = math.prod(len(grid.values) for grid in grids) * len(drawn) * repeats
     if total > MOST:
         raise ValueError(f"{total} cases; allowed: up to {MOST}")
-    first = kind(**given).seed if repeats > 1 else 0  # type: ignore[attr-defined]  # _check has seen to it
+    first: int = getattr(kind(**given), "seed", 0) if repeats > 1 else 0
     cases = []
-    for values in product(*(grid.values for grid in grids)):
-        for sample in samples:
-            for i in range(repeats):
-                case = dict(zip([grid.name for grid in grids], values, strict=True)) | sample
-                seed = {"seed": first + i} if repeats > 1 else {}
-                cases.append(_case(kind, given, {**{name: case[name] for name in names}, **seed}))
-    return Plan(cases, tuple(names), frozenset(r.name for r in ranges), frozenset(a.name for a in varied if a.log), repeats)
+    for values, sample, i in product(product(*(grid.values for grid in grids)), drawn, range(repeats)):
+        case = dict(zip([grid.name for grid in grids], values, strict=True)) | sample
+        cases.append(_case(kind, given, case | ({"seed": first + i} if repeats > 1 else {})))
+    return Plan(cases, axes, repeats)
 
 
-def _check(kind: type[StudyParameters] | Cases, names: Sequence[str], given: Mapping[str, Any], repeats: int) -> None:
+def _check(names: Sequence[str], given: Mapping[str, Any], repeats: int, seeded: bool) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"--vary {name}: given twice")
@@ -201,7 +149,7 @@ def _check(kind: type[StudyParameters] | Cases, names: Sequence[str], given: Map
             raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
     if repeats < 1:
         raise ValueError(f"--repeat {repeats}: out of range; allowed: 1 or more")
-    if repeats > 1 and "seed" not in specs(kind):
+    if repeats > 1 and not seeded:
         raise ValueError(f"--repeat {repeats}: this study has no parameter seed, so that all repeats would be the same")
     if repeats > 1 and "seed" in names:
         raise ValueError(f"--repeat {repeats}: the seed is also varied")
@@ -216,31 +164,29 @@ def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, object], vari
         raise ValueError(f"{shown}: {error}" if shown else str(error)) from None
 
 
-def _samples(ranges: Sequence[Range], sampling: Sampling | None) -> list[dict[str, Any]]:
-    """Values of every range, jointly; one empty sample if there is no range."""
+def _draw(ranges: Sequence[Axis], samples: Samples | None) -> list[dict[str, Any]]:
+    """Sample all ranges jointly; without a range there is one empty sample."""
+    if not ranges and samples:
+        raise ValueError(f"--samples {samples.number}: nothing to sample; write --vary NAME=START:STOP, without a count")
     if not ranges:
-        if sampling:
-            raise ValueError(f"--samples {sampling.count}: nothing to sample; write --vary NAME=START:STOP, without a count")
         return [{}]
-    if sampling is None:
+    if samples is None:
         raise ValueError(f"--vary {ranges[0].name}: no count; write START:STOP:COUNT, or give --samples")
-    if not 1 <= sampling.count <= MOST:
-        raise ValueError(f"--samples {sampling.count}: out of range; allowed: 1 to {MOST}")
+    if not 1 <= samples.number <= MOST:
+        raise ValueError(f"--samples {samples.number}: out of range; allowed: 1 to {MOST}")
     from scipy.stats import qmc  # slow to load, and most sweeps sample nothing
 
-    kinds: dict[str, Any] = {"sobol": qmc.Sobol, "halton": qmc.Halton, "lhs": qmc.LatinHypercube}
-    if sampling.method not in kinds:
-        raise ValueError(f"--method {sampling.method}: unknown; allowed: {', '.join(METHODS)}")
+    make: Any = {"sobol": qmc.Sobol, "halton": qmc.Halton, "lhs": qmc.LatinHypercube}[samples.method]
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The balance properties of Sobol")  # any count is allowed; the how-to tells
-        points = kinds[sampling.method](len(ranges), seed=np.random.default_rng(sampling.draw)).random(sampling.count)
-    return [{r.name: _place(r, u) for r, u in zip(ranges, point, strict=True)} for point in points]
+        warnings.filterwarnings("ignore", "The balance properties of Sobol")  # any count is allowed
+        points = make(len(ranges), seed=np.random.default_rng(samples.draw)).random(samples.number)
+    return [{axis.name: _place(axis, u) for axis, u in zip(ranges, point, strict=True)} for point in points]
 
 
-def _place(r: Range, u: float) -> Any:
-    """The value at the share u, 0 to 1, of a range."""
-    low, high = sorted((r.low, r.high))
+def _place(axis: Axis, u: float) -> Any:
+    """Return the value at the share u, 0 to 1, of a range; every whole number has an equal share."""
+    low, high = sorted(axis.values)
     whole = isinstance(low, int)
-    top = high + whole  # every whole number has an equal share
-    x = low * (top / low) ** u if r.log else low + u * (top - low)
-    return min(math.floor(x), high) if whole else min(max(_rounded(x), low), high)
+    top = high + whole
+    x = low * (top / low) ** u if axis.log else low + u * (top - low)
+    return min(math.floor(x), high) if whole else min(max(_round(x), low), high)

@@ -1,0 +1,176 @@
+"""Sweeps: the same rows on every executor; whatever is killed, nothing is lost and nothing runs twice."""
+
+import os
+import signal
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import sweep_toy
+from sweep_runs import descendants, gone, run, same, start, stored
+from sweep_toy import Parameters, toys
+
+from buckler.studies.striking import slider_crank
+from buckler.studies.sweeping.sweep import Part, SweepError, hash_sources, sweep
+
+linux = pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
+
+
+def test_rows_have_the_numbers_of_the_study_in_the_order_of_the_cases():
+    rows = sweep(sweep_toy, [Parameters(length=x, speed=3, noise=0) for x in (0.5, 0.25, 6)])
+    assert [(row.number, row.parameters["length"]) for row in rows] == [(0, 0.5), (1, 0.25), (2, 6)]
+    assert [row.value("strut.force") for row in rows] == [5 + 9, 2.5 + 9, 60 + 9]
+    assert np.isnan(rows[2].value("strut.time")) and np.isnan(rows[2].value("absent"))
+    assert (rows[0].metrics["strut.force"].unit, rows[0].metrics["strut.force"].error) == ("N", 0)
+    assert rows[0].work == {"steps": 7} and rows[0].wall_s > 0
+    assert rows[0].provenance["versions"]["numpy"] == np.__version__
+    assert rows[0].provenance["sources"] == hash_sources()
+
+
+def test_rows_do_not_depend_on_the_executor():
+    cases = [Parameters(length=1, noise=1, pause=0.01 * (i % 3), seed=i) for i in range(20)]
+    here = same(sweep(sweep_toy, cases))
+    assert len(set(here)) == 20
+    assert here == same(sweep(sweep_toy, cases, workers=2))
+    for pool in (ThreadPoolExecutor(4), ProcessPoolExecutor(2, get_context("spawn"))):
+        with pool:
+            assert here == same(sweep(sweep_toy, cases, executor=pool))
+
+
+def test_the_engine_gives_the_same_bits_in_a_process_as_here():
+    cases = [slider_crank.Parameters(models=("strut",), thickness=t) for t in (2e-4, 3e-4)]
+    here = [{name: repr(float(m.value)) for name, m in slider_crank.run(case).metrics.items()} for case in cases]
+    rows = sweep("slider-crank", cases, workers=2)
+    assert [{name: repr(float(m.value)) for name, m in row.metrics.items()} for row in rows] == here
+    forces = [row.value("strut.contact_force_180") for row in rows]
+    assert forces[1] / forces[0] == pytest.approx(1.5**3, rel=1e-3)  # the load of a pinned strip grows as its thickness cubed
+
+
+def test_wrong_cases_are_refused():
+    with pytest.raises(ValueError, match="case 1 is Parameters, not the Parameters of sweep_toy"):
+        sweep(sweep_toy, [Parameters(), slider_crank.Parameters()])
+    with pytest.raises(ValueError, match=r'case 0 is given twice: \{"length":0.25'):
+        sweep(sweep_toy, [Parameters(length=x) for x in (0.25, 0.5, "250mm")])
+    with pytest.raises(ValueError, match="workers = -1: out of range"):
+        sweep(sweep_toy, toys(2), workers=-1)
+
+
+# --- failures -----------------------------------------------------------------------------------------------------------
+
+
+def test_every_ending_is_a_row_and_only_the_case_that_kills_its_process_is_blamed():
+    endings = ("fine", "dies", "suspect", "fails", "raises", "dies", "fine", "fine")
+    rows = sweep(sweep_toy, [Parameters(length=i, ending=ending) for i, ending in enumerate(endings)], workers=2)
+    assert [row.status for row in rows] == ["OK", "CRASHED", "SUSPECT", "TIMED_OUT", "ERROR", "CRASHED", "OK", "OK"]
+    assert rows[2].message == "energy grew by 3 %"
+    assert rows[4].message.startswith("ZeroDivisionError: no stiffness left (sweep_toy.py:")
+    assert rows[5].message.startswith("its process died twice") and rows[5].parameters["length"] == 5
+    assert rows[6].value("strut.force") == 61
+
+
+def test_a_study_that_workers_cannot_load_stops_the_sweep_before_any_case():
+    module = ModuleType("nowhere_to_be_found")
+    module.Parameters = Parameters
+    sys.modules[module.__name__] = module  # this process has it, a worker has not
+    try:
+        with pytest.raises(SweepError, match="workers cannot load nowhere_to_be_found: ModuleNotFoundError"):
+            sweep(module, toys(2), workers=1)
+    finally:
+        del sys.modules[module.__name__]
+
+
+def test_an_executor_that_loses_a_worker_ends_the_sweep_and_the_same_call_resumes(tmp_path):
+    cases = [*toys(4), Parameters(length=9, ending="dies")]
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool, pytest.raises(SweepError, match="has lost a worker"):
+        sweep(sweep_toy, cases, executor=pool, store=tmp_path / "s.sqlite")
+    assert stored(tmp_path / "s.sqlite") == same(sweep(sweep_toy, cases[:4]))
+    rows = sweep(sweep_toy, cases, workers=1, store=tmp_path / "s.sqlite")
+    assert [row.status for row in rows] == ["OK"] * 4 + ["CRASHED"]
+
+
+def test_interrupt_ends_workers_at_once_and_keeps_what_has_ended(tmp_path):
+    class Impatient:
+        def __call__(self, items, total=None, label=""):
+            for item in items:
+                yield item
+                raise KeyboardInterrupt
+
+    cases, begin = [Parameters(length=1), Parameters(length=2, pause=60)], time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        sweep(sweep_toy, cases, workers=2, store=tmp_path / "s.sqlite", progress=Impatient())
+    assert time.monotonic() - begin < 30
+    assert stored(tmp_path / "s.sqlite") == same(sweep(sweep_toy, cases[:1]))
+
+
+def test_parts_are_read_as_one(tmp_path, monkeypatch):
+    path, cases = tmp_path / "s.sqlite", toys(7, noise=1)
+    parts = [sweep(sweep_toy, cases, store=path, part=Part(i, 3)) for i in (1, 2)]
+    assert [[row.number for row in rows] for rows in parts] == [[0, 3, 6], [1, 4]]
+    ran = []
+    monkeypatch.setattr(sweep_toy, "run", lambda p, run=sweep_toy.run: ran.append(p.length) or run(p))
+    rows = sweep(sweep_toy, cases, store=path)
+    assert ran == [2 / 8, 5 / 8]  # the part that never ran
+    assert same(rows) == same(sweep(sweep_toy, cases))
+
+
+# --- killed -------------------------------------------------------------------------------------------------------------
+
+
+def begun(process, path):
+    """Wait until a sweep has opened its store."""
+    while not path.with_name(f"{path.name}-wal").exists() and process.poll() is None:
+        time.sleep(0.02)
+
+
+@linux
+@pytest.mark.parametrize(("times", "cases"), [(2, 60), pytest.param(20, 300, marks=pytest.mark.slow)])
+def test_killed_at_random_moments_and_resumed_it_is_as_if_undisturbed(tmp_path, times, cases):
+    path, rng = tmp_path / "s.sqlite", np.random.default_rng(times)
+    words = ["sweep", "toy", "--vary", f"length=0:1:{cases}", "--noise", "1", "--pause", "0.1", "--workers", "2"]
+    words += ["--store", path, "--out", tmp_path]
+    for _ in range(times):
+        process = start(*words)
+        begun(process, path)
+        time.sleep(rng.uniform(0.3, 1.5))
+        others = descendants(process.pid)
+        if others and rng.random() < 0.5:
+            os.kill(int(rng.choice(others)), signal.SIGKILL)
+            time.sleep(rng.uniform(0.05, 0.5))
+        others = descendants(process.pid)
+        assert process.poll() is None, process.communicate()  # it outlives any of its processes, and is killed before its end
+        process.kill()
+        process.communicate()
+        assert gone(others)
+    code, _, err = run(*words)
+    assert code == 0, err
+    quick = [Parameters(length=float(f"{i / (cases - 1):.12g}"), noise=1) for i in range(cases)]
+    assert [row.replace("'pause': 0.1", "'pause': 0.0") for row in stored(path)] == same(sweep(sweep_toy, quick))
+    assert sorted(tmp_path.glob("s.sqlite*")) == [path]
+
+
+@linux
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_command_says_how_to_resume(tmp_path, how):
+    path = tmp_path / "s.sqlite"
+    words = ["sweep", "toy", "--vary", "length=0:1:20", "--pause", "0.3", "--workers", "2", "--store", path, "--out", tmp_path]
+    process = start(*words)
+    begun(process, path)
+    size = path.with_name("s.sqlite-wal").stat().st_size
+    while path.with_name("s.sqlite-wal").stat().st_size < size + 20_000:  # the plan and some cases are written
+        time.sleep(0.05)
+    others = descendants(process.pid)
+    os.killpg(process.pid, how) if how == signal.SIGINT else process.terminate()  # a terminal signals all, a batch system one
+    out, err = process.communicate(timeout=30)
+    assert (process.returncode, out) == (130, "")
+    command = f"  python -m studies {' '.join(map(str, words))}"
+    assert err.strip().splitlines() == [f"interrupted; what has ended is in {path}; the same command resumes:", command]
+    assert gone(others)
+    before = stored(path)
+    assert 0 < len(before) < 20
+    assert run(*words)[0] == 0
+    assert len(stored(path)) == 20 and set(before) <= set(stored(path))
