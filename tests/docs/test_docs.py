@@ -17,12 +17,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = (
     "README.md",
     "docs/tutorial.md",
-    "docs/how-to-add-a-mechanism.md",
     "docs/how-to-bring-your-own-mechanism.md",
     "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
-    "docs/how-to-couple.md",
-    "docs/how-to-control.md",
     "docs/how-to-look.md",
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
@@ -60,7 +57,9 @@ TO_COME = "euler_load"
 """The study that its reader writes."""
 
 
-@pytest.mark.parametrize("page", [*ALL_PAGES, "CONTRIBUTING.md"])
+@pytest.mark.parametrize(
+    "page", [*(page for page in ALL_PAGES if "upgrade" not in page), "CONTRIBUTING.md"]
+)  # names what is gone
 def test_files_and_names_in_a_page_are_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     assert [path for path in set(TREE.findall(text)) if not (ROOT / path).exists() and TO_COME not in path] == []

@@ -20,7 +20,7 @@ K, GAP, PIN = 2.53e5 * 1e3**1.5, 1e-4, 5e-3  # K of the crank-rocker paper, N/m^
 SPEED = 10 * pi
 RATTLING, CLOSED = laws.Impact(K, 253.0, 1e-5), laws.Impact(K, 253e3, 1e-5)  # c_max = 253 N s/m or N s/mm
 FRICTION = laws.AdamsFriction(0.3, 0.1)
-HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-law.md").read_text(encoding="utf-8")
+HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
 
 
 # --- one journal under its weight -------------------------------------------------------------------------------------
@@ -210,7 +210,7 @@ def test_step_that_did_not_converge_is_tried_with_a_new_jacobian():
 
 
 def test_a_law_of_ones_own_runs_in_a_joint_with_play():
-    """The rubber stop of docs/how-to-add-a-law.md, as it stands there."""
+    """The rubber stop of docs/how-to-add-a-clearance-joint.md, as it stands there."""
     module = ModuleType("how_to")
     sys.modules[module.__name__] = module  # where dataclasses look for it
     exec(re.search(r"```python\n(from functools.*?)```", HOW_TO, re.DOTALL)[1], module.__dict__)

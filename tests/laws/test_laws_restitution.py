@@ -227,7 +227,7 @@ def test_the_theory_page_prints_the_table():
 
 
 def test_the_law_in_the_how_to_works():
-    page = (DOCS / "how-to-add-a-law.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
     example, use, _ = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(example + use, names)  # its own assertions: it is a NormalLaw and delivers what was asked for
@@ -239,7 +239,7 @@ def test_the_law_in_the_how_to_works():
 
 def test_the_formulas_compile():
     pytest.importorskip("numba")
-    page = (DOCS / "how-to-add-a-law.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
     names = {}
     exec(re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)[2], names)
     for rate in (0.1, -0.1, -9.0):
