@@ -15,6 +15,8 @@ from .element import GROUND, Element, Parts, Push, Recorded, place
 from .references import known, known_link, reaches, takes_moments
 from .signal import Depth, Energy, Kind, Signal
 
+NEAREST = 1e-9
+"""Distance from its face, over the mechanism's extent, down to which the place of a point tells its side: above rounding."""
 PIERCED = 0.2
 """Depth in a stop, relative to the mechanism's size, beyond which it stops nothing; a soft buffer is a stop."""
 
@@ -117,12 +119,16 @@ class Stop(Element):
         Raises
         ------
         ValueError
-            If the point starts on the stop's face, so that its side is undefined.
+            If the point starts on the stop's face, so that only rounding would tell its side.
         """
-        start = self._start(mechanism)
-        if self.at == start:
-            raise ValueError(f"stop at '{self.point}': at = {self.at:g} m is where the point starts; it must lie to one side")
-        return self.at - start
+        way = self.at - self._start(mechanism)
+        size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
+        if abs(way) <= NEAREST * max(size, abs(self.at)):
+            raise ValueError(
+                f"stop at '{self.point}': at = {self.at:g} m is where the point starts, to rounding; it must lie to one side, "
+                f"by {NEAREST:g} of the mechanism's extent at least"
+            )
+        return way
 
     def _start(self, mechanism: Parts) -> float:
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))

@@ -250,9 +250,10 @@ def test_stop_that_cannot_be_is_refused(given, message):
         mbs.Mechanism(points, links, stops=[mbs.Stop("B", law=LAW, **given)])
 
 
-def test_point_on_the_face_is_refused():
-    with pytest.raises(ValueError, match="is where the point starts"):
-        mbs.build(falling(stops=[mbs.Stop("B", at=0.25, law=LAW, along=(1, 0))]))
+@pytest.mark.parametrize("off", [0.0, 1e-16, -1e-16, 1e-11, -1e-11])
+def test_point_on_the_face_is_refused_whichever_way_rounding_goes(off):
+    with pytest.raises(ValueError, match="is where the point starts, to rounding"):
+        mbs.build(falling(stops=[mbs.Stop("B", at=0.25 + off, law=LAW, along=(1, 0))]))
 
 
 def test_a_stop_that_nothing_reaches_says_how_near_it_came():
