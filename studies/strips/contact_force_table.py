@@ -5,42 +5,53 @@ stiffness, and geometrically exact beam elements in static equilibrium. Two stop
 crank angle of 120 degrees, and the one its Table 2 was computed with. The second follows from one printed number, that
 of the 0.3 mm strip, and predicts the other two.
 
-Dry friction of the slider leaves the force open by its limit, either way: the interval, and where friction laws end in it,
-stand in a table of their own. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+A slider at rest is held by the strip's push F, the stop and friction, which may be anything up to its limit f = mu m g: the stop
+feels anything in [max(F - f, 0), F + f], by what went before. `Pressed` follows a slider with any friction law: a regularised
+one creeps, so that in the end it carries nothing or all of f by its regularisation speed; LuGre's bristles carry a part.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+F. Marques et al., A survey and comparison of several friction force models, doi 10.1007/s11071-016-2999-3.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from math import sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section
 from buckler.mbs.geometry import Array
-from buckler.mbs.library import PAPER
+from buckler.mbs.laws import Coulomb, LuGre, Stribeck
+from buckler.mbs.laws.pieces import Reals
+from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.record.errors import Status
 
 from ..kit.parameters import StudyParameters, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from ..kit.style import Axes, Figure, subplots
-from .friction_interval import Pressed, friction_interval, laws
+from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.style import Figure, subplots
 
 KNOWN = 3e-4
-"""Thickness, m, whose printed force places the stop of Table 2."""
+"""Thickness [m] whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
 PRESSED_FROM = np.radians(150.0)
-"""Crank angle, rad, from which the slider is followed with friction."""
+"""Crank angle [rad] from which the slider is followed with friction: there it has come to rest."""
 MEMORIES = {-1.0: "helped", 0.0: "fresh", 1.0: "held_off"}
-"""Share of the friction that acts at first, positive against the strip, and what it is called."""
+"""Share of the friction that acts at first, positive against the strip, and its name."""
 STRAIGHTEST = 1e-4
 """End shortening from which rod and beam are asked: below it the strip may not have buckled yet."""
+DAMPING_RATIO = 0.2
+"""Damping ratio of the pressed slider on its stop: it settles within a degree of the crank's turn."""
 
 
 @dataclass(frozen=True)
@@ -64,19 +75,19 @@ class Parameters(StudyParameters):
 
 @dataclass(frozen=True)
 class Press:
-    """One strip pressed against one stop, its slider held at x = `stop`."""
+    """One strip [m] pressed against one stop, its slider held at x = `stop` [m]."""
 
     thickness: float
     stop: float
 
     @property
     def section(self) -> Section:
-        """Of the strip."""
+        """Section of the strip."""
         return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def unit(self) -> float:
-        """E I/L^2, N."""
+        """Unit of force, E I/L^2 [N]."""
         return self.section.bending_stiffness / PAPER.coupler**2
 
     @property
@@ -86,64 +97,72 @@ class Press:
 
     @property
     def stress(self) -> float:
-        """Largest bending stress, Pa."""
+        """Largest bending stress [Pa]."""
         strip = self.section
         return float(pinned.surface_stress(self.shortening, strip.thickness, PAPER.coupler, strip.material.modulus))
 
     def force(self, load: Callable[[Array], Array], angle: ArrayLike) -> Array:
-        """F = p(u) E I/L^2 cos(phi) at crank angles, rad, for a load p(u) of an array (eqs 7-13), N."""
+        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad] for a load p(u) of an array (eqs 7-13)."""
         return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
 
 
 def table_2_stop() -> float:
-    """Place of the stop, m, at which the exact elastica gives the printed force of the `KNOWN` strip at dead centre."""
+    """Place the stop [m] where the exact elastica gives the printed force of the `KNOWN` strip at dead centre."""
     load = CONTACT_FORCES[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Every model of every strip, at both stops."""
-    described = f"e{np.degrees(p.stop_angle):g}"
-    stops = {described: float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
+    """Compute every model of every strip, at both stops, and where friction may leave the force."""
+    stops = {f"e{np.degrees(p.stop_angle):g}": float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
-    failures: set[str] = set()
-    models = {h: _models(h, p.elements, failures) for h in progress(p.thicknesses, label="thicknesses")}
-    presses = {(h, stop): Press(h, place) for h in p.thicknesses for stop, place in stops.items()}
-    largest = {
-        (h, stop): {name: float(press.force(load, np.pi)[0]) for name, load in models[h].items()}
-        for (h, stop), press in presses.items()
+    metrics: dict[str, Metric] = {}
+    signals, yields, failures = {"angle": angle}, [], []
+    for h in progress(p.thicknesses, label="thicknesses"):
+        loads = _models(h, p.elements, failures)
+        for name, stop in stops.items():
+            press, key = Press(h, stop), f"h{_mm(h)}_{name}"
+            top = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
+            metrics[f"F_{key}"] = Metric(top["beam"], "N", CONTACT_FORCES.get(h), top["exact"])
+            metrics |= {f"{model}_{key}": Metric(top[model], "N", exact=top["exact"]) for model in ("quartic", "rod")}
+            metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
+            if press.stress > p.yield_strength:
+                yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
+        press = Press(h, next(iter(stops.values())))
+        signals |= {f"F_h{_mm(h)}.{model}": press.force(load, angle) for model, load in loads.items()}
+    metrics |= _ratios(p, metrics) | {
+        "stop_eTable2": Metric(-stops["eTable2"], "m"),
+        "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    curves = {h: {name: presses[h, described].force(load, angle) for name, load in own.items()} for h, own in models.items()}
-    settled = {h: _settled(h, p) for h in p.thicknesses}
-    yielding = _yielding(presses, p.yield_strength)
-    signals = {f"F_h{_mm(h)}.{name}": force for h, curve in curves.items() for name, force in curve.items()}
-    return StudyResult(
-        parameters=p,
-        metrics=_metrics(largest, presses, stops["eTable2"]) | {k: m for each in settled.values() for k, m in each.items()},
-        signals={"angle": angle, **signals},
-        tables=[
-            _largest_table(largest, presses, yielding), _angle_table(curves, stops[described]), _friction_table(settled, p)
-        ],
-        **judged(sorted(failures), yielding),
-    )  # fmt: skip
+    metrics |= {name: metric for h in p.thicknesses for name, metric in _settled(h, p).items()}
+    yielding = (
+        f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" if yields else ""
+    )
+    notes = [
+        f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
+        f"friction: interval of a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g} of its "
+        "weight; by law,\nfriction at first helping the strip, absent, or holding the slider off. The interval is the answer.",
+        yielding,
+    ]
+    table = replace(metrics_table(metrics), title="Largest contact force", notes="\n".join(filter(None, notes)))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **judged(failures, yielding))
 
 
 def _mm(thickness: float) -> str:
     return f"{1e3 * thickness:.6g}"
 
 
-def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str, Callable[[Array], Array]]:
-    """Load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
+def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
+    """Make the load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
 
-    section, length = Section(STRIP_WIDTH, thickness), PAPER.coupler
-    unit = section.bending_stiffness / length**2
-    strip = Rod(section.axial_stiffness / unit, section.shear_stiffness / unit)
+    press = Press(thickness, 0.0)
+    strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
-        states = pinned_strip(Beam(section, elements), length, u)
+        states = pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         if states.status is not Status.OK:
-            failures.add(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
+            failures.append(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
         return states.load
 
     def buckled(load: Callable[[Array], Array], u: Array) -> Array:
@@ -156,130 +175,107 @@ def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str,
     return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(buckled, rod), "beam": partial(buckled, beam)}
 
 
-def _yielding(presses: Mapping[tuple[float, str], Press], strength: float) -> str:
-    """Say which strips would yield, if any: from there on no model here holds."""
-    found = [
-        f"h = {_mm(h)} mm at {stop} ({press.stress / 1e6:.0f} MPa)"
-        for (h, stop), press in presses.items()
-        if press.stress > strength
-    ]
-    return f"YIELDS beyond {strength / 1e6:g} MPa, so its force is overestimated: {', '.join(found)}" if found else ""
-
-
-def _metrics(
-    largest: Mapping[tuple[float, str], Mapping[str, float]], presses: Mapping[tuple[float, str], Press], stop: float
-) -> dict[str, Metric]:
-    """`F_h<mm>_<stop>`: the beam's largest force against the closed form and Table 2; ratios, stresses, the stop."""
-    found = {
-        f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", CONTACT_FORCES.get(h), forces["exact"])
-        for (h, name), forces in largest.items()
-    }
-    name, (first, *others) = next(iter(largest))[1], sorted({h for h, _ in largest})
+def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
+    """Compare the forces at the described stop with that of the thinnest strip."""
+    first, *others = sorted(p.thicknesses)
+    found = {}
     for h in others:
-        published = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
-        ratio = largest[h, name]["beam"] / largest[first, name]["beam"]
-        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(ratio, "1", published, (h / first) ** 3)
-    found["stop_eTable2"] = Metric(-stop, "m")
-    found["angle_eTable2"] = Metric(float(np.degrees(PAPER.contact_angle(stop))), "deg")
-    return found | {f"stress_h{_mm(h)}_{name}": Metric(press.stress, "Pa") for (h, name), press in presses.items()}
-
-
-def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
-    """Interval of the force at dead centre under dry friction, and where laws end in it, by what the slider remembers."""
-    weight = p.mass * GRAVITY
-    slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
-    exact = float(slider.push(np.pi))
-    low, high = friction_interval(exact, p.static_friction * weight)
-    name = f"friction_h{_mm(thickness)}"
-    found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
-    for kind, made in laws(p.static_friction, p.friction).items():
-        for held, memory in MEMORIES.items():
-            force = slider.settled(made, PRESSED_FROM, np.pi, held)
-            found[f"{name}.{kind}.{memory}"] = Metric(force, "N", exact=exact)
+        printed = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
+        top, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
+        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(top / base, "1", printed, (h / first) ** 3)
     return found
 
 
-def _largest_table(largest: Mapping[Any, Mapping[str, float]], presses: Mapping[Any, Press], yielding: str) -> Table:
-    rows = []
-    for (h, stop), forces in largest.items():
-        press, printed = presses[h, stop], CONTACT_FORCES.get(h)
-        off = f"{100 * (printed / forces['exact'] - 1):+.2f}" if printed else None
-        row = [1e3 * h, f"{1e3 * press.stop:.1f}", f"{np.degrees(PAPER.contact_angle(press.stop)):.2f}", printed, off]
-        rows.append(row + [f"{forces[name]:.5f}" for name in MODELS] + [f"{press.stress / 1e6:.0f}"])
-    headers = ["h [mm]", "stop [mm]", "met at [deg]", "Table 2 [N]", "off exact [%]"]
-    headers += [*(f"{name} [N]" for name in MODELS), "stress [MPa]"]
-    notes = f"The second stop is placed so that the exact force of the {_mm(KNOWN)} mm strip is the printed one."
-    return Table(headers, rows, "Largest contact force (crank at 180 deg)", "\n".join(filter(None, (notes, yielding))))
+# --- dry friction -----------------------------------------------------------------------------------------------------
 
 
-def _angle_table(curves: Mapping[float, Mapping[str, Array]], stop: float) -> Table:
-    """Force over crank angle at the first stop: closed form of every strip, and how far the others are off at most."""
-    angles = np.linspace(PAPER.contact_angle(stop), np.pi, 7)
-    forces = [Press(h, stop).force(pinned.load, angles) for h in curves]
-    rows: list[list[Any]] = [
-        [f"{np.degrees(angle):.4g}", *(f"{force[k]:.4f}" for force in forces)] for k, angle in enumerate(angles)
-    ]
-    for name in ("quartic", "rod", "beam"):
-        off = [np.nanmax(np.abs(curve[name] / curve["exact"] - 1)) for curve in curves.values()]
-        rows.append([f"{name} off by", *(f"{value:.1e}" for value in off)])
-    headers = ["crank angle [deg]", *(f"h = {_mm(h)} mm: F [N]" for h in curves)]
-    return Table(headers, rows, "Contact force by the closed form, first stop", "off by: largest relative difference.")
+def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
+    """Bound the force on the stop [N] of a resting slider that the strip pushes with `force` [N], by a friction limit [N]."""
+    return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
 
 
-def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters) -> Table:
-    """One row a strip and law: the interval of true friction, and the force by what the slider remembers."""
-    rows = []
-    for h, found in settled.items():
-        name = f"friction_h{_mm(h)}"
-        low, high = (found[f"{name}.{end}"].value for end in ("low", "high"))
-        for kind in laws(p.static_friction, p.friction):
-            forces = [found[f"{name}.{kind}.{memory}"] for memory in MEMORIES.values()]
-            row = [_mm(h), f"{forces[0].exact:.4f}", f"{low:.4f} to {high:.4f}", kind.replace("_", " ")]
-            rows.append([*row, *(f"{force.value:.4f}" for force in forces)])
-    heads = ["h [mm]", "without friction [N]", "true friction allows [N]", "law"]
-    heads += [f"{memory.replace('_', ' ')} [N]" for memory in MEMORIES.values()]
-    notes = (
-        f"The interval is the answer: a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g}"
-        f" of its weight, holds any of these forces, by what went before.\nLaws: pressed from {np.degrees(PRESSED_FROM):g} deg "
-        "on at 1.25 rad/s against a stop of 72 kN/m, friction at first helping the strip, absent, or holding the slider off."
-    )
-    return Table(heads, rows, "Force on the stop at 180 deg with dry friction, first stop", notes)
+def laws(static: float, dynamic: float) -> dict[str, Any]:
+    """Make friction laws by name: regularised at two speeds, with stiction, and LuGre."""
+    return {
+        "regularised_1e-3": Coulomb(dynamic, 1e-3),
+        "regularised_1e-6": Coulomb(dynamic, 1e-6),
+        "stiction": Stribeck(static, dynamic, 1e-4, v_reg=1e-6),
+        "lugre": LuGre(static, dynamic, 1e-4, bristle_stiffness=1e5, bristle_damping=sqrt(1e5)),
+    }
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """A slider [kg] pressed by a strip of bending stiffness [N m^2] against a stop [N/m]; crank speed [rad/s], weight [N]."""
+
+    rigidity: float
+    mass: float = 0.3
+    stiffness: float = 7.2e4
+    speed: float = 1.25
+    weight: float = 0.3 * GRAVITY
+
+    def push(self, angle: Reals, depth: Reals = 0.0) -> Reals:
+        """Compute the strip's force along the slider's line [N] at crank angles [rad], the slider so deep in the stop [m]."""
+        return PAPER.push(law.fast, self.rigidity, angle, PAPER_STOP - depth)
+
+    def settled(self, friction: Any, start: float, end: float, held: float = 0.0) -> float:
+        """Integrate from rest at one crank angle to another [rad]; the force on the stop there [N].
+
+        `held` is the share of the dynamic friction, -1 to 1, that holds the slider off the stop at the start.
+        """
+        bristles, hold = isinstance(friction, LuGre), held * friction.dynamic
+        depth = max(float(self.push(start) - hold * self.weight), 0.0) / self.stiffness
+        damping = 2 * DAMPING_RATIO * sqrt(self.stiffness * self.mass)
+
+        def stop(x: float, v: float) -> float:
+            return max(self.stiffness * x + damping * v, 0.0) if x > 0 else 0.0  # it presses only
+
+        def rates(t: float, y: Array) -> list[float]:
+            x, v, z = y
+            mu = friction.coefficient(v, z) if bristles else friction.coefficient(v)
+            total = self.push(start + self.speed * t, x) - stop(x, v) - mu * self.weight
+            return [v, float(total) / self.mass, float(friction.rate(z, v)) if bristles else 0.0]
+
+        begin = [depth, 0.0, hold / friction.bristle_stiffness if bristles else 0.0]
+        run = solve_ivp(rates, (0.0, (end - start) / self.speed), begin, "Radau", rtol=1e-8, atol=[1e-13, 1e-12, 1e-14])
+        if not run.success:
+            raise RuntimeError(run.message)
+        return stop(float(run.y[0, -1]), float(run.y[1, -1]))
+
+
+def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
+    """Compute the interval of the force at dead centre, and where laws end in it, by what the slider remembers."""
+    weight = p.mass * GRAVITY
+    slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
+    exact, name = float(Press(thickness, PAPER_STOP).force(pinned.load, np.pi)[0]), f"friction_h{_mm(thickness)}"
+    low, high = friction_interval(exact, p.static_friction * weight)
+    found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
+    for kind, made in laws(p.static_friction, p.friction).items():
+        for held, memory in MEMORIES.items():
+            found[f"{name}.{kind}.{memory}"] = Metric(slider.settled(made, PRESSED_FROM, np.pi, held), "N", exact=exact)
+    return found
 
 
 def figure(result: StudyResult) -> Figure:
-    """Force over crank angle, largest force over thickness; in units of E I/L^2: one curve, one level for all."""
-    parameters = result.of(Parameters)
-    signals = result.signals
+    """Draw force over crank angle, and largest force over thickness, in units of E I/L^2: level where it is cubic."""
+    p, s = result.of(Parameters), result.signals
     fig, (left, right) = subplots(1, 2, height=85)
-    thickest = parameters.thicknesses[-1]
-    unit, angle = Press(thickest, 0.0).unit, np.degrees(signals["angle"])
-    second = Press(thickest, table_2_stop())
+    second = Press(p.thicknesses[-1], table_2_stop())
     turn = np.linspace(PAPER.contact_angle(second.stop), np.pi, 200)
-    left.plot(np.degrees(turn), second.force(pinned.load, turn) / unit, "C4--", label="exact, stop of Table 2")
+    left.plot(np.degrees(turn), second.force(pinned.load, turn) / second.unit, "C4--", label="exact, stop of Table 2")
     for name, style in (("exact", "C0-"), ("quartic", "C1:"), ("beam", "C2.")):
-        left.plot(angle, signals[f"F_h{_mm(thickest)}.{name}"] / unit, style, label=name)
+        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(second.thickness)}.{name}"] / second.unit, style, label=name)
     left.set(xlabel="crank angle [deg]", ylabel="contact force $F L^2/(E I)$")
-    left.legend(loc="lower right")
-    _thickness_axes(right, result)
+    h = np.array(sorted(p.thicknesses))
+    units = np.array([Press(x, 0.0).unit for x in h])
+    for stop, mark in ((f"e{np.degrees(p.stop_angle):g}", "C2o"), ("eTable2", "C4s")):
+        found = [result.metrics[f"F_h{_mm(x)}_{stop}"] for x in h]
+        right.plot(1e3 * h, np.array([m.value for m in found]) / units, mark, fillstyle="none", label=f"beam, {stop}")
+        right.axhline((found[0].exact or np.nan) / units[0], color=mark[:2], linewidth=0.8)
+    printed = np.array([CONTACT_FORCES.get(x, np.nan) for x in h])
+    right.plot(1e3 * h, printed / units, "kx", label="printed in Table 2")
+    right.margins(0.15, 0.35)
+    right.set(xlabel="thickness [mm]", ylabel="largest contact force $F L^2/(E I)$")
+    for ax in (left, right):
+        ax.legend()
     return fig
-
-
-def _thickness_axes(ax: Axes, result: StudyResult) -> None:
-    """Forces at dead centre over h^3: where they are level, the force is cubic in the thickness."""
-    parameters = result.of(Parameters)
-    h = sorted(parameters.thicknesses)
-    units = {x: Press(x, 0.0).unit for x in h}
-    names = [name.rpartition("_")[2] for name in result.metrics if name.startswith(f"F_h{_mm(h[0])}_")]
-    styles = (("C2o", "C0-", "stop as described"), ("C4s", "C4--", "stop of Table 2"))
-    for name, (mark, line, label) in zip(names, styles, strict=True):
-        found = [result.metrics[f"F_h{_mm(x)}_{name}"] for x in h]
-        level = (found[0].exact or np.nan) / units[h[0]]
-        ax.axhline(level, color=line[:2], linestyle=line[2:], linewidth=0.8)
-        values = [metric.value / units[x] for x, metric in zip(h, found, strict=True)]
-        ax.plot(1e3 * np.array(h), values, mark, fillstyle="none", label=f"beam, {label}")
-    printed = [x for x in h if x in CONTACT_FORCES]
-    if printed:
-        ax.plot(1e3 * np.array(printed), [CONTACT_FORCES[x] / units[x] for x in printed], "kx", label="printed in Table 2")
-    ax.margins(0.15, 0.35)
-    ax.set(xlabel="thickness [mm]", ylabel="largest contact force $F L^2/(E I)$")
-    ax.legend(loc="center")

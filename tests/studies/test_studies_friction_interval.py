@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 
 from buckler.mbs.laws import Coulomb, LuGre
 from buckler.studies.strips import contact_force_table
-from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
+from buckler.studies.strips.contact_force_table import Pressed, friction_interval, laws
 
 SLIDER = Pressed(0.014175)
 EXACT = 1.7246507
@@ -66,6 +66,6 @@ def test_rows_of_the_study():
     low, high = (result.metrics[f"friction_h0.3.{end}"].value for end in ("low", "high"))
     assert (high - low) / 2 == pytest.approx(0.15 * 0.3 * 9.81) and (high + low) / 2 == pytest.approx(EXACT, rel=1e-6)
     assert result.metrics["friction_h0.3.lugre.fresh"].exact == pytest.approx(EXACT, rel=1e-6)
-    assert "The interval is the answer" in result.tables[-1].notes and len(result.tables[-1].rows) == 4
+    assert "The interval is the answer" in str(result)
     with pytest.raises(ValueError, match="static_friction"):
         contact_force_table.Parameters(static_friction=0.05)
