@@ -29,7 +29,7 @@ class Announcer(Listener):
             return
         if not self.told:
             self.told = True
-            print(f"{TEXT} `buckler compile` does it beforehand.", file=sys.stderr)
+            print(f"{TEXT} `buckler --compile` does it beforehand.", file=sys.stderr)
         if self._depth == 0:
             self._begun = perf_counter()
         if self._bar is None:

@@ -1,4 +1,4 @@
-"""Compile all that runs of both integrators need, so that no run waits for it: `buckler compile`."""
+"""Compile all that runs of both integrators need, so that no run waits for it: `buckler --compile`."""
 
 from __future__ import annotations
 

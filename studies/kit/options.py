@@ -1,4 +1,4 @@
-"""A study on the command line: options from its declared parameters, words and TOML files read, and where results go."""
+"""Options of `run` and `sweep`: one for each declared parameter of a study or a file; words and TOML files are read alike."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from buckler.mbs.declare import Declaration, Flag
-from buckler.mbs.declare.spec import Choice
 
 from . import registry
 from .parameters import Cases, Repeated, StudyParameters, specs
-from .words import MECHANISMS, Parser, target
+from .words import MECHANISMS, Parser, import_name
 
 EPILOG = (
     "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
@@ -24,43 +23,46 @@ EPILOG = (
 
 
 class Subject(Protocol):
-    """What a command line runs or sweeps: a study, or the mechanism of a file."""
+    """Study or mechanism of a file, as `run` and `sweep` see it.
+
+    `cases` gives the kind of cases of a sweep and what they share; `probe` tries the first and names the subject in a store.
+    """
 
     title: str
     about: str
 
     @property
     def module(self) -> ModuleType:
-        """Has `run` and `figure`."""
+        """Module with `run` and `figure`."""
 
     def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
-        """Declare options, but for names that are taken; where some are, cases are wanted."""
+        """Declare all options but those whose names are taken."""
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
-        """Those of one run; a ValueError with one line for wrong ones."""
+        """Make the parameters of one run."""
 
     def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """What makes the cases of a sweep, and what they share."""
+        """Return the kind of cases and the parameters that all of them share."""
 
     def probe(self, parameters: StudyParameters) -> str:
-        """Find out what no parameter shows before any case runs; what a store calls the subject."""
+        """Try what no parameter shows; return the name for a store."""
 
 
 def subject(name: str) -> Subject:
-    """What the name of a file or a study stands for."""
-    found: Subject = target("buckler.studies.own.command:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+    """Find the study or the mechanism's file of this name."""
+    found: Subject = import_name("own.command:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
     return found
 
 
 def parser_of(found: Subject, prog: str, taken: Collection[str] = ()) -> Parser:
-    """The options of `run NAME`, or, with names that are taken, a part of those of `sweep NAME`."""
+    """Make the parser of `run NAME`, or the part of `sweep NAME` that its own options leave."""
     parser = Parser(prog=prog, usage=f"{prog} [options]", description=found.about, epilog=EPILOG)
     found.declare(parser, taken)
     return parser
 
 
 class Study:
-    """A study by its name or file."""
+    """Study by its name or file."""
 
     def __init__(self, name: str) -> None:
         self.module = registry.load(name)
@@ -68,34 +70,34 @@ class Study:
         self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
 
     def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
-        """One option a parameter, in the groups the study declares."""
+        """Declare one option a parameter, in the groups that the study declares."""
         fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
         texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
         add_options(parser, fields, texts)
-        answers(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
+        add_output(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
-        """Of one run."""
+        """Make the parameters of one run."""
         made: StudyParameters = self.module.Parameters(**self._given(options, ()))
         return made
 
     def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters], dict[str, Any]]:
-        """The study's own `Parameters`."""
+        """Return the study's own `Parameters`."""
         return self.module.Parameters, self._given(options, taken)
 
     def probe(self, _parameters: StudyParameters) -> str:
-        """Its title; it checks its parameters itself."""
+        """Return the title; the study checks its parameters itself."""
         return self.title
 
     def _given(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
-        """Parameters that were given, as yet unread."""
+        """Collect the parameters that were given, of the file and of the command line."""
         names = set(specs(self.module.Parameters))
         given = _read_config(Path(options.config), names) if options.config else {}
         return given | {name: each for name, each in vars(options).items() if name in names - set(taken) and each is not None}
 
 
 def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
-    """One option a declared field, in the groups that are declared."""
+    """Add one option a declared field, in the groups that are declared."""
     groups: dict[str, Any] = {}
     for name, about in fields.items():
         group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
@@ -103,19 +105,16 @@ def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaratio
         if isinstance(about.spec, Flag):
             how = {"nargs": "?", "const": True, "metavar": "true"}
         elif isinstance(about.spec, Repeated) and about.spec.repeats:
-            how = {"action": "append", "metavar": about.spec.item.metavar}
-        text = texts[name].replace("%", "%%")
-        option = group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **how)
-        if isinstance(about.spec, Choice):
-            option.completer = lambda words=about.spec.options, **_: words
+            how |= {"action": "append", "metavar": about.spec.item.metavar}
+        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=texts[name].replace("%", "%%"), **how)
 
 
-def answers(parser: argparse.ArgumentParser) -> Any:
-    """Add the options that every run has: where its results go and what is printed; return their group."""
+def add_output(parser: argparse.ArgumentParser) -> Any:
+    """Add the options that every run has: where its results go, and what is printed; return their group."""
     group = parser.add_argument_group("input and output")
-    group.add_argument("--out", metavar="DIR", default="results", help="where to write; default results")
+    group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")
     group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
-    suspect = "take a SUSPECT run all the same: exit 0, and metrics.json records that its checks were overridden"
+    suspect = "accept a SUSPECT run: exit 0, and metrics.json records that its checks were overridden"
     group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
     group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     group.add_argument("-v", "--verbose", action="store_true", help="also print steps, iterations and versions")
@@ -137,7 +136,7 @@ def _read_config(path: Path, names: set[str]) -> dict[str, Any]:
 
 
 def writable(folder: Path) -> Path:
-    """Make the folder and try it, before a long run rather than after it."""
+    """Make the folder and check that it takes files, before a long run."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -19,7 +19,7 @@ from .parameters import StudyParameters
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
 from .versions import versions
-from .words import wrong_input
+from .words import print_error
 
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
@@ -30,7 +30,7 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
         parameters = found.parameters(options)
         folder = writable(Path(options.out) / found.title)
     except ValueError as error:
-        return wrong_input(error)
+        return print_error(error)
     except ImportError as error:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1

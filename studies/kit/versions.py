@@ -7,7 +7,7 @@ from importlib import metadata
 
 
 def versions() -> dict[str, str | None]:
-    """Each by its name; None of what was never installed."""
+    """Look up each version by its package; None for a package that was never installed."""
     packages = ("buckler", "exudyn", "numpy", "scipy")
     return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
 
@@ -17,3 +17,9 @@ def _version(package: str) -> str | None:
         return metadata.version(package)
     except metadata.PackageNotFoundError:  # a checkout that was never installed
         return None
+
+
+def print_versions() -> int:
+    """Print all versions in one line."""
+    print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions().items()))
+    return 0

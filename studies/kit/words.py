@@ -1,4 +1,4 @@
-"""Words of the command line and what is wrong with them. Nothing heavy is imported here: `--help` and `list` answer at once."""
+"""Words of the command line and their errors. Nothing heavy is imported here: `--help` and `list` answer at once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import importlib
 import re
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -15,75 +15,71 @@ from . import registry
 MECHANISMS = (".toml", ".json")
 """Endings of a mechanism's file."""
 RENAMED = {"--trust": "--allow-suspect", "--show": "--metrics"}
-"""Options that had another name."""
+"""Options of earlier versions that have another name now."""
 
 
 class Command(NamedTuple):
-    """A command: what declares its options, and what answers them with the exit status."""
+    """A command: `declare` adds its options to a parser, `answer` takes their values and returns the exit status."""
 
     declare: Callable[[argparse.ArgumentParser], Any]
     answer: Callable[[argparse.Namespace], int]
 
 
 class Parser(argparse.ArgumentParser):
-    """Raises a ValueError where argparse would end the program; no option may be shortened."""
+    """Parser that raises a ValueError where argparse would end the program; no option may be shortened."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **settings})
 
     def error(self, message: str) -> NoReturn:
-        """Hand the message on, to be printed as one line without the usage."""
+        """Raise the message, to be printed as one line without the usage."""
+        if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
+            known = [name for action in self._actions for name in action.choices or ()]
+            message = f"unknown command '{found[1]}'; {registry.hint(found[1], known) or 'see --help'}"
         raise ValueError(message)
 
     def read(self, argv: Sequence[str]) -> argparse.Namespace:
-        """Options of the words.
-
-        Raises
-        ------
-        ValueError
-            In one line, for the first word that is wrong; for one that is no option with the closest one.
-        """
-        options, unknown = self.parse_known_args(noted(argv))
+        """Parse the words; a ValueError names the first that is wrong, and the closest option to an unknown one."""
+        options, unknown = self.parse_known_args(prepare(argv))
         if unknown:
             word = unknown[0].partition("=")[0]
             known = [word for action in self._actions for word in action.option_strings]
-            what = "parameter" if word.startswith("-") else "argument"
-            raise ValueError(f"unknown {what} '{word}'; {registry.hint(word, known) or 'see --help'}")
+            kind = "parameter" if word.startswith("-") else "argument"
+            raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
         return options
 
 
-def target(place: str) -> Any:
-    """What `module:name` names."""
+def import_name(place: str) -> Any:
+    """Import `module:name` of the studies."""
     module, _, name = place.partition(":")
-    return getattr(importlib.import_module(module), name)
+    return getattr(importlib.import_module(f"buckler.studies.{module}"), name)
 
 
 def program() -> str:
-    """What to call the command: as it was called."""
+    """Return the name under which the command line was called."""
     return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
 
 
-def wrong_input(error: Exception) -> int:
-    """Say in one line what was wrong; the exit status."""
+def print_error(error: Exception | str) -> int:
+    """Print in one line what is wrong with the input; return the exit status."""
     print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
     return 2
 
 
-def noted(argv: Sequence[str], renamed: Mapping[str, str] = RENAMED) -> list[str]:
-    """Words with the present names of options that had another one, each with a note; negative values made safe."""
+def prepare(argv: Sequence[str]) -> list[str]:
+    """Replace the earlier names of options, each with a note, and join negative values to their options."""
     words: list[str] = []
     for word in argv:
         if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
             words[-1] += f"={word}"  # argparse would take the negative quantity for an option
             continue
         name, equals, value = word.partition("=")
-        if name in renamed:
-            print(f"note: {name} is called {renamed[name]} now", file=sys.stderr)
-            name = renamed[name]
-        words.append(f"{name}{equals}{value}")
+        if name in RENAMED:
+            print(f"note: {name} is called {RENAMED[name]} now", file=sys.stderr)
+        words.append(f"{RENAMED.get(name, name)}{equals}{value}")
     return words
 
 
-def repeated(add: Callable[..., object], names: Collection[str], metavar: str, about: str, **more: object) -> None:
-    """Declare an option that may be given again."""
-    add(*names, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)
+def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about: str, **more: Any) -> None:
+    """Add an option that may be given again."""
+    parser.add_argument(name, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)

@@ -14,9 +14,9 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 
-from ..kit.options import add_options, answers
+from ..kit.options import add_options, add_output
 from ..kit.parameters import Cases
-from ..kit.words import Parser, repeated
+from ..kit.words import Parser, add_repeated
 from . import study
 from .places import OPTIONS, opened, set_all, spec, to_json
 from .solver import CHOICE, KIND, Setting, settings
@@ -40,10 +40,10 @@ class File:
         texts = {key: f"{each.doc}{'; may be repeated' if key in repeats else ''}" for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
-        repeated(parser.add_argument, ["--set"], "PATH=VALUE", about, dest="changes")
+        add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
         fields = {"solver": CHOICE} | {name: each.about for name, each in settings().items()}
         add_options(parser, fields, {"solver": CHOICE.doc} | {name: _text(each) for name, each in settings().items()})
-        answers(parser)
+        add_output(parser)
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
         """Of one run, after its first microsecond was tried."""

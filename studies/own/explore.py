@@ -31,7 +31,7 @@ from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.validate import number
 
-from ..kit.words import repeated
+from ..kit.words import add_repeated
 from .turning import Opened, command, lasting, number_range, numbers
 
 HOST = "127.0.0.1"
@@ -190,7 +190,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 def _declare(parser: argparse.ArgumentParser) -> None:
     lasting(parser)
     about = "a number with a slider; default all that are not zero but places"
-    repeated(parser.add_argument, ["--free"], "PATH[=LOW:HIGH]", about)
+    add_repeated(parser, "--free", "PATH[=LOW:HIGH]", about)
     parser.add_argument("--port", type=int, default=0, help="of the server; default any that is free")
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
 

@@ -1,4 +1,4 @@
-"""`buckler show FILE`: a drawing of the mechanism, and what it is made of in words and numbers."""
+"""`buckler show FILE`: a drawing of the mechanism, its parts in words and numbers; `buckler --schema`, `buckler --compile`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from buckler.mbs import statics
 from buckler.mbs.assembly import SAME
@@ -21,120 +20,83 @@ from ..kit.report import Table
 from ..kit.words import Command
 
 
-def show(path: Path, out: Path | None = None) -> str:
-    """Draw the mechanism of a file and describe it.
-
-    Parameters
-    ----------
-    path : a mechanism, .toml or .json
-    out : where the drawing goes; by default beside the file, as .png
-
-    Returns
-    -------
-    text : str
-
-    Raises
-    ------
-    ValueError
-        If the file holds no mechanism.
-    """
-    mechanism = Mechanism.load(path)
-    found, drives = mobility(mechanism), len(mechanism.drives)
-    held = found is not None and found.free <= drives and not any(link.body.flexible for link in mechanism.links)
-    parts = [str(links(mechanism)), *others(mechanism), told(found, drives), "" if held else lowest(mechanism)]
-    parts += [*poses(mechanism), *(f"note: {each}" for each in remarks(mechanism, []))]
-    drawing = draw(mechanism, out or path.with_suffix(".png"))
-    return "\n".join(part for part in (*parts, f"\ndrawn in {drawing}") if part)
+def describe(mechanism: Mechanism) -> str:
+    """Describe a mechanism: links, further elements, mobility, lowest frequencies, poses, and remarks on the input."""
+    lines = [str(_links(mechanism)), *_others(mechanism)]
+    found = mobility(mechanism)
+    if found:
+        lines.append(_mobility_text(*found, len(mechanism.drives)))
+    movable = not found or found[0] - found[2] > len(mechanism.drives) or any(link.body.flexible for link in mechanism.links)
+    lines += _frequencies(mechanism) if movable else []
+    lines += [*_poses(mechanism), *(f"note: {each}" for each in remarks(mechanism, []))]
+    return "\n".join(lines)
 
 
-def links(mechanism: Mechanism) -> Table:
-    """A row a link: its points, kind, length and mass."""
+def _links(mechanism: Mechanism) -> Table:
+    """Tabulate the links: points, kind, length and mass."""
     rows = []
     for link in mechanism.links:
         length = mechanism.length(link.name)
-        points = "-".join((link.start, *link.carries, link.end))
-        rows.append((link.name, points, type(link.body).__name__, length, link.mass(length)))
+        rows.append(
+            (link.name, "-".join((link.start, *link.carries, link.end)), type(link.body).__name__, length, link.mass(length))
+        )
     return Table(("link", "points", "kind", "length [m]", "mass [kg]"), rows)
 
 
-def others(mechanism: Mechanism) -> Iterator[str]:
-    """A line a list of further elements: kinds and names."""
+def _others(mechanism: Mechanism) -> Iterator[str]:
+    """Write a line for each list of further elements: kinds and names."""
     yield ""
     for name in KINDS:
-        found = [element for element in getattr(mechanism, name) if name != "links"]
-        if found:
-            names = [f"{type(element).__name__} {element.key}" for element in found]
-            yield f"{name}: {'; '.join(names)}"
+        if found := [f"{type(each).__name__} {each.key}" for each in getattr(mechanism, name) if name != "links"]:
+            yield f"{name}: {'; '.join(found)}"
 
 
-def poses(mechanism: Mechanism) -> Iterator[str]:
-    """Lines on the points that follow from lengths, and on the other poses, as a file chooses them."""
+def _poses(mechanism: Mechanism) -> Iterator[str]:
+    """Write the points that follow from lengths, and the other poses as a file chooses them."""
     found = mechanism.assemblies()
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
-        yield f"another pose: near = {{ {_places({p: at for p, at in other.items() if _apart(at, found.points[p])})} }}"
+        yield f"another pose: near = {{ {_places({p: at for p, at in other.items() if _differ(at, found.points[p])})} }}"
 
 
 def _places(points: Mapping[str, tuple[float, float]]) -> str:
     return ", ".join(f"{point} = [{x:.5g}, {y:.5g}]" for point, (x, y) in points.items())
 
 
-def _apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
+def _differ(one: tuple[float, float], other: tuple[float, float]) -> bool:
     return max(abs(one[0] - other[0]), abs(one[1] - other[1])) > SAME * max(map(abs, (*one, *other)))
 
 
-class Mobility(NamedTuple):
-    """Of the ideal linkage, drives not counted: all links rigid, joints with clearance as pins."""
+def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
+    """Count coordinates, constraints and their rank; None where the linkage cannot be assembled.
 
-    coordinates: int
-    constraints: int
-    rank: int
-
-    @property
-    def free(self) -> int:
-        """Ways in which it can move."""
-        return self.coordinates - self.rank
-
-
-def mobility(mechanism: Mechanism) -> Mobility | None:
-    """Count coordinates and constraints; None where the linkage cannot be assembled."""
+    All links are rigid, joints with clearance are pins, drives do not count.
+    """
     try:
-        undriven = Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}})
-        _, rows, _ = start.jacobian(undriven)
-        return Mobility(rows.shape[1], rows.shape[0], linkage.rank(rows))
+        _, rows, _ = start.jacobian(Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}}))
+        return rows.shape[1], rows.shape[0], linkage.rank(rows)
     except (ValueError, AttributeError):
         return None
 
 
-def told(found: Mobility | None, drives: int) -> str:
-    """The mobility in words; '' where it is not known."""
-    if found is None:
-        return ""
-    extra = f", {found.constraints - found.rank} of them redundant" if found.constraints > found.rank else ""
-    means = "" if found.free == drives else f"; {drives} driven" if drives else "; none driven"
-    return (
-        f"as an ideal rigid linkage: coordinates {found.coordinates}, constraints {found.constraints}{extra}, "
-        f"mobility {found.free}{means}"
-    )
+def _mobility_text(coordinates: int, constraints: int, rank: int, drives: int) -> str:
+    extra = f", {constraints - rank} of them redundant" if constraints > rank else ""
+    driven = "" if coordinates - rank == drives else f"; {drives or 'none'} driven"
+    count = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {coordinates - rank}"
+    return f"as an ideal rigid linkage: {count}{driven}"
 
 
-def lowest(mechanism: Mechanism) -> str:
-    """The lowest natural frequencies with the drives held, or why there are none."""
+def _frequencies(mechanism: Mechanism) -> list[str]:
+    """Write the lowest natural frequencies with the drives fixed, or why there are none."""
     try:
         found = statics.frequencies(mechanism, count=4)
-    except ValueError as error:  # an element that the statics does not know: show tells the rest all the same
-        return f"lowest frequencies: {error}"
+    except ValueError as error:  # of an element that statics does not know
+        return [f"lowest frequencies: {error}"]
     if not len(found.hertz):
-        return f"lowest frequencies: {found.message}" if found.message else ""
-    lines = [f"  {name}: {value}" for name, value in found.rows()]
-    return "\n".join([f"lowest frequencies, drives held{': ' + found.message if found.message else ''}", *lines])
-
-
-def draw(mechanism: Mechanism, out: Path) -> Path:
-    """Draw it."""
-    mechanism.plot().figure.savefig(out)
-    return out
+        return [f"lowest frequencies: {found.message}"] * bool(found.message)
+    head = f"lowest frequencies, drives held{': ' + found.message if found.message else ''}"
+    return [head, *(f"  {name}: {value}" for name, value in found.rows())]
 
 
 # --- commands ---------------------------------------------------------------------------------------------------------
@@ -146,23 +108,28 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace) -> int:
-    print(show(options.file, options.out))
+    mechanism = Mechanism.load(options.file)
+    print(describe(mechanism))
+    drawing = options.out or options.file.with_suffix(".png")
+    mechanism.plot().figure.savefig(drawing)
+    print(f"\ndrawn in {drawing}")
     return 0
 
 
-def _schema(_options: argparse.Namespace) -> int:
+show = Command(_declare, _show)
+
+
+def print_schema() -> int:
+    """Print the JSON schema of mechanism files."""
     print(json.dumps(schema(), indent=2, ensure_ascii=False))
     return 0
 
 
-def _compile(_options: argparse.Namespace) -> int:
+def compile_solver() -> int:
+    """Compile the solver for this machine; compiled code is stored for later runs."""
     try:
         spent = compile_all()
     except ModuleNotFoundError as error:
         raise ValueError(str(error)) from None
     print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
     return 0
-
-
-showing, schemas = Command(_declare, _show), Command(lambda _parser: None, _schema)
-compiling = Command(lambda _parser: None, _compile)

@@ -24,7 +24,7 @@ from buckler.mbs.units import parse_quantity
 
 from ..kit.options import writable
 from ..kit.report import counting
-from ..kit.words import Command, repeated
+from ..kit.words import Command, add_repeated
 from . import places
 from .command import named
 
@@ -62,7 +62,7 @@ def command(declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[
 
     def declared(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-        repeated(parser.add_argument, ["--set"], "PATH=VALUE", "another value at a place of the file", dest="changes")
+        add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
         declare(parser)
 
     def answered(chosen: argparse.Namespace) -> int:
@@ -98,11 +98,10 @@ def _as_json(parser: argparse.ArgumentParser) -> None:
 def _of_sensitivity(parser: argparse.ArgumentParser) -> None:
     lasting(parser)
     _as_json(parser)
-    add = parser.add_argument
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
-    repeated(add, ["--by"], "PATH[=SPREAD]", f"{about}; default all numbers that are not zero but places")
+    add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default all numbers that are not zero but places")
     about = "what is read off, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; default the measures of the file"
-    repeated(add, ["--of"], "READING", about)
+    add_repeated(parser, "--of", "READING", about)
 
 
 def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
@@ -129,11 +128,13 @@ def _of_fit(parser: argparse.ArgumentParser) -> None:
     _as_json(parser)
     add = parser.add_argument
     add("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
-    repeated(add, ["--signal"], "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
-    repeated(add, ["--free"], "PATH=LOW:HIGH", "a number that is fitted")
-    repeated(add, ["--own"], "PATH=LOW:HIGH", "one that each experiment has of its own")
-    repeated(add, ["--setting"], "COLUMN", "a column that parts the experiments, and sets the number of this path if it is one")
-    repeated(add, ["--profile"], "PATH", "a number whose profile likelihood is wanted")
+    add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
+    add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
+    add_repeated(parser, "--own", "PATH=LOW:HIGH", "one that each experiment has of its own")
+    add_repeated(
+        parser, "--setting", "COLUMN", "a column that parts the experiments, and sets the number of this path if it is one"
+    )
+    add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
     add("--robust", action="store_true", help="outliers count by their size and not by its square")
     add("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     add("--out", metavar="DIR", type=Path, default=Path("results"), help="where the page goes; default results")
@@ -166,10 +167,10 @@ def _of_optimise(parser: argparse.ArgumentParser) -> None:
     lasting(parser)
     _as_json(parser)
     add = parser.add_argument
-    repeated(add, ["--free"], "PATH=LOW:HIGH", "a number; PATH=A,B,C for one of a list")
-    repeated(add, ["--minimise"], "READING", "as 'max(drive.torque)'; two of them for a front")
+    add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number; PATH=A,B,C for one of a list")
+    add_repeated(parser, "--minimise", "READING", "as 'max(drive.torque)'; two of them for a front")
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
-    repeated(add, ["--subject-to"], "CONSTRAINT", about, dest="wants")
+    add_repeated(parser, "--subject-to", "CONSTRAINT", about, dest="wants")
     add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
     about = f"runs that a search may take, then the best so far is shown; default {BUDGET}"
     add("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)

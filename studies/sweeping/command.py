@@ -21,7 +21,7 @@ from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import told
 from ..kit.style import house_style
-from ..kit.words import Parser, wrong_input
+from ..kit.words import Parser, print_error
 from .store import Row
 from .sweep import Part, SweepError, sweep
 from .table import choose, points, table, to_csv
@@ -51,7 +51,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     try:
         asked = read(name, argv, prog)
     except ValueError as error:
-        return wrong_input(error)
+        return print_error(error)
     except ImportError as error:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
@@ -70,7 +70,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
         print(f"{name}: {error}\n{again}", file=sys.stderr)
         return 1
     except ValueError as error:
-        return wrong_input(error)
+        return print_error(error)
     return _report(asked, rows, time.perf_counter() - begin)
 
 
@@ -199,7 +199,7 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     try:
         shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
-        return wrong_input(error)
+        return print_error(error)
     pages = {"cases.csv": to_csv(rows, asked.units)}
     result = result.changed(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
     with house_style():

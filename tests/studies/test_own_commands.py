@@ -55,7 +55,7 @@ def test_version(capsys):
 
 
 def test_the_schema_knows_units_ranges_and_kinds(capsys):
-    assert main(argv=["schema"]) == 0
+    assert main(argv=["--schema"]) == 0
     schema = json.loads(capsys.readouterr().out)
     section = schema["$defs"]["Section"]
     assert section["required"] == ["width", "thickness"]

@@ -16,7 +16,7 @@ import pytest
 from made_up_study import Parameters, figure, metrics_of, run
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.cli import main
+from buckler.studies.kit.cli import COMMANDS, main
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -65,25 +65,16 @@ def test_list_names_every_study(capsys):
     assert all(entry.summary in out for entry in registry.STUDIES.values())
 
 
-@pytest.mark.parametrize(
-    ("line", "found"),
-    [
-        ("buckler sh", {"show"}),
-        ("buckler run crank-", {"crank-rocker"}),
-        ("buckler run slider-crank --thi", {"--thickness"}),
-        ("buckler run m.toml --duration 1 --sol", {"--solver"}),
-        ("buckler run m.toml --solver spec", {"spectral"}),
-        ("buckler sweep slider-crank --vary thickness=1mm --sched", {"--scheduler", "--scheduler-file"}),
-        ("buckler run no-such-study --x", set()),
-    ],
-)
-def test_a_shell_completes(line, found, tmp_path):
-    pytest.importorskip("argcomplete")
-    out = tmp_path / "words"
-    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line)), "_ARGCOMPLETE_STDOUT_FILENAME": str(out)}
-    code = "import sys; sys.argv = ['buckler']; from buckler.studies.kit.cli import main; main()"
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=os.environ | asked | {"_ARGCOMPLETE_IFS": " "}, timeout=60)
-    assert set(out.read_text().split()) == found
+@pytest.mark.parametrize("name", ["merge", "export", "evidence", "schema", "compile"])
+def test_a_command_that_is_gone_names_its_replacement(name, capsys):
+    assert main(argv=[name, "x"]) == 2
+    assert re.fullmatch(rf"error: `python -m studies {name}` is gone; use .*`.*\n", capsys.readouterr().err)
+
+
+def test_there_are_at_most_fifteen_commands(capsys):
+    assert len(COMMANDS) <= 15
+    assert main(argv=["shwo", "x.toml"]) == 2
+    assert capsys.readouterr().err == "error: unknown command 'shwo'; did you mean show?\n"
 
 
 def test_python_m_studies_is_the_command_line():
@@ -195,7 +186,7 @@ def test_fine_run_prints_a_table_and_writes_every_file(dummy, capsys):
 def test_metrics_json_is_strict_and_complete(dummy):
     assert dummy() == 0
     content = metrics_of(dummy.folder)
-    assert list(content) == ["status", "message", "metrics", "work", "provenance", "files"]
+    assert list(content) == ["status", "message", "metrics", "tables", "work", "provenance", "files"]
     assert content["metrics"]["force"] == {
         "value": 1.7, "unit": "N", "published": 1.7684, "exact": 1.72465, "error": pytest.approx(0.01429275),
     }  # fmt: skip
