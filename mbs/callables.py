@@ -93,7 +93,11 @@ class Function(Callables):
 
     def tried(self, name: str, found: object) -> None:
         """Call it where all variables are zero; ValueError if it fails, or returns anything else than it must."""
-        zeros = [0.0] * len(self.of.split(","))
+        names = self.of.split(", ")
+        for each in found.parts if isinstance(found, Components) else [found]:
+            if isinstance(each, Expression):
+                _of_names(name, each, names)
+        zeros = [0.0] * len(names)
         at = f"{name} at {self.of} = 0"
         value = called(name, found, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
@@ -135,6 +139,14 @@ class Rates(Function):
 
     def schema(self) -> Schema:
         return any_of([super().schema(), _PARTS.schema()])
+
+
+def _of_names(name: str, formula: Expression, variables: list[str]) -> None:
+    """Raise a ValueError that names a formula with other variables than these."""
+    try:
+        formula.of(variables)
+    except ValueError as error:
+        raise ValueError(f"{name} = {error}") from None
 
 
 def _callable_kinds() -> dict[str, type]:

@@ -1,15 +1,15 @@
-"""Formulas such as `2*sin(3*t)`: a strict reader of our own, their values, and their derivatives.
+"""Formulas such as `2*sin(3*t)`: what may stand in one, functions of Python made of them, and their derivatives.
 
 Allowed are numbers, + - * / **, parentheses, `pi`, `e`, the functions in `FUNCTIONS` and the variables named by whoever asks.
-Everything else is refused by name; nothing is ever handed to Python's `eval`.
+Everything else is refused by name. What has passed becomes a function of Python, which Numba compiles as any other.
 """
 
 from __future__ import annotations
 
 import ast
 import math
-import operator
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,8 @@ import numpy as np
 from .geometry import Array
 from .validate import near, short
 
-Values = tuple[Any, ...]
-Compiled = Callable[[Values], Any]
 LONGEST, DEEPEST = 2000, 60
-"""Characters and levels of nesting."""
+"""Characters and levels of nesting of a formula: more is a program, and Python's own parser has limits."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
 
@@ -30,8 +28,13 @@ def _step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
 
+def _steps(x: Array, x0: Array, h0: Array, x1: Array, h1: Array) -> Array:
+    part = np.clip((x - x0) / (x1 - x0), 0.0, 1.0)
+    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
+
+
 def _sign(x: float) -> float:
-    return float(x > 0) - float(x < 0)
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else 0.0
 
 
 FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
@@ -41,15 +44,9 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
 """Functions with the number of their arguments."""
-
-
-def _steps(x: Array, x0: Array, h0: Array, x1: Array, h1: Array) -> Array:
-    part = np.clip((x - x0) / (x1 - x0), 0.0, 1.0)
-    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
-
-
-ELEMENTWISE: dict[Any, Callable[..., Any]] = {ast.Pow: np.power, "min": np.minimum, "max": np.maximum, "step": _steps}
-"""What stands on arrays for a function or an operator; of the rest, numpy's of the same name."""
+OF_FLOATS = {name: function for name, (function, _) in FUNCTIONS.items()} | {"pow": math.pow} | CONSTANTS
+OF_ARRAYS = {name: getattr(np, name, _steps) for name in OF_FLOATS} | CONSTANTS | {"min": np.minimum, "max": np.maximum}
+"""Names in a function made of a formula, of floats and of arrays; `pow` stands for **."""
 DERIVATIVES = {
     "sin": "cos(a)*da", "cos": "-sin(a)*da", "tan": "da/cos(a)**2", "asin": "da/sqrt(1-a**2)", "acos": "-da/sqrt(1-a**2)",
     "atan": "da/(1+a**2)", "atan2": "(b*da-a*db)/(a**2+b**2)", "sinh": "cosh(a)*da", "cosh": "sinh(a)*da",
@@ -58,9 +55,12 @@ DERIVATIVES = {
     "step": "6*(e-c)*min(max((a-b)/(d-b),0),1)*(1-min(max((a-b)/(d-b),0),1))/(d-b)*da",
 }  # fmt: skip
 """By the arguments a, b, c, d, e and their derivatives da, db; of `step` by its first argument only."""
-OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: math.pow,
+OPERATORS: dict[type[ast.operator], tuple[str, str, str]] = {
+    ast.Add: ("da", "db", "da+db"), ast.Sub: ("da", "-db", "da-db"), ast.Mult: ("da*b", "a*db", "da*b+a*db"),
+    ast.Div: ("da/b", "-a*db/b**2", "da/b-a*db/b**2"),
+    ast.Pow: ("b*a**(b-1)*da", "a**b*log(a)*db", "a**b*(db*log(a)+b*da/a)"),
 }  # fmt: skip
+"""Derivatives of a and b joined by an operator, where only a varies, only b, and both."""
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
@@ -87,36 +87,29 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
     """Refuse what is not on the list."""
     if depth > DEEPEST:
         raise ValueError(f"nested deeper than {DEEPEST} levels")
+    inner: Sequence[ast.expr] = ()
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            if not math.isfinite(_number(value)):
+            if not abs(value) <= 1e308:
                 raise ValueError("a number too large")
         case ast.Name(id=name):
             if name not in names:
                 raise ValueError(f"unknown name '{name}'{_hint(name, names)}; known: {', '.join(sorted(names))}")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
-            _check(operand, names, functions, depth + 1)
+            inner = (operand,)
         case ast.BinOp(op=operator, left=left, right=right):
             if type(operator) not in OPERATORS:
                 raise ValueError("'^' is no power; write **" if isinstance(operator, ast.BitXor) else _not_allowed(node))
-            _check(left, names, functions, depth + 1)
-            _check(right, names, functions, depth + 1)
-        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            inner = left, right
+        case ast.Call(func=ast.Name(id=name), args=inner, keywords=[]):
             if name not in functions:
                 raise ValueError(f"unknown function '{name}'{_hint(name, functions)}; known: {', '.join(functions)}")
-            if len(arguments) != functions[name][1]:
-                raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(arguments)}")
-            for argument in arguments:
-                _check(argument, names, functions, depth + 1)
+            if len(inner) != functions[name][1]:
+                raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(inner)}")
         case _:
             raise ValueError(_not_allowed(node))
-
-
-def _number(value: int | float) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
+    for each in inner:
+        _check(each, names, functions, depth + 1)
 
 
 def _not_allowed(node: ast.expr) -> str:
@@ -134,106 +127,49 @@ def names_in(node: ast.AST) -> set[str]:
     return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and id(n) not in called} - set(CONSTANTS)
 
 
-def compiled(node: ast.expr, variables: tuple[str, ...], arrays: bool = False) -> Compiled:
-    """A formula as a function of the tuple of its variables' values: floats, or arrays."""
-    match node:
-        case ast.Constant(value=value):
-            constant = float(value)  # type: ignore[arg-type]  # _check has seen to it
-            return lambda _v: constant
-        case ast.Name(id=name) if name in variables:
-            place = variables.index(name)
-            return lambda v: v[place]
-        case ast.Name(id=name):
-            known = CONSTANTS[name]
-            return lambda _v: known
-        case ast.UnaryOp(op=sign, operand=operand):
-            inner = compiled(operand, variables, arrays)
-            return inner if isinstance(sign, ast.UAdd) else lambda v: -inner(v)
-        case ast.BinOp(op=op, left=left, right=right):
-            a, b, apply = compiled(left, variables, arrays), compiled(right, variables, arrays), OPERATORS[type(op)]
-            apply = ELEMENTWISE.get(type(op), apply) if arrays else apply
-            return lambda v: apply(a(v), b(v))
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            parts = [compiled(argument, variables, arrays) for argument in arguments]
-            function = (ELEMENTWISE.get(name) or getattr(np, name)) if arrays else FUNCTIONS[name][0]
-            if len(parts) == 1:
-                (only,) = parts
-                return lambda v: function(only(v))
-            return lambda v: function(*[part(v) for part in parts])
-    raise ValueError(_not_allowed(node))
+class _Plain(ast.NodeTransformer):
+    """Numbers as floats, so that none grows without bounds, and powers by `pow`, which makes no complex number."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        return ast.Constant(float(node.value))  # type: ignore[arg-type]  # `parse` has let numbers pass only
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        return ast.Call(ast.Name("pow", ast.Load()), [node.left, node.right], []) if isinstance(node.op, ast.Pow) else node
 
 
-# --- derivatives --------------------------------------------------------------------------------------------------------
+def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Callable[..., Any]:
+    """Make a function of these variables, floats or arrays, of a formula."""
+    given = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
+    whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
+    names = {"__builtins__": {}, "__name__": __name__} | (OF_ARRAYS if arrays else OF_FLOATS)
+    return eval(compile(whole, "<formula>", "eval"), names)  # type: ignore[no-any-return]  # `parse` has let a formula pass only
 
 
-def derivative(node: ast.expr, variable: str) -> ast.expr:
-    """The derivative of a formula by one of its variables, with zeros and ones taken out."""
+def derivative(node: ast.expr, variable: str) -> str:
+    """Return the derivative of a formula by one of its variables, as text."""
     if variable not in names_in(node):
-        return ast.Constant(0)
+        return "0"
     match node:
         case ast.Name():
-            return ast.Constant(1)
+            return "1"
         case ast.UnaryOp(op=operator, operand=operand):
-            return ast.UnaryOp(operator, derivative(operand, variable))
+            return f"{'-' if isinstance(operator, ast.USub) else ''}({derivative(operand, variable)})"
         case ast.BinOp(op=operator, left=a, right=b):
-            return _filled(_of_operator(operator, b, variable), {"a": a, "b": b}, variable)
+            vary = [variable in names_in(each) for each in (a, b)]
+            return _filled(OPERATORS[type(operator)][2 if all(vary) else vary.index(True)], (a, b), variable)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             if name == "step" and any(variable in names_in(argument) for argument in arguments[1:]):
                 raise ValueError("step: only its first argument may vary where a derivative is needed")
-            return _filled(DERIVATIVES[name], dict(zip("abcde", arguments, strict=False)), variable)
+            return _filled(DERIVATIVES[name], arguments, variable)
     raise ValueError(_not_allowed(node))
 
 
-def _of_operator(operator: ast.operator, right: ast.expr, variable: str) -> str:
-    match operator:
-        case ast.Add():
-            return "da+db"
-        case ast.Sub():
-            return "da-db"
-        case ast.Mult():
-            return "da*b+a*db"
-        case ast.Div():
-            return "da/b-a*db/b**2"
-    return "a**b*(db*log(a)+b*da/a)" if variable in names_in(right) else "b*a**(b-1)*da"
+def _filled(template: str, parts: Sequence[ast.expr], variable: str) -> str:
+    """Replace the letters of a template by parts of a formula, and d and a letter by their derivatives."""
 
+    def part(match: re.Match[str]) -> str:
+        each = parts["abcde".index(match[2])]
+        return f"({derivative(each, variable) if match[1] else ast.unparse(each)})"
 
-def _filled(template: str, parts: Mapping[str, ast.expr], variable: str) -> ast.expr:
-    """A template with its letters replaced by parts of a formula, and d and a letter by their derivatives."""
-
-    class Fill(ast.NodeTransformer):
-        def visit_Call(self, node: ast.Call) -> ast.AST:
-            node.args = [self.visit(argument) for argument in node.args]
-            return node
-
-        def visit_Name(self, node: ast.Name) -> ast.AST:
-            if node.id in parts:
-                return parts[node.id]
-            return derivative(parts[node.id[1:]], variable)
-
-    return _simple(Fill().visit(ast.parse(template, mode="eval").body))
-
-
-def _simple(node: object) -> Any:
-    """Take out products with 0 and 1 and sums with 0."""
-    if isinstance(node, ast.UnaryOp):
-        node = ast.UnaryOp(node.op, _simple(node.operand))
-        return ast.Constant(0) if _is(node.operand, 0) else node
-    if not isinstance(node, ast.BinOp):
-        return node
-    a, b = _simple(node.left), _simple(node.right)
-    match node.op:
-        case ast.Add():
-            return b if _is(a, 0) else a if _is(b, 0) else ast.BinOp(a, node.op, b)
-        case ast.Sub():
-            return a if _is(b, 0) else ast.UnaryOp(ast.USub(), b) if _is(a, 0) else ast.BinOp(a, node.op, b)
-        case ast.Mult():
-            if _is(a, 0) or _is(b, 0):
-                return ast.Constant(0)
-            return b if _is(a, 1) else a if _is(b, 1) else ast.BinOp(a, node.op, b)
-        case ast.Div():
-            return ast.Constant(0) if _is(a, 0) else ast.BinOp(a, node.op, b)
-    return ast.BinOp(a, node.op, b)
-
-
-def _is(node: ast.expr, value: int) -> bool:
-    return isinstance(node, ast.Constant) and node.value == value
+    return re.sub(r"\b(d?)([a-e])\b", part, template)

@@ -9,11 +9,11 @@ Any Python function will do in their place, but it cannot be saved in a file.
 
 from __future__ import annotations
 
-import ast
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
 from itertools import pairwise
 from math import ceil, inf, log2
 from typing import Any
@@ -23,12 +23,13 @@ import numpy as np
 from .breaks import breaks
 from .declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from .declare.spec import Anything
-from .expressions import compiled, derivative, names_in, parse
+from .expressions import derivative, function_of, names_in, parse
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
-SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), TURN, PATH)
-"""Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
-rate; time, angle and speed of a link; time, place and velocity of a point. `state1`, `state2`, ... may stand beside any."""
+SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
+"""Variables a formula may have, in the order in which it is called with them: time; fraction of a length; end shortening over
+the length; elongation and its rate; time, angle and speed of a link; time, place and velocity of a point. `state1`, `state2`,
+... may stand beside any."""
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 OURS = "buckler."
 PIECES, MOST, EXACT = 128, 10_000, 1e-11
@@ -62,6 +63,9 @@ class Given:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
 
 
+_function_of = lru_cache(maxsize=256)(function_of)
+
+
 @declared
 class Expression(Given, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
@@ -81,27 +85,42 @@ class Expression(Given, Declared):
             raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_known()}")
         variables = (*fitting[0], *sorted(states))
         object.__setattr__(self, "variables", variables)
-        object.__setattr__(self, "_value", compiled(tree, variables))
-        object.__setattr__(self, "_on_arrays", compiled(tree, variables, arrays=True))
+        object.__setattr__(self, "used", used | states)
+        object.__setattr__(self, "_value", self.of(variables))
+        object.__setattr__(self, "_on_arrays", function_of(self.text, variables, arrays=True))
+
+    def of(self, variables: Sequence[str]) -> Callable[..., Any]:
+        """Make it a plain function of these variables, of which it has some; always the same one, so that it compiles once.
+
+        Raises
+        ------
+        ValueError
+            If it has others.
+        """
+        if unknown := self.used - set(variables):  # type: ignore[attr-defined]
+            raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
+        return _function_of(self.text, tuple(variables))
 
     def __call__(self, *values: Any) -> Any:
         """Value at its variables, floats or arrays; further ones are not looked at."""
-        if len(values) < len(self.variables):  # type: ignore[attr-defined]
+        count = len(self.variables)  # type: ignore[attr-defined]
+        if len(values) < count:
             raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
         if any(isinstance(value, np.ndarray) for value in values):
             with np.errstate(all="ignore"):
-                found = np.zeros(np.broadcast_shapes(*map(np.shape, values))) + self._on_arrays(values)  # type: ignore[attr-defined]
+                shape = np.broadcast_shapes(*map(np.shape, values))
+                found = np.zeros(shape) + self._on_arrays(*values[:count])  # type: ignore[attr-defined]
             return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # which names the place
         try:
-            return self._value(values)  # type: ignore[attr-defined]
+            return self._value(*values[:count])  # type: ignore[attr-defined]
         except (ArithmeticError, ValueError) as error:
             where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
 
     def derivative(self) -> Expression:
         """By its first variable."""
-        tree = parse(self.text, self.variables)  # type: ignore[attr-defined]
-        return Expression(ast.unparse(ast.fix_missing_locations(derivative(tree, self.variables[0]))))  # type: ignore[attr-defined]
+        first = self.variables[0]  # type: ignore[attr-defined]
+        return Expression(derivative(parse(self.text, self.variables), first))  # type: ignore[attr-defined]
 
     def integral(self) -> Integral:
         """From 0, by Gauss quadrature."""
@@ -256,20 +275,10 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
     if isinstance(function, Expression):
-        return [_formula(function, variables)]
+        return [function.of(variables)]
     if not callable(function):
         return [lambda *_: function]
     return [function] if size == 1 else [_component(function, i) for i in range(size)]
-
-
-def _formula(formula: Expression, variables: Sequence[str]) -> Callable[..., float]:
-    """A formula as a function of these variables, of which it has some."""
-    own: tuple[str, ...] = formula.variables  # type: ignore[attr-defined]
-    for name in own:
-        if name not in variables:
-            raise ValueError(f"'{formula.text}': there is no {name}; known: {', '.join(variables)}")
-    places = [variables.index(name) for name in own]
-    return lambda *values: formula(*[values[k] for k in places])
 
 
 def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:

@@ -11,8 +11,7 @@ import ctypes
 import inspect
 import types
 from collections import namedtuple
-from collections.abc import Callable
-from functools import lru_cache
+from collections.abc import Callable, Hashable
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -90,41 +89,83 @@ def kept(function: Callable[..., Any], stamp: tuple[str, ...], **options: object
 
 
 def method_pointer(law: object, name: str, arguments: int) -> Pointer:
-    """Address of a law's method of so many floats; compiled once where the law can be hashed."""
-    try:
-        hash(law)
-    except TypeError:
-        return _method_pointer(law, name, arguments)
-    return _kept_method(law, name, arguments)
+    """Address of a law's method of so many floats."""
+    found = _once(("method", type(law), _value(law), name, arguments), lambda: _compiled_method(law, name, arguments))
+    return found or _called_back(_number_of(getattr(law, name)), [ctypes.c_double] * arguments)
 
 
 def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Address of any function of so many floats."""
-    try:
-        hash(function)
-    except TypeError:
-        return _function_pointer(function, arguments)
-    return _kept_function(function, arguments)
-
-
-def _method_pointer(law: object, name: str, arguments: int) -> Pointer:
-    return _compiled(lambda jit: compile_method(law, name, jit), arguments) or _python(getattr(law, name), arguments)
-
-
-def _function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
+    """Address of any function of so many floats, compiled once for all functions of the same code and values."""
     if isinstance(function, types.MethodType):
-        return _method_pointer(function.__self__, function.__name__, arguments)
-    return _compiled(lambda jit: compile_plain(function, jit), arguments) or _python(function, arguments)
+        return method_pointer(function.__self__, function.__name__, arguments)
+    found = _once((_value(function), arguments), lambda: _compiled(lambda jit: compile_plain(function, jit), arguments))
+    return found or _called_back(_number_of(function), [ctypes.c_double] * arguments)
 
 
 def array_pointer(function: Callable[..., object], arguments: int) -> Pointer:
     """Address of any function of so many floats, as one of a pointer to them."""
-    found = _compiled_array(function, arguments)
-    return found or _called_back(lambda given: float(function(*given[:arguments])), [ctypes.POINTER(ctypes.c_double)])  # type: ignore[arg-type]
+    found = _once(("array", _value(function), arguments), lambda: _compiled_array(function, arguments))
+    number = _number_of(function)
+    return found or _called_back(lambda given: number(*given[:arguments]), [ctypes.POINTER(ctypes.c_double)])
 
 
-_kept_method = lru_cache(maxsize=256)(_method_pointer)
-_kept_function = lru_cache(maxsize=256)(_function_pointer)
+MOST = 256
+"""Functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
+_COMPILED: dict[Hashable, Pointer | None] = {}
+
+
+def _once(key: tuple[Hashable, ...], made: Callable[[], Pointer | None]) -> Pointer | None:
+    """Compile what has this key, unless it was compiled before; each time where a part of the key is not known."""
+    if None in key:
+        return made()
+    if key not in _COMPILED:
+        _COMPILED[key] = made()
+        while len(_COMPILED) > MOST:
+            del _COMPILED[next(iter(_COMPILED))]
+    return _COMPILED[key]
+
+
+def _value(thing: object, depth: int = 0) -> Hashable:
+    """What compiled code makes of a thing: code and values of what it uses, for a function; None if that is not known."""
+    if isinstance(thing, types.FunctionType):
+        used = {name: thing.__globals__[name] for name in _names(thing.__code__) if name in thing.__globals__}
+        cells = [cell.cell_contents for cell in thing.__closure__ or ()]
+        parts = [*used.items(), *cells, *(thing.__defaults__ or ())]
+        values = tuple(_value(part, depth + 1) for part in parts) if depth < DEEP else (None,)
+        return None if None in values else (thing.__code__, *values)
+    if isinstance(thing, tuple):
+        values = tuple(_value(part, depth) for part in thing)
+        return None if None in values else values
+    if isinstance(thing, int | float | str | bool):
+        return type(thing), repr(thing)
+    if callable(thing) or isinstance(thing, types.ModuleType) or type(thing).__hash__ is not object.__hash__:
+        try:
+            hash(thing)
+        except TypeError:
+            return None
+        return type(thing), thing
+    values = (
+        tuple(_value(each, depth + 1) for each in getattr(thing, "__dict__", {"": None}).items()) if depth < DEEP else (None,)
+    )
+    return None if None in values else (type(thing), *values)
+
+
+DEEP = 8
+"""Levels of functions that call functions, up to which it is known what a function is made of."""
+
+
+def _names(code: types.CodeType) -> set[str]:
+    """Names of globals in a function's code and in that of the functions within it."""
+    inner = (each for each in code.co_consts if isinstance(each, types.CodeType))
+    return {*code.co_names, *(name for each in inner for name in _names(each))}
+
+
+def _number_of(function: Any) -> Callable[..., float]:
+    return lambda *values: float(function(*values))
+
+
+def _compiled_method(law: object, name: str, arguments: int) -> Pointer | None:
+    return _compiled(lambda jit: compile_method(law, name, jit), arguments)
 
 
 def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
@@ -167,13 +208,8 @@ def _address(made_by: Callable[[Any], Any], wrapped: Callable[[Any], Callable[..
     return Pointer(int(made.address), True, made)
 
 
-def _python(function: Callable[..., Any], arguments: int) -> Pointer:
-    """Address of a call back into Python; an exception there becomes nan, which the solver reports."""
-    return _called_back(lambda *values: float(function(*values)), [ctypes.c_double] * arguments)
-
-
 def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointer:
-    """The same of arguments of these types."""
+    """Address of a call back into Python, of these arguments; an exception there becomes nan, which the solver reports."""
 
     def safe(*values: Any) -> float:
         try:

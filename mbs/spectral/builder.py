@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..elements import Link, Motion, Ramp
 from ..elements.states import Stateful
+from ..functions import numbers_of
 from ..geometry import Array
 from ..kinematics.start import Start
 from ..laws.compiled import Pointer, array_pointer, function_pointer
@@ -274,7 +275,7 @@ class Builder:
             self.motions.append((k.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
-            functions = [function_pointer(f, 1) for f in (motion.position, motion.speed)]
+            functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
             if not all(p.compiled for p in functions):
                 self.told.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions

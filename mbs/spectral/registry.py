@@ -12,7 +12,7 @@ from ..elements.link import Link
 from ..elements.motor import CREEP
 from ..elements.references import held_at
 from ..extensions import extensions
-from ..functions import numbers_of
+from ..functions import TURN, numbers_of
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.rows import add_friction, add_normal
@@ -109,7 +109,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     if not callable(load.value):
         builder.add_force(name, k.GIVEN, measure, numbers=(float(load.value),))
         return
-    law = builder.add_law(None, k.LAW, (), [function_pointer(load.value, 3)], f"the function of {name}")
+    law = builder.add_law(None, k.LAW, (), [function_pointer(numbers_of(load.value, TURN)[0], 3)], f"the function of {name}")
     builder.add_force(name, k.LAW, measure, law=law, numbers=(0.0, 0.0, builder.angle_of(marker)))
 
 
@@ -119,7 +119,9 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
     measure = builder.add_measure(k.ANGLE, marker, builder.ground(NOWHERE))
     law, voltage = -1, 0.0
     if callable(load.voltage):
-        law = builder.add_law(None, k.GIVEN, (), [function_pointer(load.voltage, 1)], f"the voltage of {name}")
+        law = builder.add_law(
+            None, k.GIVEN, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
+        )
     else:
         voltage = float(load.voltage)
     numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
@@ -137,7 +139,7 @@ def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure:
     if load.law is None:
         builder.add_force(name, k.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
-    row = builder.add_law(None, k.LAW, (), [function_pointer(load.law, 2)], f"the law of {name}")
+    row = builder.add_law(None, k.LAW, (), [function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)], f"the law of {name}")
     builder.add_force(name, k.LAW, measure, law=row, numbers=(1.0, 0.0, free))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..elements import Link, Strut
 from ..elements.strut import StrutLaw
+from ..functions import numbers_of
 from ..geometry import Array
 from ..kinematics.start import Start
 from ..laws.compiled import function_pointer
@@ -70,7 +71,7 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     """Add the spring between its ends."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
-    load = function_pointer(strut.load, 1)
+    load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)
     law = builder.add_law(("strut", strut.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
     measure = builder.add_measure(k.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
     numbers = (spring.length, spring.rigidity, spring.unit, spring.compliance, spring.critical, spring.damping)

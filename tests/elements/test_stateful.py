@@ -34,7 +34,7 @@ WRONG = {
     "no number": ((pid, lambda *_: float("nan")), r"states\.rates at t = 0 = nan"),
     "no such state": (("state2", missing), "'state2': there is no state2; known: t, angle, speed, state1"),
     "no such measure": (("x*state1", missing), "'x\\*state1': there is no x; known: t, angle, speed, state1"),
-    "a state of none": (("speed + state1",), "is a function of t, angle, speed, state1"),
+    "a state of none": (("speed + state1",), "there is no state1; known: t, angle, speed"),
     "no initial value": ((pid, missing, ()), "initial = .*at least 1"),
     "no number to begin with": ((pid, missing, ("a",)), "initial.*'a': not a number"),
     "an infinite one": ((pid, missing, (float("inf"),)), "initial.*inf"),
