@@ -15,8 +15,8 @@ SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""
 NEAR = 5
 """Samples from which a slope is taken."""
-MOMENT = 1e-11
-"""Of the run: samples nearer than that stand before and after a jump."""
+MOMENT, SUDDEN = 1e-11, 1e-3
+"""Samples before and after a jump are nearer than this share of the run, or of the lesser of the gaps beside theirs."""
 
 
 def spells(x: Array) -> Array:
@@ -133,7 +133,9 @@ class Smooth(Curve):
     @cached_property
     def _pieces(self) -> Array:
         """First samples of the pieces between jumps, and the number of samples."""
-        jumps = np.flatnonzero(np.diff(self.time) < MOMENT * self.time[-1]) + 1
+        gaps = np.diff(self.time)
+        beside = np.minimum(np.append(np.inf, gaps[:-1]), np.append(gaps[1:], np.inf))
+        jumps = np.flatnonzero((gaps < MOMENT * self.time[-1]) | (gaps < SUDDEN * beside)) + 1
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:

@@ -1,62 +1,78 @@
-"""Derivatives of readings by the numbers of a mechanism, each with its error.
+"""Derivatives of readings by the numbers of a mechanism: central differences of runs, each with its error.
 
-Each reading is taken on runs that share their steps (`frozen`), at the number as it is and a little more; and a little less,
-over a wider difference, on steps twice as long, with strips of lower degree. The finer difference is the derivative; how far the
-coarser one is from it tells what is left of width, steps and degree. Where they disagree visibly, both sides of both are taken.
+A reading f is taken at p - w, p and p + w. The derivative is (f(p + w) - f(p - w))/2w. The same over 4 w, of runs with looser
+tolerances and strips of a lower degree, differs from it by what width, steps and degree leave. The second difference shows the
+noise of the readings. Both together are the error.
+
+References
+----------
+Central differences and their errors: W. H. Press et al., Numerical recipes, 3rd ed., Cambridge 2007, ch. 5.7.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.run import Run
-from ..solvers import Spectral
+from ..solvers import Controlled, Spectral
 from ..validate import listed, positive, short
 from .curve import Smooth
-from .frozen import DEGREES, TIGHT, Steps, needs_compiler
 from .numbers import DURATION, Family, Source
 from .reading import check, measure, statical
+from .runs import RunFailedError, finer, needs_compiler, run
 from .table import Derivative, Sensitivities
 
-Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], float]]
 Reading = str | Callable[[Mechanism], float]
-DEGREE = 8
-"""Of strips' polynomials, where the solver names none."""
+TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
+"""Solver of the finer runs by default: at 1e-7 a derivative after an impact errs by up to 1e-4, at 1e-9 by 1e-7."""
+DEGREES = 4
+"""Difference between the degrees of strips in the finer and in the coarser runs."""
+MOVING, RESTING = 3e-4, 1e-3
+"""Half width of the finer difference over the number: of readings of runs, and of states of rest and functions."""
 WIDER = 4.0
-"""Than the finer difference is the other."""
-
-
-class Way(NamedTuple):
-    """How differences are taken: width of the finer one, relative to the number; rounding of a reading, relative; by how much
-    the coarser derivative errs more than the finer one, less one.
-    """
-
-    width: float
-    rounding: float
-    better: float
-
-
-MOVING, RESTING = Way(3e-7, 1e-15, 3.0), Way(1e-3, 1e-13, 15.0)
-"""Of runs, whose errors are the same where they share their steps, with an order in the steps' length between that of forces, 3,
-and of what follows impacts, 1; and of states of rest, whose coarser differences are four times as wide."""
-GRAZING = 100.0
-"""Times the width: where a number changes nothing that is read, contacts are looked for that begin on one side only."""
+"""Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one."""
+ROUNDING = 1e-15
+"""Relative error of a reading by rounding."""
+SHARED = 1e-6
+"""Relative error that both differences may share, as both come from the same solver."""
 NOISE = 3.5
-"""A reading's noise changes second differences by so many times what it changes central ones by, over their width."""
+"""Noise of a reading changes second differences over the width sqrt(12) times as much as central ones."""
+UNCERTAIN = 0.5
+"""Share of a derivative; where its error is larger no digit is certain."""
 SMALL = 1e-2
 """Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
-KINKED = 0.5
-"""Derivatives from below and above differ by half as much at a quarter of the width where the reading is smooth: that is by less
-than this share."""
-VISIBLE = 1e-3
-"""Of the derivative, by which they must differ to be told as a kink."""
+KINKED, VISIBLE = 0.5, 1e-3
+"""A smooth reading's one-sided derivatives differ by a quarter as much over a quarter of the width: a kink is where they differ
+by more than half as much, and by more than a thousandth of the derivative."""
+
+
+class Read(NamedTuple):
+    """Values of readings, their units, and the errors of those that tell one."""
+
+    values: Array
+    units: list[str]
+    errors: Array
+
+
+class Level(NamedTuple):
+    """Runs of one accuracy, and half the width of the differences between them, over the number."""
+
+    solver: Spectral
+    width: float
+
+
+class Differences(NamedTuple):
+    """One-sided derivatives of a reading from below and above, of the finer runs and of the coarser ones."""
+
+    below: float
+    above: float
+    coarse_below: float
+    coarse_above: float
 
 
 def sensitivities(
@@ -68,7 +84,7 @@ def sensitivities(
     solver: Spectral | None = None,
     at: Mapping[str, float] | None = None,
 ) -> Sensitivities:
-    """Derivatives of readings by numbers of a mechanism.
+    """Compute derivatives of readings by numbers of a mechanism.
 
     Parameters
     ----------
@@ -80,10 +96,10 @@ def sensitivities(
         Numbers by their paths, as in files (`links.coupler.body.section.thickness`), or "duration"; with the standard
         deviation of each, SI, to have the spread of readings. A number that is zero needs one.
     of : str, sequence of str, or mapping
-        What is read off, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); or by a name of
+        Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); or by a name of
         one's own such a text, or a function of the mechanism that returns a number.
     solver : Spectral, optional
-        What chooses the steps; by default with a tolerance of 1e-7.
+        Solver of the finer runs; by default with a tolerance of 1e-9.
     at : mapping of str to float, optional
         Arguments of the function that makes the mechanism.
 
@@ -96,12 +112,7 @@ def sensitivities(
     ValueError
         On a wrong path or reading, before anything runs.
     RunFailedError
-        If a run does not end.
-
-    References
-    ----------
-    H. G. Bock, in: Numerical treatment of inverse problems in differential and integral equations, Birkhäuser 1983, 95-121,
-    doi 10.1007/978-1-4684-7324-7_7.
+        If the run of the mechanism as it is does not end, or its state of rest is not stable.
     """
     needs_compiler()
     if duration is not None:
@@ -116,18 +127,18 @@ def sensitivities(
         raise ValueError("by = duration: give the duration, too")
     scales = {name: _scale(name, points[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
+    neighbours = Neighbours(family, points, fixed, scales, duration)
     moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
     resting = {name: each for name, each in readings.items() if name not in moving}
     rows: list[Derivative] = []
-    for group, way in ((moving, MOVING), (resting, RESTING)):
+    for group, width in ((moving, MOVING), (resting, RESTING)):
         if group:
-            levels = _levels(family.make(fixed | family.values), duration, solver, group)
-            rows += _rows(_Turned(family, points, fixed, scales, duration), levels, list(group), way)
+            rows += neighbours.rows(group, solver or TIGHT, width)
     return Sensitivities(rows, spreads)
 
 
-class _Turned(NamedTuple):
-    """What is turned: numbers by name with their values, other arguments, what counts as a large change, the run's length."""
+class Neighbours(NamedTuple):
+    """A mechanism and those beside it: numbers by name, other arguments, what counts as a large change, the run's length."""
 
     family: Family
     points: dict[str, float]
@@ -135,62 +146,76 @@ class _Turned(NamedTuple):
     scales: dict[str, float]
     duration: float | None
 
-    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str], float]:
-        """Readings with other values of some numbers."""
+    def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Read:
+        """Read a mechanism with other values of some numbers."""
         found = {**self.points, **changes}
         span = found.pop(DURATION, self.duration)
-        return evaluate(self.family.make(self.fixed | found), span)
+        return read(readings, self.family.make(self.fixed | found), span, solver)
+
+    def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
+        """Compute derivatives of some readings; of each reading the largest first."""
+        coarse = finer(solver, 1 / WIDER, -DEGREES if (solver.degree or 0) > DEGREES else 0)
+        levels = [Level(solver, width), Level(coarse, WIDER * width)]
+        starts = [self.read(readings, level.solver) for level in levels]
+        slopes = {name: self.slopes(readings, name, levels, starts) for name in self.scales}
+        rows = []
+        for i, reading in enumerate(readings):
+            value, unit = float(starts[0].values[i]), starts[0].units[i]
+            share = float(starts[0].errors[i]) / abs(value) if value else 0.0
+            made = []
+            for name, scale in self.scales.items():
+                about = Derivative(reading, name, value, self.points[name], unit, self.family.units.get(name, "s"))
+                rounding = ROUNDING * abs(value) / (width * scale)
+                made.append(_derivative(about, scale, Differences(*slopes[name][:, i].tolist()), share, rounding))
+            rows += sorted(
+                made, key=lambda row: -abs(row.derivative * self.scales[row.number]) if isfinite(row.derivative) else 0.0
+            )
+        return rows
+
+    def slopes(self, readings: Mapping[str, Reading], name: str, levels: Sequence[Level], starts: Sequence[Read]) -> Array:
+        """Take one-sided derivatives by a number, as in `Differences`, shape (4, readings); nan where a run fails."""
+        found = []
+        for level, start in zip(levels, starts, strict=True):
+            for side in (-1.0, 1.0):
+                change = side * level.width * self.scales[name]
+                try:
+                    moved = self.read(readings, level.solver, **{name: self.points[name] + change}).values
+                except (RunFailedError, ValueError, ArithmeticError):  # a number may have an end there
+                    moved = np.full(len(readings), nan)
+                found.append((moved - start.values) / change)
+        return np.array(found)
 
 
-def _rows(turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], way: Way) -> list[Derivative]:
-    """Derivatives of some readings; of each reading the largest first."""
-    turned.evaluated(levels[0])  # leaves the tape that the next one goes by
-    starts = [turned.evaluated(evaluate) for evaluate in levels]
-    values, units, _ = starts[1]
-    sides = {name: _sides(turned, name, levels, starts, way) for name in turned.scales}
-    rows = []
-    for i, reading in enumerate(readings):
-        rounding, unlike = way.rounding * abs(float(values[i])) / way.width, abs(float(values[i] - starts[0][0][i])) / way.better
-        made = []
-        for name, scale in turned.scales.items():
-            units_of = units[i], turned.family.units.get(name, "s")
-            about = Derivative(reading, name, float(values[i]), turned.points[name], *units_of)
-            slopes, grazes = sides[name]
-            noise = (rounding + unlike * slopes[:, i].any()) / scale  # what no run shows to depend on a number does not err by it
-            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise, grazes, way))
-        rows += sorted(
-            made, key=lambda row: -abs(row.derivative * turned.scales[row.number]) if isfinite(row.derivative) else 0.0
-        )
-    return rows
+def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Read:
+    """Take all readings of a mechanism, those of motions from one run.
 
-
-def _sides(
-    turned: _Turned, name: str, levels: Sequence[Evaluate], starts: Sequence[tuple[Array, list[str], float]], way: Way
-) -> tuple[Array, bool]:
-    """One-sided derivatives by a number: coarser from below and above, finer from below and above, shape (4, readings).
-
-    Where the coarser one from below and the finer one from above agree, each stands for its other side, too. Also whether a
-    contact begins on one side that does not on the other.
+    Raises
+    ------
+    RunFailedError
+        If the run does not end, or the state of rest that a frequency belongs to is not stable.
     """
-    grazes = []
-
-    def slope(level: int, share: float) -> Array:
-        d, (start, _, onsets) = share * way.width * turned.scales[name], starts[level]
-        moved, _, found = turned.evaluated(levels[level], **{name: turned.points[name] + d})
-        grazes.append(found != onsets)
-        return np.asarray((moved - start) / d)
-
-    below0, above = slope(0, -WIDER), slope(1, 1.0)
-    if way is MOVING and not np.all((below0 != 0) | (above != 0) | (starts[1][0] != 0)):
-        slope(0, -GRAZING), slope(0, GRAZING)
-    least = np.maximum(np.abs(above), SMALL * np.abs(starts[1][0]) / turned.scales[name])
-    if way is MOVING and np.all(np.abs(above - below0) <= VISIBLE * least):
-        return np.array([below0, below0, above, above]), any(grazes)
-    return np.array([below0, slope(0, WIDER), slope(1, -1.0), above]), any(grazes)
+    values, units, errors, ended = list[float](), list[str](), list[float](), None
+    asked = " ".join(text for text in readings.values() if isinstance(text, str))
+    for reading in readings.values():
+        error = 0.0
+        if callable(reading):
+            value, unit = float(reading(mechanism)), ""
+        elif resting := statical(reading):
+            value, error = resting(mechanism)
+            unit = "Hz"
+        elif duration is None:
+            raise ValueError(f"{short(reading)}: is read off a run; give a duration")
+        else:
+            ended = ended or run(mechanism, duration, solver, asked)
+            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)
+        values.append(value)
+        units.append(unit)
+        errors.append(error)
+    return Read(np.array(values), units, np.array(errors))
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Readings by name, checked by their grammar.
+    """Name readings, and check them by their grammar.
 
     Raises
     ------
@@ -209,82 +234,33 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
     return found
 
 
-def _levels(
-    mechanism: Mechanism, duration: float | None, solver: Spectral | None, readings: Mapping[str, Reading]
-) -> list[Evaluate]:
-    """What takes all readings of a mechanism: coarser, and finer."""
-    moving = any(isinstance(each, str) and not statical(each) for each in readings.values())
-    if not moving or duration is None:
-        return [Level(readings, None)] * 2
-    solver = solver or TIGHT
-    degree = solver.degree or DEGREE
-    steps = Steps.of(mechanism, duration, replace(solver, degree=degree + DEGREES))
-    return [Level(readings, steps.coarser(degree)), Level(readings, steps)]
-
-
-@dataclass(frozen=True)
-class Level:
-    """How readings are taken.
-
-    Attributes
-    ----------
-    readings : dict of str to text or callable
-    steps : Steps or None
-        Of the runs.
-    """
-
-    readings: Mapping[str, Reading]
-    steps: Steps | None
-
-    @property
-    def asked(self) -> str:
-        """All texts."""
-        return " ".join(text for text in self.readings.values() if isinstance(text, str))
-
-    def __call__(
-        self, mechanism: Mechanism, duration: float | None = None, run: Run | None = None
-    ) -> tuple[Array, list[str], float]:
-        """Values and units, and how many contacts begin in the run, which may be given."""
-        values, units = list[float](), list[str]()
-        for reading in self.readings.values():
-            if callable(reading):
-                value, unit = float(reading(mechanism)), ""
-            elif resting := statical(reading):
-                value, unit = resting(mechanism), "Hz"
-            else:
-                run = run or (self.steps.run(mechanism, duration, self.asked) if self.steps else None)
-                if run is None:
-                    raise ValueError(f"{short(reading)}: is read off a run; give a duration")
-                value, unit = measure(reading, run.record.time, run.values, run.units, Smooth)
-            values.append(value)
-            units.append(unit)
-        return np.array(values), units, run.work["onsets"] if run else 0
-
-
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
-    """What counts as a large change of a number."""
+    """Find what counts as a large change of a number."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
         raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
     return scale
 
 
-def _derivative(about: Derivative, scale: float, sides: Sequence[float], noise: float, grazes: bool, way: Way) -> Derivative:
-    """Put together what the coarser and the finer readings say."""
-    below0, above0, below, above = sides
-    value, middle, other = about.value, 0.5 * (below + above), 0.5 * (below0 + above0)
-    gap, wider = above - below, above0 - below0
-    off, error = abs(middle - other) + noise, abs(middle - other) / way.better + abs(gap - wider / WIDER) / NOISE + noise
-    gap, wider = abs(gap), abs(wider)
-    note = ""
-    if not isfinite(middle + other):
-        note = "the reading has no value there"
-    elif gap > KINKED * wider and gap > max(10 * off, VISIBLE * abs(middle)):
-        note = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif grazes and (off > KINKED * abs(middle) or middle == other == 0):
-        note = "a graze: a contact begins on one side only"
-    elif off > KINKED * abs(middle) and off * scale > SMALL * abs(value):
-        note = f"no digit is certain: {other:.3g} and {middle:.3g} of two widths and step lengths: chaos or a jump"
-    if note:
-        middle, error = nan, inf
-    return about._replace(derivative=middle, error=error, below=below, above=above, note=note)
+def _derivative(about: Derivative, scale: float, found: Differences, share: float, rounding: float) -> Derivative:
+    """Put together what finer and coarser runs say; `share` is the relative error of the reading."""
+    below, above, coarse_below, coarse_above = found
+    if isfinite(below) != isfinite(above):
+        value, other, note = (below, coarse_below, "") if isfinite(below) else (above, coarse_above, "")
+        note = f"from {'below' if isfinite(below) else 'above'} alone: a run on the other side failed"
+    else:
+        value, other, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
+    gap, wider = above - below, coarse_above - coarse_below
+    bend = abs(gap - wider / WIDER) / NOISE if isfinite(gap) else 0.0
+    error = abs(value - other) + bend
+    none = ""
+    if not isfinite(value + other):
+        none = "the reading has no value there" if isfinite(about.value) is False else "a run beside it failed"
+    elif abs(gap) > max(KINKED * abs(wider), 10 * abs(value - other), VISIBLE * abs(value)):
+        none = f"a kink: {below:.4g} below, {above:.4g} above"
+    elif error > UNCERTAIN * abs(value) and error * scale > SMALL * abs(about.value):
+        none = f"no digit is certain: {other:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
+    if none:
+        return about._replace(below=below, above=above, note=none)
+    error += (share + SHARED) * abs(value) + rounding
+    return about._replace(derivative=value, error=error, below=below, above=above, note=note)

@@ -16,9 +16,9 @@ from ..mechanism import Mechanism
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import positive, whole
-from .derivatives import DEGREE, Reading, readings_of
-from .frozen import RunFailedError, needs_compiler
+from .derivatives import Reading, readings_of
 from .numbers import Family, Source
+from .runs import RunFailedError, needs_compiler
 from .searching import descend, search
 from .wants import EnoughError, Task, Want, rounded, wanted
 
@@ -181,7 +181,7 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     """The best design over all values of the lists."""
     found, runs = list[tuple[Task, Array]](), 0
     for values in product(*lists.values()):
-        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0, most=None, stopped=0)
+        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0)
         with suppress(EnoughError):
             search(each)
         x = each.best()
@@ -220,10 +220,9 @@ class _Held(NamedTuple):
 
 
 def _finer(task: Task, x: Array) -> _Held:
-    """Run a point with steps half as long, strips of higher degree."""
-    found, steps = task.cache[rounded(x)]
-    finer = steps.finer((task.solver.degree if task.solver else None) or DEGREE) if steps else None
-    return _Held(x, found, task.read(x, finer)[0] if finer else found)
+    """Run a point with smaller tolerances, strips of higher degree."""
+    found = task.cache[rounded(x)]
+    return _Held(x, found, task.read(x, fine=True) if task.moving else found)
 
 
 def _told(task: Task, held: _Held) -> Design:
@@ -241,8 +240,6 @@ def _told(task: Task, held: _Held) -> Design:
     if not complete:
         best = f"; the best so far misses {missed}" if broken else ": this is the best so far"
         message = f"the budget of {task.budget} runs was used up{best}"
-    if task.stopped:
-        message = "; ".join([*filter(None, [message]), f"{task.stopped} of {task.runs} runs stopped after {task.most} steps"])
     names = list(task.readings)
     return Design(
         task.values(x), binding, dict(zip(names, map(float, checked), strict=True)),

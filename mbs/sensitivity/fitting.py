@@ -1,4 +1,4 @@
-"""Numbers of a mechanism fitted to data: least squares with derivatives from runs that share their steps."""
+"""Numbers of a mechanism fitted to data: least squares."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
-from .frozen import needs_compiler
 from .numbers import Source
 from .residuals import LEVEL, Bounds, Problem, Profile, rms, unexplained
+from .runs import needs_compiler
 
 VAGUE = 0.5
 """A number whose interval is wider than this share of its range is told as not identified."""

@@ -29,6 +29,7 @@ from ..expressions import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
 from .curve import Curve
+from .runs import RunFailedError
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
 OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
@@ -75,18 +76,22 @@ def measure(
     return Measured(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
-def statical(text: str) -> Callable[[Mechanism], float] | None:
-    """A reading of the state of rest, by the mechanism; None of other texts."""
+def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
+    """Take a reading of the state of rest and its error, by the mechanism; None of other texts."""
     found = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
     if found is None:
         return None
     number = int(found[1])
 
-    def frequency(mechanism: Mechanism) -> float:
+    def frequency(mechanism: Mechanism) -> tuple[float, float]:
         from ..statics import frequencies
 
-        found = frequencies(mechanism, count=number).hertz
-        return float(found[number - 1]) if len(found) >= number else nan
+        found = frequencies(mechanism, count=number)
+        if not found.stable:
+            raise RunFailedError(f"{text.strip()}: {found.status}: {found.message}")
+        if len(found.hertz) < number:
+            return nan, 0.0
+        return float(found.hertz[number - 1]), float(found.errors[number - 1])
 
     return frequency
 

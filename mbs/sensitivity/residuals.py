@@ -15,18 +15,20 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.lookup import between
 from ..record.run import Run
-from ..solvers import Spectral
+from ..solvers import Controlled, Spectral
 from ..units import fits
 from ..validate import near
 from .curve import Smooth
 from .data import Experiment
-from .frozen import RunFailedError, Steps
 from .numbers import Family
 from .reading import WrongReadingError, measure
+from .runs import RunFailedError, run
 
 Bounds = tuple[float, float]
-WIDTH = 1e-6
-"""Of the differences that make the derivatives, relative to a number's range."""
+STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
+"""Solver by default: its error over `WIDTH` is that of a derivative."""
+WIDTH = 1e-4
+"""Width of the differences that make the derivatives, over a number's range."""
 CLOSE = 1e-7
 """Of the sum of squares, and of the one that a constant adds to it: a fit ends where a step would change it by less, which is by
 less than a thousandth of the standard deviations of its numbers, however small what is left."""
@@ -53,10 +55,9 @@ class Profile(NamedTuple):
 
 
 class Cached(NamedTuple):
-    """Runs at one point: their steps and what they predict."""
+    """Point, and what the runs there predict."""
 
     x: Array
-    steps: list[Steps]
     predicted: list[dict[str, Any]]
 
 
@@ -137,15 +138,15 @@ class Problem:
     def run(self, x: Array) -> Cached:
         """Runs of all experiments."""
         if self.cached is None or not np.array_equal(self.cached.x, x):
-            steps, predicted = [], []
-            for k, each in enumerate(self.experiments):
-                made = self.mechanism(x, k)
-                steps.append(Steps.of(made, each.span, self.solver or Spectral()))
-                run = steps[-1].run(made)
-                predicted.append(predict(run, each))
-                self.units |= {name: run.units[name] for name in each.signals}
-            self.cached = Cached(x.copy(), steps, predicted)
+            self.cached = Cached(x.copy(), [self.predicted(x, k) for k in range(len(self.experiments))])
         return self.cached
+
+    def predicted(self, x: Array, k: int) -> dict[str, Any]:
+        """Run the k-th experiment at a point of the cube."""
+        each = self.experiments[k]
+        found = run(self.mechanism(x, k), each.span, self.solver or STEADY)
+        self.units |= {name: found.units[name] for name in each.signals if name in found.units}
+        return predict(found, each)
 
     def residuals(self, x: Array) -> Array:
         """What is off, in standard deviations."""
@@ -167,15 +168,18 @@ class Problem:
         return np.asarray(np.where(np.isfinite(found), found, FAR))
 
     def jacobian(self, x: Array) -> Array:
-        """Derivatives of the residuals by the numbers over the cube, on the steps of the runs at x."""
+        """Derivatives of the residuals by the numbers over the cube, to one side, to the other where a run fails."""
         here, rows = self.run(x), []
         for k, each in enumerate(self.experiments):
             block = np.zeros((size(each), len(self.names)))
             start = self.off(each, here.predicted[k])
             for i in self.places[k].values():
-                width = WIDTH if x[i] < 0.5 else -WIDTH
-                moved = x + width * (np.arange(len(x)) == i)
-                said = predict(here.steps[k].run(self.mechanism(moved, k)), each)
+                width, axis = WIDTH if x[i] < 0.5 else -WIDTH, np.arange(len(x)) == i
+                try:
+                    said = self.predicted(x + width * axis, k)
+                except (RunFailedError, ArithmeticError):
+                    width = -width
+                    said = self.predicted(x + width * axis, k)
                 block[:, i] = (self.off(each, said) - start) / width
             rows.append(block)
         return np.concatenate(rows)

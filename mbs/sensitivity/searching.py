@@ -33,7 +33,7 @@ def search(task: Task) -> None:
     d = len(task.ranges)
     random = qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(task.starts - 1) if d else []
     for starts in ([task.first], list(random)):
-        alive = [x for x in starts if task.valued(task.evaluate(x)[0])]
+        alive = [x for x in starts if task.valued(task.evaluate(x))]
         for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
             descend(task, x)
     best = task.best()
@@ -75,11 +75,11 @@ def _meet(task: Task, x: Array) -> None:
 
 def _descend_along_ends(task: Task, x: Array) -> None:
     """Sequential quadratic programming from a point."""
-    start, _ = task.evaluate(x)
+    start = task.evaluate(x)
     scale = (abs(task.aim(start)) or 1.0) if task.aims else 1.0
 
     def constrained(x: Array) -> Array:
-        found, _ = task.evaluate(x)
+        found = task.evaluate(x)
         off = [side * (found[task.row(want.name)] - end) / want.scale for want, side, end in _sides(task)]
         return np.asarray(np.nan_to_num(off, nan=-FAR))
 
@@ -88,7 +88,7 @@ def _descend_along_ends(task: Task, x: Array) -> None:
         return np.array([side * slopes[task.row(want.name)] / want.scale for want, side, _ in _sides(task)])
 
     def objective(x: Array) -> float:
-        value = task.aim(task.evaluate(x)[0]) / scale if task.aims else 0.0
+        value = task.aim(task.evaluate(x)) / scale if task.aims else 0.0
         return value if isfinite(value) else FAR
 
     def slope(x: Array) -> Array:

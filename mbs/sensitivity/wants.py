@@ -12,16 +12,19 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.errors import Status
-from ..solvers import Spectral
+from ..solvers import Controlled, Spectral
 from ..units import Measured, measured
-from .derivatives import Level, Reading
-from .frozen import RunFailedError, Steps
+from .derivatives import Reading, read
 from .numbers import Family
 from .reading import WrongReadingError, statical
+from .runs import RunFailedError, finer
 
-WIDTH, COARSE = 1e-6, 1e-4
-"""Of the differences that make derivatives, relative to a number's range: of runs that share their steps, and of others."""
+STEADY = Spectral(steps=Controlled(tolerance=1e-8), degree=8, contact_tolerance=1e-4)
+"""Solver by default: its error over `WIDTH` is that of a derivative."""
+WIDTH = 1e-4
+"""Width of the differences that make derivatives, over a number's range."""
+FINER, DEGREES = 32.0, 4
+"""Factor by which the finer run's tolerance is smaller, and the degree by which its strips' is higher."""
 EXACT = 1e-3
 """Share by which a value that is asked for without a tolerance may be missed."""
 FAR = 1e3
@@ -132,8 +135,8 @@ class EnoughError(Exception):
 class Task:
     """What is asked for, with the values that lists have.
 
-    Points of the unit cube that were run are in `cache`, with their readings and the steps of their runs. `offset` is by how
-    much those of a finer run differ. `most` steps may a run take, from the first one on that ended; so many were `stopped` there.
+    Points of the unit cube that were run are in `cache`, with their readings. `offset` is by how much those of a finer run
+    differ.
     `failed` is why the first run did that did; `units` are those of numbers and readings.
     """
 
@@ -150,12 +153,10 @@ class Task:
     seed: int
     budget: int
     runs: int = 0
-    most: int | None = None
-    stopped: int = 0
     failed: str = "readings have no value there"
     units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0
-    cache: dict[tuple[float, ...], tuple[Array, Steps | None]] = field(default_factory=dict)
+    cache: dict[tuple[float, ...], Array] = field(default_factory=dict)
     known: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @property
@@ -172,25 +173,20 @@ class Task:
         found = {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
         return self.held | found
 
-    def read(self, x: Array, steps: Steps | None) -> tuple[Array, Steps | None]:
-        """Readings at a point on given steps, or on those that its run chooses, and the steps; nan where the run fails."""
+    def read(self, x: Array, *, fine: bool = False) -> Array:
+        """Readings at a point, of a finer run where wanted; nan where the run fails."""
         self.runs += 1
-        level, run = Level(self.readings, steps), None
         try:
             made = self.family.make(self.values(x))
-            span = self.span(made)
-            if steps is None and self.moving and span is not None:
-                steps, run = Steps.chosen(made, span, self.solver or Spectral(), self.most, level.asked)
-                self.most = self.most or steps.solver.steps.max_steps
-            found, units, _ = level(made, span, run)
-            self._told(units)
-            return found, steps
+            span, solver = self.span(made), finer(self.solver or STEADY, FINER, DEGREES) if fine else self.solver or STEADY
+            found = read(self.readings, made, span, solver)
+            self._told(found.units)
+            return found.values
         except WrongReadingError:
             raise
         except (RunFailedError, ArithmeticError, ValueError) as error:
             self.failed = str(error) if self.runs == 1 else self.failed
-            self.stopped += str(error).startswith(Status.TOO_MANY_STEPS)
-            return np.full(len(self.readings), np.nan), None
+            return np.full(len(self.readings), np.nan)
 
     def _told(self, units: Sequence[str]) -> None:
         """Take note of the readings' units, and hold what is wanted against them."""
@@ -200,8 +196,8 @@ class Task:
         for want in self.wants:
             want.held_against(self.units[want.name])
 
-    def evaluate(self, x: Array) -> tuple[Array, Steps | None]:
-        """Readings at a point, as a finer run would have them, and the steps of its run.
+    def evaluate(self, x: Array) -> Array:
+        """Readings at a point, as a finer run would have them.
 
         Raises
         ------
@@ -211,11 +207,10 @@ class Task:
         key = rounded(x)
         if key not in self.cache:
             self.spend()
-            self.cache[key] = self.read(np.array(key), None)
-            if not self.aims and self.settled(self.cache[key][0] + self.offset):
+            self.cache[key] = self.read(np.array(key))
+            if not self.aims and self.settled(self.cache[key] + self.offset):
                 raise EnoughError
-        found, steps = self.cache[key]
-        return found + self.offset, steps
+        return self.cache[key] + self.offset
 
     def spend(self) -> None:
         """Stop a search that has no more runs."""
@@ -226,29 +221,25 @@ class Task:
         """Derivatives of the readings over the cube, shape (readings, numbers)."""
         key = rounded(x)
         if key not in self.known:
-            start, steps = self.evaluate(x)
-            if steps is not None:
-                self.spend()
-                start = self.read(np.array(key), steps)[0] + self.offset
-            width = WIDTH if steps is not None and all(isinstance(each, str) for each in self.readings.values()) else COARSE
+            start = self.evaluate(x)
             self.known[key] = np.zeros((len(start), len(x)))
-            for i, d in enumerate(np.where(np.array(key) < 0.5, width, -width)):
+            for i, d in enumerate(np.where(np.array(key) < 0.5, WIDTH, -WIDTH)):
                 self.spend()
-                moved = self.read(np.array(key) + d * (np.arange(len(x)) == i), steps)[0]
-                self.known[key][:, i] = np.nan_to_num((moved + self.offset - start) / d)
+                moved = self.read(np.array(key) + d * (np.arange(len(x)) == i)) + self.offset
+                self.known[key][:, i] = np.nan_to_num((moved - start) / d)
         return self.known[key]
 
     def residuals(self, x: Array) -> Array:
         """How far all wants are from the middle of what is allowed, by half of that."""
-        return np.array([want.residual(value)[0] for want, value in self.of(self.evaluate(x)[0])])
+        return np.array([want.residual(value)[0] for want, value in self.of(self.evaluate(x))])
 
     def missing(self, x: Array) -> Array:
         """The same, nan where a reading has no value."""
-        return np.array([want.residual(value)[0] if isfinite(value) else nan for want, value in self.of(self.evaluate(x)[0])])
+        return np.array([want.residual(value)[0] if isfinite(value) else nan for want, value in self.of(self.evaluate(x))])
 
     def steepness(self, x: Array) -> Array:
         """Their derivatives over the cube."""
-        found, slopes = self.evaluate(x)[0], self.slopes(x)
+        found, slopes = self.evaluate(x), self.slopes(x)
         return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in self.of(found)])
 
     def valued(self, found: Array) -> bool:
@@ -257,7 +248,7 @@ class Task:
 
     def best(self, other: Array | None = None) -> Array | None:
         """The best point that was run; another one if no run ended."""
-        ended = [np.array(key) for key, (found, _) in self.cache.items() if self.valued(found)]
+        ended = [np.array(key) for key, found in self.cache.items() if self.valued(found)]
         return min(ended, key=self.better) if ended else other
 
     def row(self, name: str) -> int:
@@ -293,7 +284,7 @@ class Task:
 
     def better(self, x: Array) -> tuple[float, float]:
         """By which points that were run are."""
-        return self.rank(self.cache[rounded(x)][0] + self.offset)
+        return self.rank(self.cache[rounded(x)] + self.offset)
 
 
 def rounded(x: Array) -> tuple[float, ...]:

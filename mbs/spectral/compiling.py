@@ -28,7 +28,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 """What a function with machine code of its own gives: its types, and what writes that code."""
 COMPILED = (
-    "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
+    "compiling", "tables", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
     "output", "contacts", "room", "radau", "newton", "samples", "doors", "implicit", "explicit", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""

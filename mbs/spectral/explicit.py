@@ -218,7 +218,7 @@ def _try(s, e, w, x, clock, h, last, controls, counts):
         if clock.wanted < controls.shortest:
             counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
         return False
-    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max(), 0.0, x.memory, 0.0)
+    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max(), 0.0)
     if first < 1.0 and h * first > controls.shortest:
         clock.held, clock.wanted = max(clock.held, h), h * first
         return False
@@ -291,7 +291,7 @@ def _remember(s, w, x, controls, counts):
     for k in range(s.forces.shape[0]):
         m = x.memory[k]
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, 0.0)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1

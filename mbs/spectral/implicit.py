@@ -13,8 +13,6 @@ from .contacts import (
     first_onset,
     lets_go,
     remember_onset,
-    short_of,
-    to_faces,
     touches,
 )
 from .forces import add_forces
@@ -28,7 +26,6 @@ from .radau import REAL, error_of, integrate, predict, put_back, renew_heavy
 from .samples import (
     JUMP,
     MOST_SAMPLES,
-    PARTS,
     dense,
     samples_in,
     write,
@@ -39,7 +36,6 @@ from .samples import (
 from .scaling import deformed, follow_units
 from .strips import MIXED, PLAIN, elastic_stresses
 from .tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
-from .tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
 
 ORDER = 0.25
 """One over the order of the local error."""
@@ -59,8 +55,6 @@ LANDING = 1e-2
 """A contact this near to its face, of the tolerance and the longest link, is at it."""
 LETS_GO = 20.0
 """What counts as the error of a step in which a contact lets go."""
-NEARLY = 0.1
-"""Of a step to an onset, by which it may be short of it to be lengthened."""
 ROOM = 1e-2
 """Of the shortest step, by which the end of a step to an onset is moved no more."""
 
@@ -108,18 +102,19 @@ def _restart(s, e, w, x, t):
 
 
 @aside
-def _error(s, e, w, x, t, h, controls, least, given):
-    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of `given` steps.
+def _error(s, e, w, x, t, h, controls, least):
+    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
+    steps.
 
     Reports are those of the end.
     """
-    error, allowed = 0.0 if given else error_of(s, e, x, h) / controls.tolerance, controls.contact_tolerance
+    error, allowed = 0.0 if controls.fixed else error_of(s, e, x, h) / controls.tolerance, controls.contact_tolerance
     put_back(s, e, w, x, t, h)
     if s.forces.shape[0] == 0:
         return error
     n, q, v = x.q.size, x.places[2], x.rates[2]
     add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
-    if given:
+    if controls.fixed:
         return error
     closed = False
     for k in range(s.forces.shape[0]):
@@ -151,13 +146,13 @@ def _landing(x, controls):
 @aside
 def _remember(s, w, x, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed, landing = False, 0.0 if x.at[MODE] == ALONE else _landing(x, controls)
+    changed = False
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, KIND], x.memory[k]
         copy(m, x.old[k])
         x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, landing)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1
@@ -179,35 +174,21 @@ def _take_over(x):
 
 @aside
 def _jump(s, e, w, x, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers.
-
-    Where runs are compared, contacts that close are moved past their faces, so that forces that jump there are those after it.
-    """
-    if x.at[MODE] != ALONE:
-        past = to_faces(s, x.before, _landing(x, controls), NEARLY * clock.previous)
-        for i in range(x.q.size):
-            x.q[i] += past * x.v[i]
+    """Start anew after a jump of accelerations and multipliers."""
     clock.previous, clock.fresh = 0.0, True
     _restart(s, e, w, x, clock.time)
-    if dense(x, controls) or x.at[MODE] != ALONE:
+    if dense(controls):
         write_after_jump(x, clock, controls, out, counts)
-
-
-@inner
-def _kinked(x, t, shortest):
-    """Whether accelerations may jump at a time."""
-    return np.abs(x.kinks - t).min() <= shortest
 
 
 @aside
 def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
     """The next time at which a step must end. At a kink that has come, accelerations jump."""
     while clock.stop < stops.size:
-        kinked = _kinked(x, stops[clock.stop], controls.shortest)
-        due = stops[clock.stop] + (0.0 if kinked else x.late[0])
+        due = stops[clock.stop]
         if due > clock.time + controls.shortest:
-            return min(controls.end, due if kinked else max(due, clock.time + (1.0 + NEARLY) * cut(x)))
-        if kinked and due > clock.time - controls.shortest and not (controls.fixed and x.at[MODE] == ALONE):
+            return min(controls.end, due)
+        if due > clock.time - controls.shortest and not controls.fixed:
             _jump(s, e, w, x, clock, controls, out, counts)
         clock.stop += 1
     return controls.end
@@ -229,39 +210,24 @@ def _length(clock, controls, stop):
 def _try(s, e, w, x, clock, h, at, controls, counts):
     """Whether a step of length h to the time `at` stands: Newton's method, error, contacts. If not, the next one is shorter."""
     shortest, landing = controls.shortest, _landing(x, controls)
-    fresh, ratio = clock.fresh or abs(h - clock.made) > 1e-9 * h, 2.0
-    allowed = controls.close * controls.tolerance
-    if reads(x, h):
-        predict(x, h, clock.previous)
-        follow(w, x, fresh)
-        integrate(x, h)
-        fresh, ratio = True, newton(s, e, w, x, clock.time, h, allowed, False, counts)
-    if ratio > 1.0:
-        predict(x, h, clock.previous)
-        guessed(x, 0.0)
-        integrate(x, h)
-        ratio = newton(s, e, w, x, clock.time, h, allowed, fresh, counts)
-    clock.made, clock.fresh = h, ratio > (QUICK if x.at[MODE] == WRITES else SLOW)
+    fresh = clock.fresh or abs(h - clock.made) > 1e-9 * h
+    predict(x, h, clock.previous)
+    integrate(x, h)
+    ratio = newton(s, e, w, x, clock.time, h, controls.close * controls.tolerance, fresh, counts)
+    clock.made, clock.fresh = h, ratio > SLOW
     if ratio > 1.0:
         clock.wanted, clock.previous, clock.grow = 0.5 * h, 0.0, 1.0
         if clock.wanted < shortest:
             counts.status = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
         return False
-    guessed(x, -1.0)
-    given = controls.fixed and not strays(x)
-    clock.error = _error(s, e, w, x, at, h, controls, landing, given)
-    part = first_onset(s, x.before, w.reports, h, landing, 0.0 if x.at[MODE] == ALONE else 0.5 * landing, x.memory, at)
-    if h * part > shortest and h * (1.0 - part) > ROOM * shortest and (clock.error <= 1.0 or given):
+    clock.error = _error(s, e, w, x, at, h, controls, landing)
+    part = first_onset(s, x.before, w.reports, h, landing, 0.5 * landing)
+    if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False
-    if x.at[MODE] != ALONE and clock.reach == 1.0 and part > 1.0:
-        left = short_of(s, x.before, w.reports, h, 0.5 * landing, x.memory, at, NEARLY)
-        if ROOM * shortest < left < NEARLY * h:  # no tiny step on to the face, whose rows make its time jump with the numbers
-            clock.wanted = h + left
-            return False
-    if given:
+    if controls.fixed:
         return True
-    if x.at[MODE] == ALONE and h > 10.0 * shortest:
+    if h > 10.0 * shortest:
         if lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance, landing):
             clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
@@ -271,10 +237,10 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 
 
 @aside
-def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
-    """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
+def _accept(s, e, w, x, clock, h, target, controls, out, counts):
+    """Take over a step of length h to the time `target`, and write its rows."""
     changed, before = _remember(s, w, x, controls, counts), clock.time
-    if dense(x, controls):
+    if dense(controls):
         moment = closing(s, x.before, w.reports, JUMP * controls.shortest)
         parts = samples_in(x, s.elastic, h, controls, bend_of_depths(s, x.before, w.reports, h))
         if 0.0 < moment < 0.5 * h / parts:
@@ -282,10 +248,7 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
         write_between(x, out, counts, before, h, parts)
         if 0.0 < -moment < 0.5 * h / parts:
             write_at_face(x, out, counts, before, h, moment)
-    elif controls.fixed and x.at[MODE] != ALONE:
-        write_between(x, out, counts, before, h, PARTS)
     _take_over(x)
-    passed(x, h, ended, target)
     follow_units(x, s.elastic, controls.tolerance)
     copy(w.reports, x.before)
     counts.steps += 1
@@ -295,8 +258,6 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
         clock.skipped = 0
     if changed:
         _jump(s, e, w, x, clock, controls, out, counts)
-    elif x.at[MODE] != ALONE and not ended:
-        write_after_jump(x, clock, controls, out, counts)
 
 
 @aside
@@ -330,8 +291,6 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
     w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
         stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)
-        if clock.reach == REACH and cut(x) > 0.0:
-            clock.wanted, clock.reach = cut(x), 1.0
         h = _length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY
@@ -340,8 +299,7 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
         if not _try(s, e, w, x, clock, h, at, controls, counts):
             counts.rejected += 1
             continue
-        ended = last if controls.fixed else clock.reach == REACH
-        _accept(s, e, w, x, clock, h, stop if last else clock.time + h, controls, out, counts, ended)
+        _accept(s, e, w, x, clock, h, stop if last else clock.time + h, controls, out, counts)
         if controls.fixed:
             clock.wanted = controls.first_step
         else:

@@ -20,7 +20,6 @@ from .kernel import (
 )
 from .radau import BACK, NODES, PAIR, REAL, A, T, integrate, size_of, solve_real
 from .strips import MIXED, RENEWED, carry_stresses
-from .tape import MODE, READS, SLOT, free_slot
 
 MOST = 14
 """Newton iterations with one matrix."""
@@ -55,10 +54,8 @@ def renew(s, e, w, x, t, h, counts):
     for i in range(x.mass.size):
         x.matrix[i] = x.mass[i] + k1 * (x.damping[i] + k1 * x.stiffness[i])
         x.twisted[i] = x.mass[i] + k2 * (x.damping[i] + k2 * x.stiffness[i])
-    x.at[SLOT] = at = free_slot(x)
-    copy(w.held, x.tape.held[at])
-    factor(e.newton, x.matrix, x.tape.real[at], x.tape.swaps[at, 0], x.amount_of_row, False)
-    factor(e.newton, x.twisted, x.tape.complex[at], x.tape.swaps[at, 1], x.amount_of_row, False)
+    factor(e.newton, x.matrix, x.real, x.real_swaps, x.amount_of_row, False)
+    factor(e.newton, x.twisted, x.complex, x.complex_swaps, x.amount_of_row, False)
     x.ease[0] = 1.0
     return True
 
@@ -93,7 +90,7 @@ def _correct(s, e, w, x, h):
         two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
         x.step[k], x.swirl[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
     solve_real(e, x, x.step)
-    solve(e.newton, x.tape.complex[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 1], x.swirl, x.twin)
+    solve(e.newton, x.complex, x.complex_swaps, x.swirl, x.twin)
     for k in range(m):
         one, two = (x.step[k], x.swirl[k]) if k < n else (x.step[k] / k1, x.swirl[k] / k2)
         for i in range(3):
@@ -120,8 +117,7 @@ def _correct(s, e, w, x, h):
 def newton(s, e, w, x, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 
-    Where a kept matrix contracts too slowly, it is made anew from the nodes as they are. By a tape two iterations are the least:
-    what one leaves is small beside the local error, but not beside the difference of two runs.
+    Where a kept matrix contracts too slowly, it is made anew from the nodes as they are.
     """
     last, ratio, left = 0.0, 0.0, MOST
     if fresh and not renew(s, e, w, x, t, h, counts):
@@ -143,7 +139,7 @@ def newton(s, e, w, x, t, h, allowed, fresh, counts):
                     return 2.0
                 fresh, last, left, ease = True, 0.0, MOST, 1.0
                 continue
-        if (whole <= ROUNDING or ease * size <= allowed) and (left < MOST - 1 or x.at[MODE] != READS):
+        if whole <= ROUNDING or ease * size <= allowed:
             x.ease[0] = ease
             return min(ratio, 1.0)  # of two steps of rounding
         last = size

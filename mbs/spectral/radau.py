@@ -34,7 +34,6 @@ from .fronts import factor, solve
 from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
 from .lawtable import BEFORE
 from .markers import place_markers
-from .tape import SLOT
 
 
 def _coefficients() -> tuple[Any, ...]:
@@ -128,7 +127,7 @@ def renew_heavy(s, e, w, x, q, jacobian, again):
 @inner
 def solve_real(e, x, right):
     """Solve with the real Newton matrix, in place."""
-    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], right, x.part)
+    solve(e.newton, x.real, x.real_swaps, right, x.part)
 
 
 @inner

@@ -8,15 +8,13 @@ import numpy as np
 
 from ..geometry import Array
 from .elimination import Arrays
-from .tape import ALONE, READS, WRITES, Tape, tape_for
 
 
 class Room(NamedTuple):
     """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 
     `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
-    `whole` and `across`; `turn` is the chord's direction. `kinks` are times at which steps
-    must end; other ends of given steps are as `late` as the contact that began last.
+    `whole` and `across`; `turn` is the chord's direction.
     """
 
     q: Array
@@ -50,8 +48,10 @@ class Room(NamedTuple):
     stiffness: Array
     matrix: Array
     twisted: Array
-    tape: Tape
-    at: Array
+    real: Array
+    complex: Array
+    real_swaps: Array
+    complex_swaps: Array
     bare: Array
     heavy: Array
     heavy_swaps: Array
@@ -70,21 +70,14 @@ class Room(NamedTuple):
     across: Array
     turn: Array
     ease: Array
-    late: Array
-    kinks: Array
 
 
-def room_for(
-    scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array, kinks: Array, tape: Tape | None = None
-) -> Room:
-    """Make room for a run of a scene from this state, which goes by a tape of its shape, or writes it where it is empty."""
+def room_for(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> Room:
+    """Make room for a run of a scene from this state."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
     m, z, slots = n + r, np.zeros, len(tables.mass)
     members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
-    if tape is None or (tape.real.shape[1], tape.rates.shape[2]) != (newton.size, n):
-        tape = tape_for(scene)
-    mode = ALONE if not len(tape.length) else READS if tape.length[0] else WRITES
     return Room(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
@@ -93,10 +86,11 @@ def room_for(
         swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
         change=z(r), jacobian=z(members), base=z(members), mass=z(slots), damping=z(slots), stiffness=z(slots),
         matrix=z(slots), twisted=z(slots, dtype=complex),
-        tape=tape, at=np.array([0, mode, 0, 0, 0]), bare=tables.mass.copy(), heavy=z(mass.size),
+        real=z(newton.size), complex=z(newton.size, dtype=complex), real_swaps=z(len(newton.unknowns), dtype=np.int64),
+        complex_swaps=z(len(newton.unknowns), dtype=np.int64), bare=tables.mass.copy(), heavy=z(mass.size),
         heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
         amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
         largest=z(k), old=memory.copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
-        across=z(e), turn=z((e, 2)), ease=np.ones(1), late=z(1), kinks=kinks,
+        across=z(e), turn=z((e, 2)), ease=np.ones(1),
     )  # fmt: skip

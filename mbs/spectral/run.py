@@ -27,7 +27,6 @@ from .room import Room, room_for
 from .scene import Scene
 from .start import Balance, balance, begin
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
-from .tape import Tape
 
 CLOSE = 1e-4
 """Last Newton step, of the local error allowed: what is left of a place, over the step, is left of a speed, and adds up."""
@@ -107,12 +106,12 @@ def _contradiction(scene: Scene, out: Output) -> tuple[Status, str] | None:
 
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    state: State | None = None, ends: Array | None = None, tape: Tape | None = None,
+    state: State | None = None, ends: Array | None = None, every: int = 1,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
-    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. An empty
-    `tape` is written, another one is gone by.
+    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. One
+    step in `every` is written, and samples within steps only where that is 1.
     """
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -123,13 +122,11 @@ def integrate(
     if not controls.fixed and ends is None:
         kinks = divided(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
-    run, room, order, shortest = _method(scene, solver, state, rest, stops, tape)
-    controls.shortest = shortest * end
+    run, room, order, shortest = _method(scene, solver, state, rest)
+    controls.shortest, controls.every = shortest * end, max(every, controls.every)
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
         controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance
-    if tape is not None:
-        controls.close = CLOSEST / solver.tolerance
     clock.time, clock.wanted = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
@@ -148,13 +145,13 @@ def integrate(
 
 
 def _method(
-    scene: Scene, solver: Spectral, state: State, rest: Balance, stops: Array, tape: Tape | None
+    scene: Scene, solver: Spectral, state: State, rest: Balance
 ) -> tuple[Callable[..., None], Room | explicit.Flight, Fronts | Orders, float]:
     """The integrator that suits a scene, its room, its orders of elimination, its shortest step over the end."""
     if explicitly(scene, solver):
         flight = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
         return explicit.run_explicit, flight, scene.heavy_fronts, explicit.SHORTEST
-    room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, stops, tape)
+    room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
     return implicit.run_implicit, room, Orders(scene.fronts, scene.heavy_fronts), implicit.SHORTEST
 
 

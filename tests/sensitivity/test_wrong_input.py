@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from simulations import pushed
 
-from buckler.mbs import fit, optimise, sensitivities, simulate
+from buckler.mbs import Spectral, fit, optimise, sensitivities, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
-from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.sensitivity.runs import RunFailedError, run
 from buckler.studies.kit.cli import main
 
 K, MASS = "loads[0].stiffness", "guides[0].mass"
@@ -195,11 +195,11 @@ def test_a_fit_looks_where_it_writes_before_it_runs(tmp_path, capsys, monkeypatc
 def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
     """The integrator ends at its next look; to take that for a failure would go on with the search."""
     block = pushed(150.0)
-    Steps.of(block, 0.1)  # compiled before
+    run(block, 0.1, Spectral())  # compiled before
     clock = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     clock.start()
     with pytest.raises(KeyboardInterrupt):
-        Steps.of(block, 1e5)
+        run(block, 1e5, Spectral())
     clock.join()
 
 
