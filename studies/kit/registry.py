@@ -44,9 +44,7 @@ _LISTED = (
     ("rattling", "clearance-precision", "crank-rocker with clearance: error against run time of rigid, beam and modal rocker"),
     ("rattling", "nonsmooth", "smooth contact laws against published trajectories of nonsmooth dynamics"),
     ("rattling", "clearance-speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"),
-    ("rattling", "buffering-claims", "does a flexible rocker buffer? each published claim, over many runs"),
-    ("rattling", "buffering-world", "the same in one world: everything that the paper leaves open has one value"),
-    ("rattling", "gravity-flip", "does gravity flip the buffering? over theory, number and frequency of the modes"),
+    ("rattling", "buffering", "does a flexible rocker buffer? each published claim, over all that is left open"),
     ("rattling", "modes", "which modes of the rocker matter, and what their numbers mean"),
 )
 """Package, name and summary of each, in the order in which they are listed."""

@@ -107,9 +107,9 @@ class FourBarParameters(PlayParameters):
     workers: int = integer(2, 1, 256, "threads", "numerics")
 
     def check(self) -> None:
-        """Check parameters against each other."""
+        """Check parameters against each other; build the bars."""
         super().check()
-        self.bars()
+        self.bars(rocker=None)
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,9 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         super().check()
 
     def bars(self, **changes: Any) -> Mechanism:
-        """The crank-rocker, some arguments of `bars` changed."""
-        return super().bars(**{"rocker": None if self.rocker == "rigid" else flexible(self)} | changes)
+        """Return the crank-rocker, some arguments of `bars` changed."""
+        own = "rocker" not in changes and self.rocker == "modal"
+        return super().bars(**changes, **({"rocker": flexible(self)} if own else {}))
 
     def stated(self) -> str:
         """One sentence for a table."""

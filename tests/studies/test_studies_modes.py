@@ -11,8 +11,8 @@ from fourbar import FourBar, run
 
 from buckler.mbs import Status
 from buckler.mbs.library import CLOSED
-from buckler.studies.rattling import buffering_measures, mode_sets, modes
-from buckler.studies.rattling.buffering_measures import CLAIMS, Ratio
+from buckler.studies.rattling import mode_sets, modes
+from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
 from buckler.studies.rattling.mode_sets import AXIAL, BENDING, SETS, beam_frequencies, counted, flexibility, numbers
 from buckler.studies.rattling.modes import AGREES, BEST, DIFFERS, UNDECIDED, Parameters, cross_check, sameness
 from buckler.studies.rattling.turns import Ensemble
@@ -111,7 +111,7 @@ def test_marks_in_words(value, error, mark):
 def test_planted_difference_gets_its_mark(monkeypatch):
     """Made-up numbers, the same but: with bending 1 alone the force at B is 30 % up; without modes velocities are 50 % up."""
 
-    def made_up(p, bar, batch=0):
+    def made_up(p, bar, batch):
         draw = np.random.default_rng([batch, int(1e4 * bar.link("crank").body.section.thickness)])
         names = {"v_error": 3, "a_error": 3, "travel_a": 3, "peak_a": 3, "force": 4, "depth": 4}
         cycles = {name: draw.gumbel(1.0, 0.05, (p.members, p.cycles, columns)) for name, columns in names.items()}
@@ -122,14 +122,14 @@ def test_planted_difference_gets_its_mark(monkeypatch):
             cycles["v_error"] *= 1.5
         return Ensemble(1e-4, cycles, (Status.OK,) * p.members, (1e-8,) * p.members)
 
-    monkeypatch.setattr(buffering_measures.EnsembleParameters, "ensemble", made_up)
+    monkeypatch.setattr(modes, "measured", made_up)
     wanted = {"sets": ("bending_1", "bending_1_2", "456_free"), "members": 20, "cycles": 20, "cross_check": 0}
     result = modes.run(Parameters(**wanted))
     assert result.status == "OK" and not any("engine" in name for name in result.metrics)
     marks = {name: m.value for name, m in result.metrics.items() if name.endswith(".agrees")}
     assert len(marks) == 4 * 5 * len(CLAIMS)
     wrong = {"bending_1.force.coupler_rocker"}
-    wrong |= {f"{name}.velocity.{place}" for name in ("none", "456_free") for place in buffering_measures.PLACES}
+    wrong |= {f"{name}.velocity.{place}" for name in ("none", "456_free") for place in PLACES}
     assert {name for name, value in marks.items() if value != 1} == {
         f"c_max[{unit}].h{h}mm.{name}.agrees" for unit in ("N.s/m", "N.s/mm") for h in (20, 5) for name in wrong
     }

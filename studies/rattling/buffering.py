@@ -1,0 +1,294 @@
+"""Does a flexible rocker buffer? Each published claim, over everything that the paper on rattling joints leaves open.
+
+Every option names the values that an assumption may have: a sample draws one of each, by a scrambled Sobol' sequence; two ends of
+a range are drawn between, alike in the logarithm. A sample runs in each reading of c_max and with each gravity, with a rigid and
+with a flexible rocker, whose members start from crank angles drawn over the turn and journals drawn over the clearance.
+
+A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. Errors are kept apart.
+Sampling: the standard error of a sample's ratio, from the scatter of its members. Model: the scatter of the ratios over samples
+beyond that. Share: Wilson's interval of the share of samples in which the claim holds. Its lower end counts samples in which the
+claim holds by an interval of 95 %, its upper end those in which that interval does not exclude it. A claim holds if the share is
+above one half by this interval, does not hold if it is below, and is undecided otherwise. `level` is the chance that any verdict
+of the table is wrong (Bonferroni). A claim flips where it holds without gravity and not with it.
+
+References
+----------
+E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
+I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+from math import ceil, log2, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest, qmc
+
+from buckler.mbs import Modal
+from buckler.mbs.geometry import Array
+
+from ..kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
+from ..kit.published import DAMPING_UNITS, GRAVITY
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
+from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
+from .bars import RockerParameters, flexible
+from .claims import CLAIMS, FAILS, HOLDS, UNDECIDED, VERDICTS, curves, mean, ratio
+from .turns import Ensemble, ensemble
+
+RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
+"""Assumptions whose two values are ends of a range."""
+CHOSEN = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")
+"""Assumptions with one of the values named."""
+JOURNALS = 0.2
+"""Standard deviation of the bars' places at the start, over the clearance: journals then lie all over their bushes."""
+ONE_END = 0.025
+"""Chance that the truth of a sample's ratio lies beyond one end of its interval: 95 % between both."""
+OPEN = "left open"
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study: sets of assumptions, and how many runs."""
+
+    gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
+    gravity_angle: tuple[float, ...] = quantities(
+        (-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its directions from the frame O-C", OPEN
+    )
+    pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
+    pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
+    friction_thresholds: tuple[float, ...] = quantities(
+        (0.1, 1.0), "1", 1e-4, 100, "factor on the friction's threshold speeds, 0.1 and 1 m/s: one, or from, to", OPEN
+    )
+    modal_damping: tuple[str, ...] = choices(tuple(DAMPINGS), tuple(DAMPINGS), "damping ratios of modes", OPEN)
+    rocker_damping: tuple[float, ...] = quantities((2e-3, 5e-2), "1", 1e-6, 1, "damping ratio: one, or from, to", OPEN)
+    modes_of: tuple[str, ...] = choices(KINDS, KINDS, "modes of the rocker", OPEN)
+    bending: tuple[int, ...] = counts((2, 3, 6), 1, 8, "bending modes of a free rocker", OPEN)
+    axial: tuple[int, ...] = counts((1, 3), 0, 8, "its axial modes", OPEN)
+    frequency_factor: tuple[float, ...] = quantities(
+        (0.9, 1.1), "1", 0.5, 2, "on the rocker's frequencies, as eyes, holes or a mesh have it: one, or from, to", OPEN
+    )
+    damping_unit: tuple[str, ...] = choices(
+        tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "readings of the published unit of c_max: each in turn", OPEN
+    )
+    in_plane_depth: tuple[float, ...] = quantities(
+        (20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the 20 mm x 5 mm bars in the plane", OPEN
+    )
+    clearance: tuple[float, ...] = quantities((5e-5, 5e-4), "m", 1e-6, 2e-3, "radial clearance: one, or from, to", OPEN)
+    samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
+    members: int = integer(4, 2, 10_000, "runs of each rocker in each sample; their scatter gives its error", "statistics")
+    cycles: int = integer(1, 1, 10_000, "turns measured of each run", "statistics")
+    settle: int = integer(1, 0, 10_000, "turns before that", "statistics")
+    seed: int = integer(0, 0, 2**30, "draws samples and starts", "statistics")
+    level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any verdict of the table is wrong", "statistics")
+    margin: float = quantity(0.05, "1", 0, 0.5, "least reduction that counts as buffering", "statistics")
+    tolerance: float = quantity(1e-6, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
+    workers: int = integer(2, 1, 256, "threads", "numerics")
+
+    def check(self) -> None:
+        """Ranges have at most two ends; the first and the last values make a mechanism."""
+        for name in RANGES:
+            if len(getattr(self, name)) > 2:
+                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in getattr(self, name))}: must be one number or two ends")
+        for x in (0.0, np.nextafter(1.0, 0.0)):
+            self.case([x] * len(self.axes()))
+
+    def axes(self) -> dict[str, Sequence[Any]]:
+        """Return what a sample draws: assumptions by name, and for each joint the bodies that may carry its pin."""
+        axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *CHOSEN)}
+        for joint in JOINTS:
+            bodies = [f"{joint}.{body}" for body in BODIES[joint]]
+            axes[f"pin {joint}"] = [body for body in bodies if body in self.pin_on] or bodies[:1]
+        return axes
+
+    def case(self, point: Sequence[float]) -> RockerParameters:
+        """Return the assumptions at a point of the unit cube."""
+        values: dict[str, Any] = {}
+        for x, (name, among) in zip(point, self.axes().items(), strict=True):
+            ends = name in RANGES and len(among) > 1
+            values[name] = among[0] * (among[1] / among[0]) ** x if ends else among[int(x * len(among))]
+        pins = tuple(values.pop(f"pin {joint}") for joint in JOINTS)
+        return RockerParameters(rocker="modal", pin_on=pins, tolerance=self.tolerance, workers=1, **values)
+
+    def cases(self) -> list[RockerParameters]:
+        """Draw all samples; the first are the same for any number of them."""
+        sobol = qmc.Sobol(len(self.axes()), rng=np.random.default_rng(self.seed))
+        return [self.case(point) for point in sobol.random_base2(ceil(log2(self.samples)))[: self.samples].tolist()]
+
+    def cells(self) -> list[tuple[str, float]]:
+        """Return readings of c_max and gravities, in each of which every sample runs."""
+        return list(product(self.damping_unit, self.gravity))
+
+
+def cell_name(unit: str, gravity: float) -> str:
+    """Name a reading of c_max and a gravity in metrics.json."""
+    return f"c_max[{unit}].g{gravity:g}"
+
+
+def ran(p: Parameters, cases: Sequence[RockerParameters], rockers: Sequence[Modal | None], batch: int) -> list[Ensemble | None]:
+    """Run the members of all samples with these rockers; None where a run stopped. An ensemble of the library may stand here."""
+
+    def member(k: int) -> Ensemble | None:
+        case, seed = cases[k // p.members], (batch * p.samples * p.members + k) + 2**31 * p.seed
+        made = case.bars(rocker=rockers[k // p.members], angle=float(np.random.default_rng([seed, 1]).uniform(0, 2 * pi)))
+        spread = JOURNALS * case.clearance
+        try:
+            return ensemble(made, p.cycles, [seed], settle=p.settle, spread=spread, tolerance=p.tolerance, measure=curves(made))
+        except RuntimeError:
+            return None
+
+    with ThreadPoolExecutor(p.workers) as pool:
+        found = list(pool.map(member, range(len(cases) * p.members)))
+    groups = [found[k : k + p.members] for k in range(0, len(found), p.members)]
+    return [Ensemble.joined([one for one in group if one]) if all(group) else None for group in groups]
+
+
+def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
+    """Run both rockers; return ratio, standard error and half width of its interval, (3, samples, claims), nan where unsound."""
+    both = [ran(p, cases, rockers, 2 * batch + k) for k, rockers in enumerate((bodies, [None] * len(cases)))]
+    found = np.full((3, len(cases), len(CLAIMS)), np.nan)
+    for i, (bent, rigid) in enumerate(zip(*both, strict=True)):
+        if bent is None or rigid is None or bent.notes or rigid.notes:
+            continue
+        for k, claim in enumerate(CLAIMS):
+            one = ratio(mean(bent, claim), mean(rigid, claim))
+            found[:, i, k] = one.value, one.error, one.reach(ONE_END)
+    return found
+
+
+class Judgement(NamedTuple):
+    """One claim in one cell: median ratio, its errors, and the share of samples in which it holds with its interval."""
+
+    ratio: float
+    sampling: float
+    model: float
+    share: float
+    low: float
+    high: float
+
+    @property
+    def verdict(self) -> str:
+        """Verdict by the interval of the share."""
+        return HOLDS if self.low > 0.5 else FAILS if self.high < 0.5 else UNDECIDED
+
+
+def judge(values: Array, errors: Array, reach: Array, margin: float, level: float) -> Judgement:
+    """Judge a claim by its ratios, their standard errors and half widths, each (samples,); unsound samples do not count."""
+    sound = np.isfinite(values)
+    value, error, half, n = values[sound], errors[sound], reach[sound], int(sound.sum())
+    if not n:
+        return Judgement(np.nan, np.nan, np.nan, np.nan, 0.0, 1.0)
+    sampling, below = float(np.mean(error**2)), value - (1 - margin)
+    model = max(float(value.var(ddof=1)) - sampling, 0.0) if n > 1 else np.nan
+    surely, perhaps = (int((below + sign * half < 0).sum()) for sign in (1, -1))
+    low, high = (binomtest(hits, n).proportion_ci(1 - level, "wilson") for hits in (surely, perhaps))
+    share = float((below < 0).mean())
+    return Judgement(float(np.median(value)), sampling**0.5, model**0.5, share, float(low.low), float(high.high))
+
+
+def overall(verdicts: Sequence[str]) -> str:
+    """Sum up a claim over its cells."""
+    holds, fails = HOLDS in verdicts, FAILS in verdicts
+    if holds == fails:
+        return "holds in part" if holds else UNDECIDED
+    return (HOLDS if holds else FAILS) + (" where decided" if UNDECIDED in verdicts else "")
+
+
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run all samples in all cells and judge every claim."""
+    samples, cells = p.cases(), p.cells()
+    bodies = [flexible(case) for case in samples]
+    found = np.stack([
+        ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
+        for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))
+    ])  # fmt: skip
+    metrics = judged_metrics(p, found)
+    unsound = int(np.isnan(found[:, 0, :, 0]).sum())
+    metrics["unsound"] = Metric(unsound, "1")
+    return StudyResult(
+        parameters=p,
+        **judged([f"all {found[:, 0, :, 0].size} cases are unsound"] if unsound == found[:, 0, :, 0].size else []),
+        metrics=metrics,
+        signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},
+        work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
+        tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
+    )
+
+
+def judged_metrics(p: Parameters, found: Array) -> dict[str, Metric]:
+    """Judge every claim in every cell, (cells, 3, samples, claims), and tell how often gravity flips it."""
+    metrics: dict[str, Metric] = {}
+    level = p.level / (len(CLAIMS) * len(found))
+    for (unit, gravity), cell in zip(p.cells(), found, strict=True):
+        for k, claim in enumerate(CLAIMS):
+            one, name = judge(*cell[:, :, k], p.margin, level), f"{cell_name(unit, gravity)}.{claim.name}"
+            metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in one._asdict().items()}
+            metrics[f"{name}.verdict"] = Metric(VERDICTS[one.verdict], "1")
+    holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)
+    for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
+        first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
+        for k, claim in enumerate(CLAIMS):
+            sound = np.isfinite(first[:, k] + last[:, k])
+            flips = first[sound, k] > last[sound, k]
+            metrics[f"c_max[{unit}].{claim.name}.flips"] = Metric(float(flips.mean()) if sound.any() else np.nan, "1")
+    return metrics
+
+
+def _verdict(metrics: dict[str, Metric], name: str) -> str:
+    return next(verdict for verdict, number in VERDICTS.items() if number == metrics[f"{name}.verdict"].value)
+
+
+def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
+    """Make a table of one reading of c_max: a row a claim, three columns a gravity."""
+    rows = []
+    for claim in CLAIMS:
+        row = [claim.text]
+        for gravity in p.gravity:
+            name = f"{cell_name(unit, gravity)}.{claim.name}"
+            median, sampling, model, share, low, high = (metrics[f"{name}.{key}"].value for key in Judgement._fields)
+            row += [f"{median:.2f} ± {sampling:.2f} ± {model:.2f}", f"{share:.2f} ({low:.2f} to {high:.2f})"]
+            row.append(_verdict(metrics, name))
+        flips = metrics.get(f"c_max[{unit}].{claim.name}.flips")
+        rows.append(row if flips is None else [*row, f"{flips.value:.2f}"])
+    heads = [f"{head}, {g:g} m/s²" for g in p.gravity for head in ("flexible/rigid", "share of samples", "verdict")]
+    notes = "flexible/rigid: median over samples ± sampling ± model. share: of the samples that buffer, with its interval."
+    return Table(["claim", *heads, *(["flips"] if len(p.gravity) > 1 else [])], rows, f"c_max = 253 {unit}", notes)
+
+
+def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
+    """Make the table of the overall verdicts."""
+    rows = [[c.text, overall([_verdict(metrics, f"{cell_name(*cell)}.{c.name}") for cell in p.cells()])] for c in CLAIMS]
+    notes = (
+        f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
+        f"{p.samples} samples in {len(p.cells())} cells, {metrics['unsound'].value:.0f} left out as unsound; of each rocker "
+        f"{p.members} runs of {p.cycles} turns after {p.settle}, starts drawn over turn and clearance, seed {p.seed}."
+    )
+    return Table(["claim", "overall"], rows, "Verdicts", notes)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Draw the ratios of all samples, a panel a cell and a row a claim, with their median and the share that buffers."""
+    p = result.of(Parameters)
+    fig, axes = subplots(1, len(p.cells()), height=115, squeeze=False, sharex=True, sharey=True)
+    places, draw = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
+    colours = {HOLDS: COLOURS[2], UNDECIDED: COLOURS[0], FAILS: COLOURS[1]}
+    for ax, cell, values in zip(axes[0], p.cells(), result.signals["ratio"], strict=True):
+        for k, (claim, place) in enumerate(zip(CLAIMS, places, strict=True)):
+            one, name = values[np.isfinite(values[:, k]), k], f"{cell_name(*cell)}.{claim.name}"
+            colour = colours[_verdict(result.metrics, name)]
+            ax.plot(one, place + draw.uniform(-0.25, 0.25, len(one)), ".", color=colour, markersize=2.5, alpha=0.6)
+            ax.plot(result.metrics[f"{name}.ratio"].value, place, "|", color="#000000", markersize=10, markeredgewidth=1.2)
+        ax.axvline(1 - p.margin, color="#999999", linewidth=0.8)
+        ax.set(xscale="log", xlabel="flexible/rigid", title=f"{cell[0]}, {cell[1]:g} m/s²")
+        ax.title.set_fontsize(8)
+        plain_ticks(ax.xaxis, (1, 3))
+    axes[0][0].set_yticks(places, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
+    for verdict, colour in colours.items():
+        axes[0][0].plot([], [], ".", color=colour, label=verdict)
+    fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return fig
