@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ class Belt(Coupling):
     Torques act on both pulleys and on the carrier of their axles. What presses on the axles by how tight the belt is, is left
     out, and so is its mass.
     """
+
+    sense: ClassVar[float] = -1.0
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
     second: str = names(doc="the same of the other")
@@ -58,7 +61,7 @@ class Belt(Coupling):
     def pull(self, name: str, record: Recorded) -> Array:
         """Tension of the span that pulls the second pulley after the first, less that of the other, N, (times,)."""
         if self.stiffness is None:
-            found: Array = -record.channel(name, "effort")[:, 0]
+            found: Array = self.sense * record.channel(name, "effort")[:, 0]
             return found
         value, rate = self.stretch(record)
         return self.stiffness * value + self.damping * rate

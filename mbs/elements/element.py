@@ -83,6 +83,8 @@ class Element(Declared):
 
     title: ClassVar[str] = ""
     label: ClassVar[str] = ""
+    sense: ClassVar[float] = 1.0
+    """Sign of its signal against its effort."""
 
     @property
     def where(self) -> str:

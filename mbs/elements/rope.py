@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import ClassVar
 
 from ..declare import Name, Several, declared, field, names
 from .coupling import Coupling
@@ -20,6 +21,8 @@ class Rope(Coupling):
     The pulleys are points: small, and without friction. A run in which the rope would have to push is not to be trusted, as a
     rope goes slack; a check says so. A wheel with inertia is a link, and each part of the rope on it a `Rack`.
     """
+
+    sense: ClassVar[float] = -1.0
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
     second: str = names(doc="the same of its other end")
@@ -55,4 +58,4 @@ class Rope(Coupling):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its tension, N."""
-        yield Signal(f"{name}.tension", -record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
+        yield Signal(f"{name}.tension", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)

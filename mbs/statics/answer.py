@@ -132,6 +132,25 @@ def check_coordinates(name: str, value: object, scene: Scene) -> Array:
     return found
 
 
+def reactions(scene: Scene, multipliers: Array, name: str) -> Array:
+    """Turn multipliers into what an element's signals tell, shape (states, rows).
+
+    Of a joint that is the force on its second body, of a guide the lateral force on its block, of a drive its torque or force, of
+    a rope its tension, of a gear the force at its teeth.
+
+    Raises
+    ------
+    KeyError
+        If no constraint has that name.
+    """
+    rows = [i for i, row in enumerate(scene.row_names) if row == name]
+    if not rows:
+        raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
+    element = scene.mechanism.elements()[name]
+    pushes = -element.sense * multipliers[:, rows]
+    return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
+
+
 KEYS = {
     "limit": "limits",
     "branching": "branchings",
@@ -247,5 +266,5 @@ class Path(Route):
         return self.point(link, point), [self.place(each.rest.q, link, point) for each in self.points], ""
 
     def reaction(self, name: str) -> Array:
-        """Multipliers of a constraint along the path, shape (steps, rows)."""
-        return self.multipliers[:, [i for i, row in enumerate(self.scene.row_names) if row == name]]
+        """Force or torque of a constraint along the path, N or N m, shape (steps, rows), with the signs of a run's signals."""
+        return reactions(self.scene, self.multipliers, name)

@@ -14,7 +14,7 @@ from ..spectral import tables as k
 from ..spectral.scene import Place, Scene
 from ..validate import number, one_of, pair
 from . import sticking
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out, reactions
 from .follow import DEGREE, ends
 from .lowest import sparse_null_space
 from .problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
@@ -36,7 +36,7 @@ class Equilibrium(Answer):
     q : array, shape (n,)
         Coordinates.
     multipliers : array, shape (r,)
-        Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert.
+        Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert. See `reaction`.
     load : float
         What the loads were multiplied by.
     stable : bool
@@ -69,11 +69,8 @@ class Equilibrium(Answer):
         return places(self.scene, self.q, link, point)
 
     def reaction(self, name: str) -> Array:
-        """Multipliers of the constraint of this name."""
-        found = [i for i, row in enumerate(self.scene.row_names) if row == name]
-        if not found:
-            raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(self.scene.row_names))}")
-        return self.multipliers[found]
+        """Force or torque of the constraint of this name, N or N m, with the signs of the signals of a run; see `reactions`."""
+        return reactions(self.scene, self.multipliers[None], name)[0]
 
     def rows(self) -> list[tuple[str, str]]:
         """Stability, error, and where points are."""

@@ -275,3 +275,18 @@ def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
 def test_no_mechanism_is_refused():
     with pytest.raises(ValueError, match="mechanism = None: must be Mechanism; this is a NoneType"):
         mbs.equilibrium(None)
+
+
+def test_reactions_are_the_forces_of_a_run_at_rest():
+    """A rod on two guides, held by a drive: with the signs of the signals of a run."""
+    rod = mbs.Mechanism(
+        {"A": (0, 0), "B": (0.3, 0.2)},
+        [mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=1.0, inertia=0.01, centre=(0.1, 0)))],
+        guides=[mbs.Guide("A", "rod"), mbs.Guide("B", "rod", along=(0, 1))],
+        drives=[mbs.Drive("B", 0.0)],
+        loads=[mbs.Force("A", (-4.0, 0))],
+        gravity=(0, -9.81),
+    )
+    run, rest = mbs.simulate(rod, 0.05), mbs.equilibrium(rod)
+    for signal, name in (("A.guide_force", "guide A"), ("B.guide_force", "guide B"), ("drive.force", "drive")):
+        assert rest.reaction(name) == pytest.approx([run[signal][-1]], rel=1e-9)

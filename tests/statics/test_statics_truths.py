@@ -88,7 +88,7 @@ def test_path_buckles_and_follows_the_elastica(body, tolerance):
     followed = path(made, drive="drive", to=-0.9 * LENGTH, degree=14, branch=branch, step=1e-4, longest=0.05)
     unit = section.bending_stiffness / LENGTH**2
     assert followed.branchings[0] == pytest.approx(-(np.pi**2) * unit / section.axial_stiffness * LENGTH, rel=2e-3)
-    u, force = -followed.parameter / LENGTH, followed.reaction("drive")[:, 0] / unit
+    u, force = -followed.parameter / LENGTH, -followed.reaction("drive")[:, 0] / unit
     bent = u > 1e-3
     assert bent.sum() > 10
     assert np.abs(force[bent] / [law.fast(x) for x in u[bent]] - 1).max() < tolerance
