@@ -71,9 +71,10 @@ class Parameters(StrikeParameters):
     @property
     def given(self) -> Given:
         """Numbers fixed."""
-        free = (self.thickness, self.width, self.speed, self.mass, self.stop_stiffness)
-        return Given(*(value or None for value in free), self.restitution, self.friction_force, self.yield_strength,
-                     fastest=self.fastest)  # fmt: skip
+        return Given(
+            self.thickness or None, self.width or None, self.speed or None, self.mass or None, self.stop_stiffness or None,
+            self.restitution, self.friction_force, self.yield_strength, fastest=self.fastest,
+        )  # fmt: skip
 
 
 def check(model: str, d: Design, p: StrikeParameters) -> ModelRun:

@@ -1,15 +1,11 @@
 """One strike of a beam in dimensionless numbers: what decides the strip's push, and the borders of its regimes, in closed form.
 
 P is the strip's Euler load, w1 its first frequency, g its radius of gyration, v the slider's speed at contact, phi the lean of
-the chord there, K' the stop's stiffness with the strip's own behind it.
+the chord there, K' the stop's stiffness with the strip's own behind it, a_n its deflection before contact in mode n.
 
-    s  = K' v/(P w1 cos phi)     rise of the strip's compression in Euler loads over a radian of its first vibration
-    b  = a_1/g                   its first-mode deflection before contact: bow, weight, inertia, all grown by friction
-    S  = v sqrt(K m)/P           force of the slider's mass alone
-    W  = max (f - m x'')/(P cos phi) on the way: above 1 the strip buckles before it arrives
-    r  = K'/(cos(phi)^2 E A/L)   stiffness of the stop over that of the strip
-    q  = sqrt(K/m)/w1            frequency of the slider on its stop over that of the strip
-    u  = v T cos phi/L           shortening that the impact asks for, T = pi/(q w1) its duration
+    s = K' v/(P w1 cos phi)  rise of the compression in Euler loads over a radian of its first vibration;  b = a_1/g
+    S = v sqrt(K m)/P        force of the slider's mass alone;  W = max (f - m x'')/(P cos phi) on the way: above 1 it buckles
+    r = K'/(cos(phi)^2 E A/L), q = sqrt(K/m)/w1,  u = v T cos phi/L, the shortening asked for in a time T = pi/(q w1)
 
 **Late buckling.** While the compression p = s tau rises, the n-th sine mode grows at
 
@@ -43,7 +39,8 @@ from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER, PAPER_STOP
 
-from .sine_strip import CONTACT, L, SineStrip
+from .sine_strip import L, SineStrip
+from .slider_crank import CONTACT
 
 LATE, SAGS = 1.5, 0.95
 """Compression over the Euler load above which buckling is late, and below which the strip sags."""

@@ -67,7 +67,9 @@ class Wish:
     contact_force: Floats
     impact_force: Floats
     contact_angle: Floats
-    __post_init__ = _refuse
+
+    def __post_init__(self) -> None:
+        _refuse(self)
 
 
 @dataclass(frozen=True)

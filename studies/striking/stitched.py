@@ -32,7 +32,6 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.validate import non_negative, number, positive
 
 NEGLIGIBLE = 1e-2
 """Share of the first impact's speed below which rebounds are over: 1e-4 of its energy."""
@@ -41,63 +40,41 @@ SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-@dataclass(frozen=True)
-class Rebound:
-    """Flight of a slider [kg] that leaves the stop at a speed [m/s] against a constant push [N] and friction [N]."""
+class Rebound(NamedTuple):
+    """Flight of a slider off the stop: time to standstill and distance there, time until it is back or stands still, speed back.
+
+    `slow` and `fast` are its deceleration, (F + f)/m, and its acceleration back, (F - f)/m, 0 if friction holds it [m/s^2].
+    """
 
     speed: float
-    push: float
-    friction: float
-    mass: float
+    slow: float
+    fast: float
+    outward_time: float
+    height: float
+    duration: float
+    return_speed: float
 
-    @property
-    def outward_time(self) -> float:
-        """Time to standstill, m v/(F + f) [s]."""
-        return self.mass * self.speed / (self.push + self.friction)
-
-    @property
-    def height(self) -> float:
-        """Largest distance from the stop, m v^2/(2 (F + f)) [m]."""
-        return self.speed * self.outward_time / 2
-
-    @property
-    def returns(self) -> bool:
-        """Whether the push overcomes friction at standstill."""
-        return self.push > self.friction
-
-    @property
-    def duration(self) -> float:
-        """Time until the slider is back at the stop, or stands still off it [s]."""
-        back = sqrt(2 * self.height * self.mass / (self.push - self.friction)) if self.returns else 0.0
-        return self.outward_time + back
-
-    @property
-    def return_speed(self) -> float:
-        """Speed back at the stop, v sqrt((F - f)/(F + f)) [m/s]; 0 if friction holds it."""
-        return self.speed * sqrt(max(0.0, self.push - self.friction) / (self.push + self.friction))
+    @classmethod
+    def of(cls, speed: float, push: float, friction: float, mass: float) -> Rebound:
+        """Compute the flight at a speed [m/s] against a constant push [N] and friction [N] of a mass [kg]."""
+        slow, fast = (push + friction) / mass, max(push - friction, 0.0) / mass
+        outward, height = speed / slow, speed**2 / (2 * slow)
+        back = sqrt(2 * height / fast) if fast else 0.0
+        return cls(speed, slow, fast, outward, height, outward + back, speed * sqrt(fast / slow))
 
     def motion(self, t: Array) -> tuple[Array, Array]:
         """Compute distance from the stop and speed away from it, at times t since it was left."""
         back, out = np.maximum(t - self.outward_time, 0.0), np.minimum(t, self.outward_time)
-        slow, fast = (self.push + self.friction) / self.mass, max(0.0, self.push - self.friction) / self.mass
-        place = self.speed * out - slow * out**2 / 2 - fast * back**2 / 2
-        return place, np.where(t < self.outward_time, self.speed - slow * out, -fast * back)
+        place = self.speed * out - self.slow * out**2 / 2 - self.fast * back**2 / 2
+        return place, np.where(t < self.outward_time, self.speed - self.slow * out, -self.fast * back)
 
 
 @dataclass(frozen=True)
 class Stitched:
     """The slider-crank with a stop, as published.
 
-    Parameters
-    ----------
-    mass : mass of the slider [kg], positive
-    restitution : e in (0, 1]
-    friction : Coulomb friction of the slider [N], the same at any speed
-    impact_duration : dt of one impact [s], positive
-    stiffness : E I of the strip [N m^2], positive
-    lengths : SliderCrank
-    stop : place of the stop on the slider's line [m]
-    load : normalised force p(u): the published quartic by default
+    Mass of the slider [kg], restitution e, friction at any speed [N], dt of one impact [s], E I of the strip [N m^2], lengths,
+    place of the stop on the slider's line [m], and normalised force p(u).
     """
 
     mass: float
@@ -108,13 +85,6 @@ class Stitched:
     lengths: SliderCrank = PAPER
     stop: float = PAPER_STOP
     load: Callable[[Reals], Reals] = law.quartic
-
-    def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
-        non_negative("friction", self.friction, "N")
-        positive("impact_duration", self.impact_duration, "s")
-        positive("stiffness", self.stiffness, "N m^2")
 
     @property
     def contact_angle(self) -> float:
@@ -194,9 +164,8 @@ class _Crank(NamedTuple):
 
     def time(self, angle: float) -> float:
         """Find when the crank gets to an angle, or the end of the run."""
-        if self.motion.position(self.duration) <= angle:
-            return self.duration
-        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
+        late = self.motion.position(self.duration) <= angle
+        return self.duration if late else float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
 
 
 class _Piece(NamedTuple):
@@ -217,7 +186,7 @@ def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
     ValueError
         If the slider never reaches the stop's place.
     """
-    crank = _Crank(motion, positive("duration", duration, "s"))
+    crank = _Crank(motion, duration)
     pieces: list[_Piece] = []
     time, turn, meeting = 0.0, 0, model.contact_angle
     while time < duration:
@@ -246,12 +215,12 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
         pulse, away = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
         yield _piece("impact", pulse, model.stop, np.linspace(-speed, away, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])
-        rebound = Rebound(away, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
+        rebound = Rebound.of(away, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
         flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
         time, speed = float(flight[-1]), rebound.return_speed
-        if not rebound.returns:
+        if not rebound.fast:
             yield _piece("held", _times("held", time, end), model.stop + rebound.height)
             return
     if time < end:

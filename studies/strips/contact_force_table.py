@@ -117,7 +117,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     stops = {f"e{np.degrees(p.stop_angle):g}": float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
-    signals, yields, failures = {"angle": angle}, [], []
+    signals = {"angle": angle}
+    yields: list[str] = []
+    failures: list[str] = []
     for h in progress(p.thicknesses, label="thicknesses"):
         loads = _models(h, p.elements, failures)
         for name, stop in stops.items():
