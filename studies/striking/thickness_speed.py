@@ -190,9 +190,9 @@ def figure(result: StudyResult) -> Figure:
             impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], label=name)
     forces.loglog(1e3 * np.array(p.thicknesses), s["exact"][0, :, 0], "k-", linewidth=0.7, label="elastica")
     for state, (name, mark, colour) in STATES.items():
-        models, i, k = np.nonzero(s["state"][..., 1:] == state)
-        y = 1e3 * np.array(p.thicknesses)[i] + 0.03 * models  # models beside each other
-        states.semilogx(np.array(p.speeds)[k], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
+        model_of, strip_of, speed_of = np.nonzero(s["state"][..., 1:] == state)
+        y = 1e3 * np.array(p.thicknesses)[strip_of] + 0.03 * model_of  # models beside each other
+        states.semilogx(np.array(p.speeds)[speed_of], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
     forces.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]")
     impacts.set(xlabel="speed of the crank [rad/s]", ylabel=f"impact force [N]: {', '.join(map(' '.join, LINES.items()))}")
     states.set(xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")
