@@ -113,7 +113,8 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
 
 
 def _not_allowed(node: ast.expr) -> str:
-    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula"
+    comma = "; decimals are written with a point" if isinstance(node, ast.Tuple) else ""
+    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{comma}"
 
 
 def _hint(word: str, known: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `210GPa`. The one place that reads units.
+"""Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `5 lbf.in`. The one place that reads units.
 
 `parse_quantity("0.3mm", "m")` is the float 3e-4. `measured("0.3 mm")` is the same number in SI that still knows its kind of
 unit, until a check (`mbs.validate`) has compared it with the unit it wants.
@@ -45,13 +45,43 @@ SYMBOLS: dict[str, Unit] = {
     "r": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
     "rev": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
     "rpm": Unit(math.pi / 30, 0, (0, 0, -1, 0, 1)),
+    "Nm": Unit(1, 0, (2, 1, -2, 0, 0)),
+    "Nmm": Unit(1, -3, (2, 1, -2, 0, 0)),
+    "h": Unit(3600, 0, (0, 0, 1, 0, 0)),
+    "t": Unit(1, 3, (0, 1, 0, 0, 0)),
+    "bar": Unit(1, 5, (-1, 1, -2, 0, 0)),
+    "in": Unit(0.0254, 0, (1, 0, 0, 0, 0)),
+    "ft": Unit(0.3048, 0, (1, 0, 0, 0, 0)),
+    "lb": Unit(0.45359237, 0, (0, 1, 0, 0, 0)),
+    "lbf": Unit(4.4482216152605, 0, (1, 1, -2, 0, 0)),
 }
+"""Units by name. t is the tonne, lb the pound of mass, lbf that of force (lb times 9.80665 m/s^2); all by definition."""
 PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
-NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm"}
+NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm", "h", "t", "in", "ft", "lb", "lbf"}
 SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg", "Ω": "Ohm"})
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
+
+
+COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()]*")
+"""One number with a comma, and perhaps a unit: no list and no arguments of a function."""
+
+
+def _digits(text: str) -> re.Match[str]:
+    """Match the number that a text begins with.
+
+    Raises
+    ------
+    ValueError
+        If it begins with none, or has a decimal comma.
+    """
+    match = NUMBER.match(text)
+    if match is None:
+        raise ValueError("not a number")
+    if comma := COMMA.fullmatch(text):
+        raise ValueError(f"a number with a comma; write {comma[1]}.{comma[2]}, with a point")
+    return match
 
 
 def _symbol(name: str) -> Unit:
@@ -107,9 +137,7 @@ def parse_quantity(text: str, unit: str) -> float:
     ValueError
         If it is no number, or its unit is unknown or of another kind.
     """
-    match = NUMBER.match(text)
-    if match is None:
-        raise ValueError("not a number")
+    match = _digits(text)
     digits, exponent = match[1], int(match[2] or 0)
     given = text[match.end() :].strip()
     if not given:
@@ -176,9 +204,7 @@ def measured(text: str) -> float:
     ValueError
         If it is no number, or its unit is unknown.
     """
-    match = NUMBER.match(text)
-    if match is None:
-        raise ValueError("not a number")
+    match = _digits(text)
     given = text[match.end() :].strip()
     if not given:
         return float(f"{match[1]}e{match[2] or 0}")
@@ -205,5 +231,5 @@ def is_measured(text: str) -> bool:
     try:
         measured(text)
     except ValueError:
-        return LIKE_UNITS.fullmatch(text.strip()) is not None
+        return LIKE_UNITS.fullmatch(text.strip()) is not None or COMMA.fullmatch(text) is not None
     return True

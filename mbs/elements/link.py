@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import hypot
+from math import hypot, pi
 from typing import Any, ClassVar
 
 from ..declare import (
@@ -103,7 +103,10 @@ class Link(Linked):
     length: float | None = quantity(
         "m", above=0, default=None, doc="distance of its ends; with it one of them may be left out of the points, and follows"
     )
-    angle: float | None = quantity("rad", default=None, doc="from the x-axis to the direction from start to end, at t = 0")
+    angle: float | None = quantity(
+        "rad", low=-2 * pi, high=2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'", default=None,
+        doc="from the x-axis to the direction from start to end, at t = 0",
+    )  # fmt: skip
 
     def agree(self) -> None:
         """Only points that its body can carry."""

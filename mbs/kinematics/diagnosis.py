@@ -13,7 +13,7 @@ from ..mechanism import Mechanism
 from ..record.errors import Status
 from ..record.record import Record
 from .linkage import ROUNDING, Linkage, involved, rank
-from .start import jacobian
+from .start import jacobian, overdriven
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""
@@ -116,6 +116,8 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     if redundant_ones:
         shared = ", ".join(map(repr, undetermined(mechanism)))
         found.append(f"redundant: {', '.join(map(repr, redundant_ones))}; no equation determines the forces of {shared}")
+    if len(mechanism.drives) > 1 and (too_many := overdriven(mechanism)):
+        found.append(too_many)
     held = _groups(mechanism)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:

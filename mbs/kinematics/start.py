@@ -16,7 +16,7 @@ from ..elements.link import Link
 from ..elements.rows import Row
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix
+from .linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix, rank
 
 EXACT = 1e-9
 """What may be left of an equation that is met, relative to its right-hand side."""
@@ -111,6 +111,19 @@ def jacobian(mechanism: Mechanism, q: Array | None = None) -> tuple[Linkage, Arr
     return linkage, rigid, loose
 
 
+def overdriven(mechanism: Mechanism) -> str:
+    """Say that a mechanism has more drives than ways to move, in poses in general position; empty if it has not."""
+    linkage, rigid, loose = jacobian(mechanism, Linkage(mechanism).general_pose())
+    matrix = np.hstack([rigid, loose])
+    driven = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is not None]
+    held = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is None]
+    free = matrix.shape[1] - rank(matrix[held])
+    if len(driven) <= free:
+        return ""
+    names = ", ".join(f"'{linkage.names[k]}'" for k in driven)
+    return f"{len(driven)} drives ({names}) for a mobility of {free}: leave {len(driven) - free} out, or their motions must agree"
+
+
 def start(mechanism: Mechanism) -> Start:
     """Velocities at t = 0.
 
@@ -129,8 +142,10 @@ def start(mechanism: Mechanism) -> Start:
     gap = float(np.abs(rest).max(initial=0.0))
     if gap > EXACT * scale:
         who = ", ".join(f"'{name}'" for name in involved(names, rest))
+        too_many = overdriven(mechanism)
         raise KinematicsError(
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
+            + (f"; {too_many}" if too_many else "")
         )
     rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - loose @ bend).reshape(-1, 3)
     stations = Stations(mechanism)
