@@ -18,7 +18,6 @@ from .accuracy.ladder import ladder_of, suited
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .breaks import WIDTH
 from .checks.suspicions import idle, suspicions
-from .engine.solve import once
 from .functions import own_functions
 from .geometry import Array
 from .kinematics import exact
@@ -44,7 +43,14 @@ def _compiled(*arguments: Any) -> Run:
     return run(*arguments)
 
 
-SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once, Spectral: _compiled, Closure: exact.once}
+def _on_engine(*arguments: Any) -> Run:
+    """Run with the engine, which is loaded only where it runs."""
+    from .engine.solve import once as run
+
+    return run(*arguments)
+
+
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _compiled, Closure: exact.once}
 """What runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
