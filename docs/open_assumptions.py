@@ -20,17 +20,12 @@ RATTLING = (
 )  # fmt: skip
 """Of the crank-rocker with clearance."""
 INSTEAD: Mapping[tuple[str, str], str] = {
-    ("slider-crank-precision", "friction"): "0.1",
     ("design", "friction"): "`friction_force`",
     ("impact-map", "imperfection"): "`bows`",
     ("impact-map", "mass"): "`masses`",
-    ("clearance-precision", "pin"): "5 mm",
-    ("clearance-precision", "in_plane_depth"): "20 mm",
-    **{
-        (study, name): value
-        for study in ("crank-rocker", "clearance-precision")
-        for name, value in (("bending", "2"), ("axial", "1"), ("frequency_factor", "1"))
-    },
+    ("crank-rocker", "bending"): "2",
+    ("crank-rocker", "axial"): "1",
+    ("crank-rocker", "frequency_factor"): "1",
     ("modes", "bending"): "`sets`",
     ("modes", "axial"): "`sets`",
     ("modes", "frequency_factor"): "1",

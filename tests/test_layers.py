@@ -132,7 +132,7 @@ def test_the_engine_is_named_only_in_its_rooms():
         for path in sources(package)
         if "exudyn" in imported(path)
     }
-    plain = "studies/trust/plain.py"  # what run times are held against, no part of Buckler
+    plain = "studies/error_against_run_time/plain.py"  # what run times are held against, no part of Buckler
     assert not {path for path in users if not path.startswith(ENGINE_ROOMS)} - {plain}
     assert {"mbs/engine/scene.py", "mbs/engine/build.py"} <= users  # or the above checks nothing
 

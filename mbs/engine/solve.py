@@ -11,8 +11,6 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.clearance import clearances
-from ..elements.signal import Moved
-from ..geometry import Array
 from ..kinematics.diagnosis import remarks, stuck
 from ..kinematics.exact import sample_times
 from ..kinematics.linkage import determined
@@ -23,7 +21,6 @@ from ..record.run import Run
 from ..solvers import Equal, Exudyn, position_error
 from . import System
 from .build import build
-from .placed import States
 from .recording import Recorder
 from .scene import SPARSE_FROM, Scene
 from .stepping import StepControl, implicit_control
@@ -184,46 +181,3 @@ def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float 
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)
     return control, engine, run_engine(scene, control, engine, explicit_settings(scene, solver, duration))
-
-
-def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> tuple[Array, dict[str, Moved], str]:
-    """Run a mechanism with the engine's own default settings, in equal steps: nothing is controlled or checked.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    duration : float
-        s.
-    steps : int
-        The one setting that has no default that works.
-
-    Returns
-    -------
-    time : array, shape (steps,)
-    places : dict
-        Motions of links and blocks by name; velocities and accelerations are left out as zero.
-    message : str
-        What the engine said, if it failed.
-    """
-    scene = build(mechanism)
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = duration, steps
-    settings.timeIntegration.verboseMode, settings.solution.file.write = 0, False
-    time: list[float] = []
-    rows: list[Array] = []
-
-    def keep(_system: System, t: float) -> bool:
-        time.append(t)
-        rows.append(scene.system.systemData.GetODE2Coordinates())
-        return True
-
-    scene.system.SetPostStepUserFunction(keep)
-    message = ""
-    try:
-        if not scene.system.SolveDynamic(settings):
-            message = "no convergence"
-    except exu.ExudynError as error:
-        message = " ".join(str(error).split())[-200:]
-    q = np.array(rows).reshape(len(time), -1)
-    still = States(q, np.zeros_like(q), np.zeros_like(q))
-    return np.array(time), {name: placed.motion(still) for name, placed in scene.placed.items()}, message

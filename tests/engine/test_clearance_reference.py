@@ -1,19 +1,22 @@
 """Joints with clearance in the engine against the compiled reference, which shares with it the contact laws and nothing else."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from clearance_pair import damped_modes, damped_section, distance, forces
 from fourbar import FourBar, run
+from scipy.stats import norm
 from simulations import fine
 
 pytest.importorskip("numba")
 
+from turn_statistics import QUANTITIES, Comparison, columns, compare
+
 from buckler.mbs import Beam, Controlled, Exudyn, Modal, simulate
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED
-from buckler.studies.rattling.clearance_precision_runs import columns, compare
 from buckler.studies.rattling.turns import by_turn, ensemble
 
 BAR = FourBar()
@@ -131,3 +134,32 @@ def test_cycles_of_closed_joints_are_those_of_the_reference():
     np.testing.assert_allclose(found["force"], expected["force"][0], rtol=5e-3)
     np.testing.assert_allclose(found["rms_a"][:, :2], expected["rms_a"][0, :, :2], rtol=2e-3)
     np.testing.assert_allclose(found["lost"], expected["lost"][0], rtol=2e-3)
+
+
+def draw(shape, seed=1):
+    return 1 + 0.01 * np.random.default_rng(seed).standard_normal(shape)
+
+
+def test_statistics_tell_a_difference_from_chance():
+    one, same, other = draw((40, 5)), draw((160, 5), 2), draw((160, 5), 3)
+    other[:, 3] *= 1.01
+    alike, apart = Comparison(one, same, 0.0), Comparison(one, other, 0.0)
+    assert alike.chance > 0.01 and apart.chance < 1e-4
+    assert np.abs(alike.apart).max() < 3 and apart.apart[3] == pytest.approx(-1 / np.hypot(1 / 40**0.5, 1 / 160**0.5), abs=2)
+    k = int(np.abs(alike.apart).argmax())
+    assert alike.chance == pytest.approx(min(1.0, 5 * 2 * norm.sf(abs(alike.apart[k]))), rel=0.5)  # nearly normal with so many
+    assert len(QUANTITIES) == alike.error.size == 5
+
+
+def test_measures_of_a_turn_are_those_of_the_curves():
+    """Of sines, at uneven times: largest values, root mean square, differences; the first turn is left out."""
+    time = np.sort(np.concatenate([np.linspace(0, 3, 6001), 1.5 + 0.2 * np.random.default_rng(1).random(500)]))
+    wave, turn = np.sin(2 * np.pi * time), np.floor(time) + 1
+    sizes = {"O.ground-crank": 1, "A.coupler-crank": 1, "B.coupler-rocker": 3, "C.ground-rocker": 5}
+    signals = {f"{joint}.f{axis}": k * turn * wave for joint, k in sizes.items() for axis in "xy"}
+    signals |= {"coupler.ax": 2 * wave, "rocker.ax": 4 * wave}
+    made = SimpleNamespace(time=time, signals=signals, energy={"taken_contact": time, "taken_friction": time**2})
+    expected = [[k * n * 2**0.5 for k in (3, 5)] + [2**0.5, 2 * 2**0.5, 1 + 2 * n - 1] for n in (2, 3)]
+    assert columns(by_turn(made, 1.0, 3, 1)) == pytest.approx(np.array(expected), rel=1e-3)
+    made.signals["A.penetration"] = np.where(time > 2, 1e-5, 0.0)
+    assert by_turn(made, 1.0, 3, 1)["depth"].tolist() == [[0, 0, 0, 0], [0, 1e-5, 0, 0]]

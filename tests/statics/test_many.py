@@ -1,19 +1,51 @@
 """Statics of many strips: sparse factors and Lanczos's method against dense matrices of all of it."""
 
+from math import isqrt
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from buckler.mbs import Cable, Revolute, Section, equilibrium, frequencies
+from buckler.mbs import Cable, Link, Mechanism, Revolute, Section, equilibrium, frequencies
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
 from buckler.mbs.statics.answer import Ending
 from buckler.mbs.statics.lowest import null_space, sparse_null_space
 from buckler.mbs.statics.problem import Problem, least, loads_of, solve
-from buckler.studies.trust.scaling import lattice
 
 STRIP = Cable(Section(0.010, 0.0005), elements=4)
 NEVER = 10**9
+
+
+def lattice(links, body):
+    """Sides of a net's meshes, row by row, hung up along its upper edge: strips downward, and across between their ends."""
+    wide = max(1, isqrt(links // 2))
+    sides = []
+    row = 0
+    while len(sides) < links:
+        sides += [((i, row), (i, row + 1)) for i in range(wide)]
+        row += 1
+        sides += [((i, row), (i + 1, row)) for i in range(wide - 1)]
+    points, holders = {}, {}
+    made, joints = [], []
+    for k, ends in enumerate(sides[:links]):
+        names = [f"P{i}_{j}" for i, j in ends]
+        made.append(Link(f"link{k}", names[0], names[1], body))
+        for name, (i, j) in zip(names, ends, strict=True):
+            points[name] = (0.1 * i, -0.1 * j)
+            if j == 0 or name in holders:
+                joints.append(Revolute(name, "ground" if j == 0 else holders[name], f"link{k}"))
+            holders.setdefault(name, f"link{k}")
+    return Mechanism(points, made, joints, gravity=(6.94, -6.94))
+
+
+@pytest.mark.parametrize("links", [1, 2, 7, 16, 128])
+def test_the_net_has_as_many_strips_as_asked_for_and_hangs_together(links):
+    net = lattice(links, STRIP)
+    assert len(net.links) == links
+    # each knot but the upper edge's joins all of its strips: as many pins as strips' ends, less one a knot
+    knots = sum(y < 0 for _, y in net.points.values())
+    assert len(net.joints) == 2 * links - knots
 
 
 @pytest.fixture(scope="module")

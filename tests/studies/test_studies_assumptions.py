@@ -16,7 +16,6 @@ from buckler.mbs.library import CLOSED
 from buckler.studies.kit.parameters import specs
 from buckler.studies.rattling import (
     buffering,
-    clearance_precision,
     clearance_speed,
     crank_rocker,
     modes,
@@ -26,7 +25,6 @@ from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.mode_sets import LENGTH, damped, rocker_modes
 from buckler.studies.rattling.turns import solver
-from buckler.studies.trust import smooth_precision
 
 OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
 FAR = np.inf
@@ -88,7 +86,7 @@ def test_a_joint_has_one_pin():
 # --- the rest ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("study", [clearance_precision, clearance_speed, crank_rocker, modes])
+@pytest.mark.parametrize("study", [clearance_speed, crank_rocker, modes])
 def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
     assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
@@ -145,8 +143,6 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
     (clearance_speed, {"frequency_factor": 1.1}, r"frequency_factor = 1\.1: only a rocker of modes"),
     (buffering, {"clearance": "1mm,0.5mm,0.1mm"}, r"clearance = 0.001,0.0005,0.0001: must be one number or two ends"),
     (buffering, {"members": 1}, "members = 1"),
-    (clearance_precision, {"steps": (100.5,)}, r"steps\[0\] = 100\.5: must be a whole number"),
-    (smooth_precision, {"elements": (1.5,)}, r"elements\[0\] = 1\.5: must be a whole number"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(study, wrong, message):
     with pytest.raises(ValueError, match=message) as refused:

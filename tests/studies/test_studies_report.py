@@ -13,6 +13,8 @@ from made_up_study import Parameters, figure, run
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, atomic, to_json, write
 from buckler.studies.kit.style import STYLE, subplots
 
+ROOT = Path(__file__).parents[2]
+
 
 def test_error_is_relative_to_the_exact_value_or_the_studys_own():
     assert Metric(0.99, "N", exact=-1.1).error == pytest.approx(1.9)
@@ -110,3 +112,11 @@ def test_same_figure_is_the_same_file(tmp_path):
     for name in ("history.pdf", "history.png"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
     assert b"CreationDate" not in (tmp_path / "one" / "history.pdf").read_bytes()
+
+
+def test_no_text_of_a_figure_is_below_seven_points():
+    """Of sources: studies that run long are not drawn in the tests."""
+    small = re.compile(r"(?:fontsize|labelsize|titlesize|font\.size)[\"']?\s*[=:]\s*([\d.]+)")
+    sources = [path for room in ("studies", "mbs/view") for path in (ROOT / room).rglob("*.py")]
+    found = [(path.name, size) for path in sources for size in small.findall(path.read_text(encoding="utf-8")) if float(size) < 7]
+    assert found == []

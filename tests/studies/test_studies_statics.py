@@ -5,12 +5,10 @@ import pytest
 from drawing import drawn
 
 from buckler.elastica import pinned
-from buckler.mbs import Cable, Section
-from buckler.mbs.engine.pressed import pinned_strip
+from buckler.mbs import Section
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
-from buckler.studies.strips import contact_force_table, elastica_law, static_precision
-from buckler.studies.trust import plain
+from buckler.studies.strips import contact_force_table, elastica_law
 
 STRIP = Section(0.030, 3e-4)
 UNIT = STRIP.bending_stiffness / PAPER.coupler**2
@@ -140,22 +138,6 @@ def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
     result = contact_force_table.run(contact_force_table.Parameters(thicknesses="0.3mm", elements=8, angles=2))
     assert result.status == "SUSPECT"
     assert result.message.startswith("h = 0.3 mm: SUSPECT: ")
-
-
-# --- a plain run on the engine ----------------------------------------------------------------------------------------
-
-
-def test_plain_strip_is_the_same_mesh_as_the_cable():
-    u = static_precision.SHORTENINGS
-    theirs = plain.buckled_strip(STRIP, PAPER.coupler, u, 16)
-    ours = pinned_strip(Cable(STRIP, 16), PAPER.coupler, u)
-    assert theirs.message == ""
-    assert theirs.force / UNIT == pytest.approx(ours.load, rel=5e-6)  # Newton's tolerance, not the mesh
-
-
-def test_plain_strip_reports_what_the_engine_said():
-    found = plain.buckled_strip(STRIP, PAPER.coupler, np.array([1e-3, 0.95]), 8)
-    assert np.isfinite(found.force).all() or found.message
 
 
 # --- the command line -------------------------------------------------------------------------------------------------

@@ -1,0 +1,1 @@
+"""Error against run time: works, the hand-tuned engine beside them, what each scene is made of."""

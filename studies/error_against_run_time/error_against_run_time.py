@@ -1,0 +1,146 @@
+"""Error against run time: works at several settings, by hand-tuned runs of the engine, by one run of ours, by an accuracy.
+
+Series are `engine`, bare Exudyn with the best settings found by hand (of rattling works Buckler's items with hand-set steps);
+`once`, one run of the compiled solver, of the buckled strip one of the engine's beams; and `known`, a run whose error is asked
+for and told. Times are of the processor, from the description of the mechanism to the numbers that are compared; runs are taken
+in turn. A second table lists what the scenes are made of, and what their runs load and compile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from math import isfinite, nan
+
+import numpy as np
+
+from buckler.mbs.geometry import Array
+
+from ..kit.parameters import StudyParameters, choices, integer
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.statistics import exponent
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
+from ..kit.work_precision import Point, fastest, footnote, work_precision
+from .ingredients import Ingredients, ingredients
+from .work import KNOWN, ONCE, PLAIN, Work
+from .works import WORKS
+
+ORDER = 4
+"""Order of the strip's load in the size of its three-node elements: twice that of its strains."""
+AGREEING = 1e-2
+"""Largest difference of two references that judge a work: beyond it one of the two codes is wrong."""
+SOLVERS = ("Spectral", "Exudyn")
+"""Solvers whose scenes are taken apart."""
+MARKERS = {PLAIN: "s", ONCE: "o", KNOWN: "^"}
+"""Marks of the series in the figure."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    works: tuple[str, ...] = choices(tuple(WORKS), tuple(WORKS), "works to run", "works")
+    scenes: int = integer(1, 0, 1, "1 to list what scenes are made of, each run in a process of its own", "works")
+    quick: int = integer(0, 0, 1, "1 for the first two settings of a series alone, and the tuned one", "numerics")
+    repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Points of a work by series and setting, and the difference of its references."""
+
+    work: Work
+    points: Mapping[tuple[str, str], Point]
+    uncertainty: float
+
+    @property
+    def tuned(self) -> Point:
+        """The hand-tuned run that others are compared with."""
+        return self.points[PLAIN, self.work.tuned]
+
+    def of(self, series: str) -> list[Point]:
+        """Points of a series."""
+        return [point for (name, _), point in self.points.items() if name == series]
+
+    def metrics(self) -> dict[str, Metric]:
+        """Errors, and the tuned run's time over that of the fastest run of a series that is no less accurate, nan without one."""
+        found = {"engine_error": self.tuned.error, "uncertainty": self.uncertainty}
+        for series in (ONCE, KNOWN):
+            if points := self.of(series):
+                best = fastest(points, self.tuned.error)
+                found[f"{series}_error"] = min(point.error for point in points)
+                found[f"{series}_ratio"] = best.speedup(self.tuned) if best else nan
+        return {name: Metric(value, "1") for name, value in found.items()}
+
+    def wrong(self) -> list[str]:
+        """Name runs without a result, and references that contradict each other."""
+        lost = [f"no result of {' at '.join(key)}" for key, point in self.points.items() if not isfinite(point.error)]
+        apart = f"its two references differ by {self.uncertainty:.1e}, allowed {AGREEING:g}"
+        return lost + ([] if self.uncertainty <= AGREEING else [apart])
+
+
+def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> Measured:
+    """Run everything once untimed, as the first call of anything is slow, then in turn."""
+    firsts = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
+    runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*firsts, (PLAIN, work.tuned)]}
+    errors = {key: work.error(key[0], run()) for key, run in runs.items()}
+    return Measured(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
+
+
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Measure every work, then list what scenes are made of."""
+    found = {name: measure(WORKS[name](), p, progress, name) for name in p.works}
+    scenes = [(work, solver) for work in p.works for solver in SOLVERS if p.scenes and found[work].work.motion]
+    made = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
+    metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
+    if "strip" in found:
+        beams = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
+        metrics["strip_order"] = Metric(exponent([*beams], [*beams.values()]), "1", exact=ORDER)
+    signals = {
+        f"{name}.{series}": np.array([[point.time, point.error] for point in each.of(series)])
+        for name, each in found.items()
+        for series in MARKERS
+        if each.of(series)
+    }
+    tables = [_table(found, footnote(p)), *([_scenes_table(made)] if made else [])]
+    wrong = [f"{name}: {what}" for name, each in found.items() for what in each.wrong()]
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **judged(wrong))
+
+
+def _table(found: Mapping[str, Measured], notes: str) -> Table:
+    rows = [
+        [name, *key, f"{x.error:.1e}", f"{1e3 * x.time:.3g}", f"{x.speedup(each.tuned):.2g}", "*" if x.front else ""]
+        for name, each in found.items()
+        for key, x in each.points.items()
+    ]
+    headers = ["work", "series", "setting", "error", "time [ms]", "tuned engine's time over it", "front"]
+    works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
+    return Table(headers, rows, "Error against run time", f"{works}\n{notes}")
+
+
+def _scenes_table(made: Mapping[tuple[str, str], Ingredients]) -> Table:
+    rows = [[*key, *found.row()] for key, found in made.items()]
+    title = "What scenes are made of, and what a run of each loads and compiles"
+    return Table(["work", "solver", *Ingredients.HEADERS], rows, title)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over run time, a panel a work."""
+    signals: Mapping[str, Array] = result.signals
+    works = list(dict.fromkeys(name.partition(".")[0] for name in signals))
+    columns = min(3, len(works))
+    lines = -(-len(works) // columns)
+    fig, axes = subplots(lines, columns, height=25 + 50 * lines, squeeze=False)
+    for ax, work in zip(axes.flat, works, strict=False):
+        for (series, marker), colour in zip(MARKERS.items(), COLOURS, strict=False):
+            if f"{work}.{series}" in signals:
+                time, error = signals[f"{work}.{series}"].T
+                ax.loglog(1e3 * time, error, marker, color=colour, label=series)
+        low, high = (np.log10(limit) for limit in ax.get_ylim())
+        ax.set(title=work, xlabel="time [ms]", ylabel="error [1]", ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
+        plain_ticks(ax.xaxis)
+        ax.legend()
+    for ax in axes.flat[len(works) :]:
+        ax.remove()
+    return fig

@@ -1,0 +1,219 @@
+"""Works that are run at several settings by each series, and what each run is held against.
+
+A reference shares nothing with what it judges. Loads of the buckled strip are held against the boundary value problem of the
+element's own theory, a chain of bars against Lagrange's equations of an n-fold pendulum. Of other motions there is no exact
+solution: the compiled solver is judged by a fine run of the engine, the engine by a fine run of the compiled solver, and the
+difference of the two is part of what is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+from math import pi, sqrt
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from buckler import mbs
+from buckler.elastica.rod import Rod
+from buckler.mbs.elements.element import Body
+from buckler.mbs.geometry import Array
+from buckler.mbs.laws import AdamsFriction, KelvinVoigt
+from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
+
+from ..kit.published import GRAVITY, STRIP_WIDTH
+from .work import KNOWN, ONCE, PLAIN, STEPS, Hand, Motion, Runs, Setting, Work, by_hand, crossed, power
+
+SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
+"""End shortenings over length at which loads of the strip are compared."""
+STRIP = mbs.Section(STRIP_WIDTH, 3e-4)
+"""Section of the strip that buckles."""
+MASS = 0.3
+"""Mass of the slider [kg]."""
+STIFFNESS = 1e5
+"""Stiffness of its stop [N/m], which is damped critically."""
+PIN, GAP = 5e-3, 2.5e-4
+"""Radius of the pins, radial clearance of the joints [m]."""
+LINKS, SIDE = 16, 0.1
+"""Links of a chain, and the length of one [m]."""
+
+
+# --- statics ----------------------------------------------------------------------------------------------------------
+
+
+def strip() -> Work:
+    """Loads of the buckled strip; a beam extends and shears, a cable only extends."""
+    unit = STRIP.bending_stiffness / PAPER.coupler**2
+
+    def exact(shear: float) -> Array:
+        return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
+
+    def ours(elements: int) -> Array:
+        from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
+
+        return pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS).load
+
+    def hand(elements: int) -> Array:
+        from . import plain  # loads the engine
+
+        return plain.buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
+
+    return Work(
+        "buckled strip, 20 end shortenings", "largest error of the load [1]",
+        {(PLAIN, f"{n}"): partial(hand, n) for n in (16, 32, 64)} | {(ONCE, f"{n}"): partial(ours, n) for n in (8, 16, 32, 64)},
+        "64",
+        {PLAIN: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))},
+        largest=True,
+    )  # fmt: skip
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+
+
+def slider_work(
+    about: str, made: Callable[[Body], mbs.Mechanism], section: mbs.Section, bow: float, *, hand: Sequence[Hand],
+    once: Sequence[Setting], finest: Hand, fine: Setting, tuned: str,
+) -> Work:  # fmt: skip
+    """Deflection of the coupler's middle from its chord over one turn; the engine's cables do not shear, Buckler's beams do."""
+    mechanism = made(mbs.Beam(section, imperfection=bow))
+    speed = mechanism.drives[0].speed
+    assert isinstance(speed, int | float)
+    motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
+
+    def plainly(given: Hand) -> Array:
+        from . import plain  # loads the engine
+
+        return plain.slider_crank(made(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
+
+    runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
+    references = crossed(partial(plainly, finest), partial(motion.once, *fine))
+    return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
+
+
+def smooth() -> Work:
+    """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt that rings on along it."""
+    return slider_work(
+        "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
+        mbs.Section(STRIP_WIDTH, 2e-3), 0.0,
+        hand=[(4, 400, 1e-5, 1e-8), (4, 800, 1e-5, 1e-8), (8, 3200, 1e-6, 1e-9)], once=[(1e-3, 5), (1e-4, 5), (1e-5, 6)],
+        finest=(16, 25_600, 1e-8, 1e-10), fine=(1e-10, 12), tuned="4 x 800",
+    )  # fmt: skip
+
+
+def stop() -> Work:
+    """Slider-crank on its stop: the coupler strikes, buckles, and lets go."""
+    law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
+    return slider_work(
+        "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
+        STRIP.damped(0.01, PAPER.coupler), PAPER.coupler / 1000,
+        hand=[(8, 5000, 1e-6, 1e-6), (8, 10_000, 1e-6, 1e-6), (8, 40_000, 1e-6, 1e-6)],
+        once=[(1e-4, 8), (1e-5, 8), (3e-6, 9)], finest=(16, 80_000, 1e-7, 1e-7), fine=(1e-8, 12), tuned="8 x 10000",
+    )  # fmt: skip
+
+
+def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: str) -> Work:
+    """A chain of `LINKS` links let go from the horizontal: the last bar's centre, or the last strip's end."""
+    bars, last = kind == "bars", LINKS - 1
+
+    def made(elements: int | None = None) -> mbs.Mechanism:
+        body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
+        points = {f"P{k}": (SIDE * k, 0.0) for k in range(LINKS + 1)}
+        links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(LINKS)]
+        joints = [mbs.Revolute(f"P{k}", f"link{k - 1}" if k else "ground", f"link{k}") for k in range(LINKS)]
+        return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
+
+    what = f"link{last}" if bars else f"P{LINKS}"
+    motion = Motion(made(), 0.2, (f"{what}.x", f"{what}.y"))
+
+    def plainly(given: Hand) -> Array:
+        from . import plain  # loads the engine
+
+        return plain.chain(made(given[0]), motion.times, *given[1:])
+
+    runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-5)
+    exact = cache(partial(pendulum, motion.mechanism, motion.times))
+    by_other = crossed(partial(plainly, (8, 3200, 1e-5, 1e-6)), partial(motion.once, 1e-7, 8))
+    references = dict.fromkeys((PLAIN, ONCE, KNOWN), exact) if bars else by_other
+    return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
+
+
+def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
+    """Centre of the last bar of a chain let go from the horizontal, by Lagrange's equations in the bars' angles, m."""
+    n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
+    assert isinstance(body, mbs.Rigid)
+    mass, inertia, _ = body.inertia(a)
+    after = n - 0.5 - np.arange(n)  # of bar k, in bars: what hangs at its end, and half of itself
+    coupled = mass * a**2 * np.minimum.outer(after, after)
+    own = inertia - mass * a**2 / 4
+
+    def rates(_t: float, state: Array) -> Array:
+        angle, spin = state[:n], state[n:]
+        apart = np.subtract.outer(angle, angle)
+        pull = -(coupled * np.sin(apart)) @ spin**2 - GRAVITY * mass * a * after * np.cos(angle)
+        return np.concatenate([spin, np.linalg.solve(coupled * np.cos(apart) + own * np.eye(n), pull)])
+
+    found = solve_ivp(rates, (0.0, times[-1]), np.zeros(2 * n), "DOP853", times, rtol=1e-11, atol=1e-11)
+    along = np.where(np.arange(n) < n - 1, a, a / 2)
+    return np.stack([along @ np.cos(found.y[:n]), along @ np.sin(found.y[:n])], axis=1)
+
+
+def rattling(
+    rocker: str, hand: Sequence[tuple[int, float]], once: Sequence[Setting], finest: tuple[int, float], fine: Setting, tuned: str
+) -> Work:
+    """Crank-rocker with clearance in all joints for 10 ms, after which it is chaos: centres of two bars, over the clearance.
+
+    The engine's runs have Buckler's items and laws, and so many elements and steps of a tolerance as were set by hand.
+    """
+
+    def body(elements: int | None) -> Body:
+        if rocker == "modal":
+            from buckler.mbs.modal import BarModes  # loads a library of finite elements
+
+            return mbs.Modal(BAR, BarModes(2, 1), 0.01)
+        damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
+        return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
+
+    def made(elements: int | None = None) -> mbs.Mechanism:
+        def play(point: str, first: str, second: str) -> mbs.Clearance:
+            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(0.3, 0.1, 0.1, 1.0))
+
+        return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
+
+    signals = tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy")
+
+    def engine(elements: int, tolerance: float) -> Array:
+        return Motion(made(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
+
+    motion = Motion(made(), 0.01, signals)
+    runs: Runs = {(PLAIN, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(engine, n, x) for n, x in hand}
+    runs |= motion.onces(*once) | motion.knowns(1e-2, 1e-3)
+    references = crossed(partial(engine, *finest), partial(motion.once, *fine))
+    about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
+    return Work(about, measure, runs, tuned, references, GAP, motion=motion)
+
+
+WORKS: Mapping[str, Callable[[], Work]] = {
+    "strip": strip,
+    "smooth": smooth,
+    "stop": stop,
+    "rigid": partial(
+        rattling, "rigid", [(1, 1e-2), (1, 1e-3), (1, 1e-4)], [(1e-5, 0), (1e-6, 0), (1e-7, 0)], (1, 1e-6), (1e-11, 0), "1e-3"
+    ),
+    "beam": partial(
+        rattling, "beam", [(4, 1e-2), (4, 1e-3), (8, 1e-4)], [(1e-5, 4), (1e-6, 5), (1e-7, 6)], (16, 1e-6), (1e-11, 12),
+        "4 x 1e-3",
+    ),
+    "modal": partial(
+        rattling, "modal", [(1, 1e-2), (1, 1e-3), (1, 1e-4)], [(1e-5, 0), (1e-6, 0), (1e-7, 0)], (1, 1e-7), (1e-11, 0), "1e-3"
+    ),
+    "bars": partial(
+        chain_work, "bars", [(1, 100, 1e-5, 1e-8), (1, 400, 1e-5, 1e-8), (1, 1600, 1e-6, 1e-9)],
+        [(1e-3, 0), (1e-4, 0), (1e-6, 0)], "1 x 400",
+    ),
+    "strips": partial(
+        chain_work, "strips", [(2, 200, 1e-5, 1e-8), (4, 400, 1e-5, 1e-8), (8, 1600, 1e-5, 1e-8)],
+        [(1e-2, 4), (1e-3, 4), (1e-4, 5)], "4 x 400",
+    ),
+}  # fmt: skip
+"""Works by name."""
