@@ -68,8 +68,8 @@ def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float
         result = simulate(made.mechanism, made.duration, accuracy, timeout=timeout)
         spent = perf_counter() - start
     except ValueError as refusal:  # KinematicsError among them
-        message = "refused: " + " ".join(str(refusal).split())
-        return Finding(family, name, Verdict.NAMED, nan, "", message, perf_counter() - begin, nan)
+        said = "refused: " + " ".join(str(refusal).split())
+        return Finding(family, name, Verdict.NAMED, nan, "", said, perf_counter() - begin, nan)
     error, worst, price = None, "", nan
     if result.status in ENDED:
         start = perf_counter()
@@ -141,13 +141,13 @@ def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
         return {"force of the push": np.array([find_load(made)])}
     if is_pendulum(made.mechanism):
         return {"place": swing(made)}
-    coarse, fine = (run_reference(made, finer) for finer in (0, 1))
+    coarse, fine = (read_reference(made, finer) for finer in (0, 1))
     if coarse is None or fine is None:
         return None
     until = len(SAMPLES)
     if clearances(made.mechanism):
         joints = [replace(x, gap=(1 + KNOWN) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
-        if (other := run_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
+        if (other := read_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
             return None
         parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
         until = int(np.argmax(parted)) if parted.any() else until
@@ -168,8 +168,8 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
             yield name, second
 
 
-def run_reference(made: Draw, finer: int) -> Measures | None:
-    """Read a run of the compiled solver, its steps and strips finer for `finer` = 1; None if it fails."""
+def run_reference(made: Draw, finer: int) -> Result | None:
+    """Run the compiled solver, its steps and strips finer for `finer` = 1; None if it fails."""
     longest = made.duration / 800
     if any(link.body.massless for link in made.mechanism.links):  # struts ring in places far below the tolerance
         longest = min(longest, axial_period(made.mechanism) / RINGING)
@@ -180,7 +180,13 @@ def run_reference(made: Draw, finer: int) -> Measures | None:
         result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return read(made, result) if result.status in ENDED else None
+    return result if result.status in ENDED else None
+
+
+def read_reference(made: Draw, finer: int) -> Measures | None:
+    """Read the measures of a reference run; None if it fails."""
+    result = run_reference(made, finer)
+    return read(made, result) if result else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:

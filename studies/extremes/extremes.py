@@ -67,11 +67,8 @@ def rattle(d: Dice) -> Made:
 
 
 FAMILIES = {**drawn.FAMILIES, "strike range": strike, "dead centre": pass_dead_centre, "clearance range": rattle}
-
-
-def slug(family: str) -> str:
-    """Make a family's name for the command line."""
-    return family.replace(" ", "-")
+SLUGS = {name.replace(" ", "-"): name for name in FAMILIES}
+"""Families by their names on the command line."""
 
 
 @dataclass(frozen=True)
@@ -80,15 +77,14 @@ class Parameters(StudyParameters):
 
     cases: int = integer(100, 1, 10**6, "cases; families take turns", "cases")
     seed: int = integer(1, 0, 2**31 - 1, "draws them", "cases")
-    families: tuple[str, ...] = choices(tuple(map(slug, FAMILIES)), list(map(slug, FAMILIES)), "families of cases", "cases")
+    families: tuple[str, ...] = choices(tuple(SLUGS), list(SLUGS), "families of cases", "cases")
     timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time of a run", "cases")
 
 
 def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
     """Draw the k-th case: family, mechanism and the accuracy asked for."""
     number, turn = divmod(k, len(p.families))
-    family = next(name for name in FAMILIES if slug(name) == p.families[turn])
-    asked = ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    family, asked = SLUGS[p.families[turn]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
     return family, drawn.draw(p.seed, number, (family,), FAMILIES), asked
 
 

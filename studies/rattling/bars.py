@@ -14,7 +14,6 @@ from typing import Any
 from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
 from buckler.mbs.elements.element import Body
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
-from buckler.mbs.laws.pieces import Reals
 
 from ..kit.parameters import choice, integer, quantity
 from ..kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
@@ -23,20 +22,6 @@ from .mode_sets import damped, rocker_modes, section
 
 OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
 """Parameters of a rocker of modes alone."""
-
-
-class InPython:
-    """A contact law that the compiler cannot see into, and whose evaluations are counted."""
-
-    def __init__(self, law: NormalLaw) -> None:
-        self.law, self.calls = law, 0
-        self.stiffness, self.exponent = law.stiffness, law.exponent
-        self.elastic, self.potential = law.elastic, law.potential
-
-    def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Force of the law, N."""
-        self.calls += 1
-        return self.law.force(depth, rate, onset)
 
 
 def bars(

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import told_moved
 import told_struck
+from exact.problems import four_bars
 
 from buckler.mbs import Beam, Exudyn, Spectral, simulate, slider_crank
 from buckler.mbs.accuracy.compare import Functions, compare
@@ -23,12 +24,11 @@ from buckler.mbs.accuracy.goal import Asked, Usual
 from buckler.mbs.accuracy.ladder import ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.simulation import SOLVERS
-from buckler.studies.trust.benchmark_problems import four_bars
 
 pytest.importorskip("numba")
 
 LOW = 0.5
-"""Told over true error at least, as in the study `accuracy`."""
+"""Told over true error at least, as in `tests/validation`."""
 DENSE = 20_001
 NONE = np.empty(0)
 TINY, FORCE = 3e-7, 2e-4

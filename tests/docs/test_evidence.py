@@ -34,9 +34,8 @@ def test_every_sentence_of_the_paper_with_a_number_names_its_source():
     _, _, body = (evidence.DOCS / "paper" / "paper.md").read_text(encoding="utf-8").split("---\n", 2)
     sources = re.findall(r"^@\w+\{(\w+),", (evidence.DOCS / "paper" / "paper.bib").read_text(encoding="utf-8"), re.MULTILINE)
     assert sorted(set(re.findall(r"[\[;] ?@(\w+)", body))) == sorted(sources)
-    rows = re.findall(r"<!-- validation: (.*?) -->", body)
-    validation = (evidence.DOCS / "validation.md").read_text(encoding="utf-8")
-    assert rows and [row for row in rows if row not in validation] == []
+    rows = re.findall(r"<!-- ([\w-]+): (.*?) -->", body)
+    assert rows and [row for page, row in rows if row not in (evidence.DOCS / f"{page}.md").read_text(encoding="utf-8")] == []
     sentences = re.split(r"(?<=[.!?])\s+(?=[A-Z])", body)
     assert [each for each in sentences if re.search(r"\d", each) and "<!--" not in each] == []
 

@@ -4,8 +4,8 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 import pytest
+from exact.published import PUBLISHED
 from scipy.optimize import minimize_scalar
-from truths.published import PUBLISHED
 
 from buckler.elastica import path, shapes
 from buckler.elastica.collocation import NewtonDivergedError

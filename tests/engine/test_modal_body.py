@@ -10,9 +10,10 @@ pytest.importorskip("skfem")
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+from exact.columns import member
+from exact.vibration import beam_frequencies
 from simulations import closed
 
-from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import Beam, Guide, Link, Mechanism
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.build import BODIES
@@ -22,7 +23,6 @@ from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
-from buckler.studies.trust.columns import member
 
 exu.config.printToConsole = False
 LENGTH, TILT = 0.175, 0.7

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from exact.columns import member
+from exact.vibration import beam_frequencies
 
-from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import Material, Section
 from buckler.mbs.modal import BarModes, Modal
 from buckler.mbs.modal.bar import bar_model
-from buckler.studies.trust.columns import member
 
 L, E, RHO, NU = 0.175, 207e9, 7850.0, 0.29
 ROOTS = np.array([4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464, 17.27875965739948])

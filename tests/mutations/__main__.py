@@ -187,7 +187,7 @@ def plant_compiled(tree: Tree) -> None:
 
 
 def show_signs(kinds: list[str], rooms: list[str], solvers: bool, log: Callable[[str], None]) -> None:
-    """Turn each sign and print whether a test sees it, or with `solvers` whether the study of two solvers does."""
+    """Turn each sign and print whether a test sees it, or with `solvers` whether the comparison of two solvers does."""
     known = json.loads(CALLERS.read_text())
     rows = [(kind, turned(kind, *row), "") for kind, *row in PLAIN]
     rows += [(row[0], None, f"{row[2]}: {row[3]}") for row in COMPILED]  # type: ignore[list-item]
@@ -230,7 +230,7 @@ def main() -> None:
     signs = commands.add_parser("signs", help="one sign of each kind, in each room that knows it")
     signs.add_argument("--kinds", nargs="+", default=[])
     signs.add_argument("--rooms", nargs="+", default=["elements", "engine", "spectral", "compiled"])
-    signs.add_argument("--solvers", action="store_true", help="ask the study of two solvers instead of the tests")
+    signs.add_argument("--solvers", action="store_true", help="ask the comparison of two solvers instead of the tests")
     given = parser.parse_args()
     if given.command == "callers":
         callers(given.folders)

@@ -6,11 +6,11 @@ from itertools import product
 
 import numpy as np
 import pytest
+from exact.columns import LENGTH, ZIEGLER, column, critical, ziegler
+from exact.columns import STRIP as SECTION
 from scipy.optimize import brentq
 
 from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, path
-from buckler.studies.trust.columns import LENGTH, ZIEGLER, column, critical, ziegler
-from buckler.studies.trust.columns import STRIP as SECTION
 
 EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from exact.columns import LENGTH, beck, column, critical, member
+from exact.vibration import Frame, beam_frequencies
 from scipy.optimize import brentq
 
-from buckler.elastica.vibration import Frame, beam_frequencies
 from buckler.mbs import (
     Beam,
     Guide,
@@ -27,7 +28,6 @@ from buckler.mbs import (
 )
 from buckler.mbs.laws import Coulomb
 from buckler.mbs.statics.problem import Problem, Rest, loads_of
-from buckler.studies.trust.columns import LENGTH, beck, column, critical, member
 
 
 def strip(section, ends):

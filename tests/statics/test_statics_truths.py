@@ -5,14 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from truths import arches, princeton
+from exact import arches, princeton
+from exact.columns import LENGTH, member
+from exact.vibration import beam_frequencies, portal
 
 from buckler.elastica import law
-from buckler.elastica.vibration import beam_frequencies, portal
 from buckler.mbs import STEEL, Beam, Cable, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
 from buckler.mbs.statics import equilibrium, frequencies, path
 from buckler.mbs.statics.problem import places
-from buckler.studies.trust.columns import LENGTH, member
 
 BAR, THICK = Section(0.020, 0.050, STEEL), Section(0.03, 0.02)
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from exact import columns
+from exact.columns import THIN, column
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from buckler import mbs
-from buckler.studies.trust import columns
-from buckler.studies.trust.columns import THIN, column
 
 BAR, LENGTH = mbs.Section(0.03, 0.005), 0.3
 

@@ -66,7 +66,7 @@ def test_a_clearance_larger_by_a_thousandth_decides_how_long_a_motion_is_compare
         journal = np.tile(np.linspace(0, 2, 49), (4, 1)) * (0 if gap == nominal else 0.1 * nominal)
         return {"journal": journal, "force peak of a": np.ones(1)}
 
-    monkeypatch.setattr(case, "run_reference", reference)
+    monkeypatch.setattr(case, "read_reference", reference)
     right = case.find_truth(made, {"journal": nominal})
     assert set(right) == {"journal"} and right["journal"].shape[1] == 25
 
@@ -127,7 +127,7 @@ def test_every_case_is_counted_once_and_drawn(found):
 def test_families_take_turns_and_a_case_is_the_seed_s_own():
     p = extremes.Parameters(seed=7, families=("strike-range", "free"))
     assert [extremes.make_case(p, k)[1].name for k in range(3)] == ["strike range 7.0", "free 7.0", "strike range 7.1"]
-    for k, family in enumerate(map(extremes.slug, extremes.FAMILIES)):
+    for k, family in enumerate(extremes.SLUGS):
         one, again = (extremes.make_case(extremes.Parameters(seed=7, families=(family,)), 2)[1] for _ in range(2))
         assert one == again and Mechanism.from_dict(one.mechanism.to_dict()) == one.mechanism, k
 
@@ -143,6 +143,6 @@ def test_a_run_that_lies_is_silent(monkeypatch):
 @pytest.mark.slow
 def test_a_case_of_every_family_ends_and_is_known():
     """Their verdicts stand in docs/validation.md; here: none is lost, none hangs, nearly all have a reference."""
-    result = few(len(extremes.FAMILIES), *map(extremes.slug, extremes.FAMILIES), seed=4)
+    result = few(len(extremes.FAMILIES), *extremes.SLUGS, seed=4)
     metrics = {name: metric.value for name, metric in result.metrics.items()}
     assert metrics["cases"] == len(extremes.FAMILIES) and metrics["silent"] <= 1 and metrics["no_reference"] <= 3

@@ -13,7 +13,6 @@ from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.report import worst
 from buckler.studies.rattling import crank_rocker
 from buckler.studies.rattling.crank_rocker import Variant
-from buckler.studies.trust import restitution
 
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
 SHORT = {"duration": 0.02, "settle": 0.005}
@@ -31,34 +30,6 @@ def ran(**parameters):
 @pytest.fixture(scope="module")
 def short():
     return ran(**SHORT)
-
-
-# --- restitution ------------------------------------------------------------------------------------------------------
-
-
-def test_drop_tests_deliver_what_the_laws_do():
-    """Against docs/theory-contact.md; the law that asks for nothing against the equation of motion of one mass."""
-    asked = {"laws": ("CarvalhoMartins", "LeeWang", "KelvinVoigt"), "restitution": (0.3, 0.7), "speeds": (0.1,)}
-    result = restitution.run(restitution.Parameters(**asked))
-    assert result.status == "OK", result.message
-    for name, expected in {
-        "CarvalhoMartins.0.3": 0.3040, "CarvalhoMartins.0.7": 0.7000, "LeeWang.0.3": 0.7390, "LeeWang.0.7": 0.8693,
-        "KelvinVoigt.0.3": 0.3, "KelvinVoigt.0.7": 0.7, "Hertz": 1.0,
-    }.items():  # fmt: skip
-        metric = result.metrics[f"{name}.delivered"]
-        assert metric.value == pytest.approx(expected, abs=5e-4) and metric.error < 2e-3
-    assert result.metrics["Impact[N.s/m].0.1.delivered"].value > 0.9
-    assert result.metrics["Impact[N.s/mm].0.1.delivered"].value < 0.03
-    assert result.metrics["largest_difference"].value < 5e-4 and result.work["evaluations"] > 1000
-    assert len(restitution.figure(result).axes) == 2
-    rows = {row[0]: [float(value) for value in row[1:]] for row in result.tables[0].rows}
-    assert rows["LeeWang"] == pytest.approx([0.7390, 0.8693], abs=5e-4)
-
-
-def test_drop_tests_with_coarse_steps_are_suspect_and_named():
-    asked = {"laws": "ExactRestitution", "restitution": 0.5, "speeds": 0.1, "tolerance": 1e-3}
-    result = restitution.run(restitution.Parameters(**asked))
-    assert result.status == "SUSPECT" and "ExactRestitution.0.5: off by" in result.message
 
 
 # --- crank-rocker, ideal joints ---------------------------------------------------------------------------------------

@@ -5,9 +5,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from truths.published import PUBLISHED
 
-from buckler.elastica.vibration import ENDS, Frame, Member, beam, beam_frequencies, portal
+from exact.published import PUBLISHED
+from exact.vibration import ENDS, Frame, Member, beam, beam_frequencies, portal
 
 THIN = Member(1.0, 1.0, 1.0)
 THICK = Member.rectangle(1.0, 1.0, 0.1, 1.0, 1.0, 0.3)

@@ -1,6 +1,4 @@
-"""Published numbers that the benchmarks are held against, and the exact ones computed here; docs/benchmarks.md tells the
-problems.
-"""
+"""Published numbers of benchmark problems, and the exact ones computed here."""
 
 from __future__ import annotations
 

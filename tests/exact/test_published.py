@@ -4,8 +4,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from truths import andrews, arches, four_bars, pendulums, princeton, simeon
-from truths.published import ANDREWS_ANGLES, DOUBLE_PENDULUM, PUBLISHED, SIMEON_END
+from exact import andrews, arches, four_bars, pendulums, princeton, simeon
+from exact.published import ANDREWS_ANGLES, DOUBLE_PENDULUM, PUBLISHED, SIMEON_END
 
 
 def test_andrews_mechanism_reaches_the_published_angles():

@@ -21,8 +21,7 @@ import numpy as np
 from buckler.mbs import Clearance, Link, Mechanism, Revolute, Rigid, Stop, Torque
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import CarvalhoMartins, Coulomb
-
-from ..kit.published import GRAVITY
+from buckler.studies.kit.published import GRAVITY
 
 
 def _columns(name: str) -> Array:

@@ -1,4 +1,4 @@
-"""A piece of a Timoshenko member that vibrates: its exact dynamic stiffness. `buckler.elastica.vibration` tells the equations."""
+"""A piece of a Timoshenko member that vibrates: its exact dynamic stiffness. `exact.vibration` tells the equations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import ceil, inf, isfinite, pi, sqrt
 
 import numpy as np
 
-from .collocation import Array, require
+from buckler.elastica.collocation import Array, require
 
 
 @dataclass(frozen=True)

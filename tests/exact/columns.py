@@ -13,7 +13,8 @@ from scipy.linalg import eigvals
 from scipy.optimize import brentq, minimize_scalar
 
 from buckler import mbs
-from buckler.elastica.member import Member
+
+from .member import Member
 
 LENGTH, STRIP, THIN = 0.5, mbs.Section(0.02, 0.001), mbs.Section(0.02, 0.0002)
 

@@ -1,23 +1,16 @@
-"""Published benchmark problems as mechanisms, with the values they are held against; docs/benchmarks.md tells where they
-are from.
-
-Angles and places are those of the sources. Nothing here solves anything.
-"""
+"""Published benchmark problems as mechanisms; `exact.published` has the numbers that they are held against."""
 
 from __future__ import annotations
 
 from math import cos, pi, sin
 
 from buckler.mbs import Beam, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Rigid, Section, Spring, Torque, Weld
-
-from ..kit.published import GRAVITY as G
+from buckler.studies.kit.published import GRAVITY as G
 
 # --- Andrews' squeezing mechanism: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.7,
 # --- doi 10.1007/978-3-642-05221-7
 
-ANDREWS_BETA = 15.81077119949904
-"""Crank angle at 0.03 s, rad: test set for initial value problem solvers, release 2.4."""
-ANDREWS_ANGLES = (-0.0617138900142764496, 0.0, 0.455279819163070380, 0.222668390165885885, 0.487364979543842550,
+ANDREWS_START = (-0.0617138900142764496, 0.0, 0.455279819163070380, 0.222668390165885885, 0.487364979543842550,
                   -0.222668390165885885, 1.23054744454982120)  # fmt: skip
 """beta, theta, gamma, phi, delta, omega, epsilon at the start, rad."""
 ANDREWS_BODIES = {
@@ -29,7 +22,7 @@ ANDREWS_BODIES = {
 
 def andrews() -> Mechanism:
     """Seven bodies about the point E, a motor of 0.033 N m on K1 and a spring from C to D on K3; nothing weighs."""
-    beta, theta, gamma, phi, delta, omega, epsilon = ANDREWS_ANGLES
+    beta, theta, gamma, phi, delta, omega, epsilon = ANDREWS_START
     places = {"O": 0j, "A": -0.06934 - 0.00227j, "B": -0.03635 + 0.03273j, "C": 0.014 + 0.072j}
     places["F"] = 0.007 * _ray(beta)
     places["G"] = places["A"] + 0.04 * _ray(delta)
@@ -70,9 +63,6 @@ def _ray(angle: float) -> complex:
 
 # --- N four-bar mechanism: M. Gonzalez et al., doi 10.1007/s11044-006-9020-8, problem A02
 
-FOUR_BAR_TOP = (0.32846, 0.94452)
-"""Place of the top of the first bar 10 s after it left (0, 1) m at vx = 1 m/s, m, N = 2."""
-
 
 def four_bars(windows: int = 2) -> Mechanism:
     """N + 1 upright bars of 1 m and 1 kg, their tops joined by N like bars; they turn through level, singular poses."""
@@ -89,8 +79,6 @@ def four_bars(windows: int = 2) -> Mechanism:
 
 # --- Princeton beam in its plane: E. H. Dowell, J. Traybar (1975); values of beam elements, doi 10.1007/s11071-022-07518-z
 
-PRINCETON_TIPS = {8.896: 0.146245978, 13.345: 0.200677707}
-"""Displacement of the tip across the beam, m, under a dead load across it, N."""
 PRINCETON_LENGTH = 0.508
 PRINCETON = Section(12.3777e-3, 3.2024e-3, Material(modulus=71.7e9, density=2804.0, poisson=0.31))
 """Aluminium 7075, bent across its thickness."""
@@ -108,8 +96,6 @@ def princeton(load: float) -> Mechanism:
 
 # --- Simeon's flexible slider-crank: B. Simeon, doi 10.1080/13873959608837026; test set, release 2.4, problem "Slider crank"
 
-SIMEON_SLIDER, SIMEON_ROD = 1.697373328427860e-01, -3.311734987256600e-01
-"""Place of the block, m, and angle of the rod's chord, rad, at 0.1 s."""
 SIMEON_STEEL = Section(0.008, 0.008, Material(modulus=0.20e12, density=7870.0, poisson=0.3))
 
 
@@ -125,9 +111,6 @@ def simeon() -> Mechanism:
 
 
 # --- pendulums: M. Gonzalez et al., doi 10.1007/s11044-006-9020-8, and 40 digits computed here
-
-DOUBLE_PENDULUM = 1.138543796671879686150706605895795612078
-"""Angle of the first from the downward vertical, rad, 5 s after two rods of 1 m and 1 kg were let go level: Taylor series."""
 
 
 def double_pendulum() -> Mechanism:

@@ -13,7 +13,7 @@ from buckler.elastica.strip import Load, Strip
 MODULUS, POISSON, DENSITY = 210e9, 0.3, 7850.0
 """Steel, Pa, 1, kg/m^3."""
 SPAN, RISE, WIDTH, THICKNESS = 0.2, 0.01, 0.01, 0.001
-"""The arch of docs/benchmarks.md, m."""
+"""Arch [m]."""
 
 
 class Snap(NamedTuple):

@@ -37,7 +37,8 @@ from math import isfinite
 import numpy as np
 from scipy.optimize import brentq
 
-from .collocation import Array, require
+from buckler.elastica.collocation import Array, require
+
 from .member import Member, piece_stiffness, pieces, turned
 
 HELD = {"clamped": (1, 2), "pinned": (1,), "free": ()}

@@ -1,1 +1,0 @@
-"""Studies of accuracy, extreme cases, lean scenes and run time."""

@@ -1,0 +1,67 @@
+"""Solve every known answer and write their tables into docs/validation.md: `python tests/validation`, some minutes.
+
+`--only QUESTION` solves those of one question, `--quick` leaves out the slow ones; both only print.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import re
+import sys
+from pathlib import Path
+from time import perf_counter
+
+HERE = Path(__file__).resolve().parent
+sys.path[0] = str(HERE.parent)
+
+from buckler.studies.kit.versions import versions  # noqa: E402
+from validation.known import Solved, solve, tabulate  # noqa: E402
+from validation.questions import QUESTIONS, list_known  # noqa: E402
+
+PAGE = HERE.parents[1] / "docs" / "validation.md"
+
+
+def write(page: str, question: str, lines: list[str]) -> str:
+    """Put lines between the comments of a question."""
+    begin, end = f"<!-- answers: {question} -->", "<!-- /answers -->"
+    found = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", lambda _: "\n".join([begin, *lines, end]), page, flags=re.S)
+    if begin not in page:
+        raise ValueError(f"{PAGE.name}: has no '{begin}'")
+    return found
+
+
+def main() -> int:
+    """Solve, print and write; 1 where a verdict is not accepted."""
+    parser = argparse.ArgumentParser(prog="python tests/validation", description=__doc__)
+    parser.add_argument("--only", choices=tuple(QUESTIONS), help="question to answer")
+    parser.add_argument("--quick", action="store_true", help="leave out slow answers")
+    given, begin, wrong = parser.parse_args(), perf_counter(), list[str]()
+    page = PAGE.read_text(encoding="utf-8")
+    for question, title in QUESTIONS.items():
+        if given.only in (None, question):
+            print(f"\n{title}", flush=True)
+            solved = list[Solved]()
+            for known in list_known(question):
+                if known.slow and given.quick:
+                    continue
+                solved.append(solve(known))
+                verdict = solved[-1].answer.verdict
+                if verdict not in known.accepted and verdict != known.still:
+                    wrong.append(f"{question}: {known.group}: {known.name}: {verdict} {solved[-1].answer.message}")
+            lines = tabulate(solved)
+            print("\n".join(lines), flush=True)
+            page = write(page, question, ["", *lines, ""])
+    wall = perf_counter() - begin
+    print(*wrong, f"\n{wall:.0f} s; not accepted: {len(wrong)}", sep="\n")
+    if given.only is None and not given.quick:
+        load = f", load {os.getloadavg()[0]:.0f}" if hasattr(os, "getloadavg") else ""
+        made = ", ".join(f"{name} {version}" for name, version in versions().items())
+        machine = f"{wall / 60:.0f} minutes on {os.cpu_count()} processors{load}; Python {platform.python_version()}, {made}."
+        PAGE.write_text(write(page, "machine", ["", machine, ""]), encoding="utf-8")
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

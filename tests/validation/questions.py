@@ -1,0 +1,27 @@
+"""Questions of the validation, each with the modules that list its known answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+
+from . import drops, errors, nonsmooth, pendulum, published, saved, solvers, stability
+from .known import Known
+
+QUESTIONS = {
+    "published": "Do published benchmark problems come out?",
+    "stability": "Do stability and frequencies come out?",
+    "restitution": "Do contact laws deliver the restitution that they promise?",
+    "nonsmooth": "Does smooth contact come to nonsmooth trajectories as it stiffens?",
+    "motion": "Does a mechanism follow its own equations of motion?",
+    "solvers": "Do two solvers agree that share no equation?",
+    "errors": "Is the error that a run reports the true one?",
+    "random": "Is any random mechanism silently wrong?",
+}
+"""Questions by their key in docs/validation.md."""
+MODULES = (published, stability, drops, nonsmooth, pendulum, solvers, errors, saved)
+
+
+def list_known(question: str = "") -> Iterator[Known]:
+    """List the known answers of a question, or all."""
+    return (known for known in chain.from_iterable(module.list_known() for module in MODULES) if question in ("", known.question))

@@ -1,0 +1,55 @@
+"""Random mechanisms: some saved whose runs were once wrong, and one of every family of the study of extremes.
+
+`drawn/cases.json` says of the saved ones what accuracy is asked for, what they were and still are (`known`), and which are slow.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from buckler.mbs import Mechanism
+from buckler.studies.extremes import extremes
+from buckler.studies.extremes.case import Finding, judge
+from buckler.studies.extremes.verdict import Verdict
+from buckler.studies.kit.drawn import Draw
+
+from .known import Answer, Known
+
+FOLDER = Path(__file__).parent / "drawn"
+ACCEPTED = (Verdict.RIGHT, Verdict.NAMED)
+"""Verdicts that a random mechanism may have."""
+SEED = 1
+TIMEOUT = 200.0
+"""Time limit of a run [s]; longer than any takes, so that verdicts do not depend on the machine."""
+
+
+def convert(finding: Finding) -> Answer:
+    """Convert a finding of the study: its error over what is allowed, and its status."""
+    status, _, message = (finding.message or "OK").partition(": ")
+    right = float("nan") if finding.worst == "" else 0.0
+    return Answer(finding.error, right, 1.0, status=status, message=message)
+
+
+def solve_saved(case: dict[str, Any]) -> Answer:
+    """Judge a saved mechanism."""
+    made = Draw(case["name"], Mechanism.load(FOLDER / f"{case['name']}.toml"), case["duration"])
+    return convert(judge("saved", made, case["accuracy"], TIMEOUT))
+
+
+def solve_drawn(slug: str) -> Answer:
+    """Judge the first mechanism of a family."""
+    p = extremes.Parameters(seed=SEED, families=(slug,))
+    return convert(judge(*extremes.make_case(p, 0), TIMEOUT))
+
+
+def list_known() -> Iterator[Known]:
+    """List saved and drawn mechanisms."""
+    for case in json.loads((FOLDER / "cases.json").read_text(encoding="utf-8")):
+        solve = partial(solve_saved, case)
+        yield Known("random", "saved: once wrong", case["name"], solve, case["slow"], ACCEPTED, case["known"])
+    for slug in extremes.SLUGS:
+        yield Known("random", "first of each family of `extremes`", slug, partial(solve_drawn, slug), True, ACCEPTED)
