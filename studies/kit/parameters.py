@@ -20,11 +20,11 @@ from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Spec, 
 from buckler.mbs.declare.spec import Choice, Text
 
 PLAIN = "parameters"
-"""The group of what is declared in none."""
+"""Group of parameters that are declared in none."""
 
 
 class Repeated(Several):
-    """Several, of which one may stand alone; the command line takes its option more than once."""
+    """List, of which one may stand alone; the command line takes its option more than once."""
 
     repeats = True
 
@@ -34,7 +34,7 @@ class Repeated(Several):
 
 
 class _Listed(Repeated):
-    """One or more, none of them twice; commas part them in a text."""
+    """List of one or more, none of them twice; separated by commas in a text."""
 
     repeats = False
 
@@ -44,7 +44,7 @@ class _Listed(Repeated):
 
 
 class _Count(Quantity):
-    """A whole number, however it is written."""
+    """Whole number, in any notation such as 5e3."""
 
     def read(self, name: str, given: object) -> int:
         """Return it as an int."""
@@ -98,53 +98,47 @@ def text(default: str, help: str, group: str = PLAIN) -> Any:
 
 @dataclass(frozen=True)
 class StudyParameters(Declared):
-    """Base of every study's `Parameters`: reads and checks each field when made.
-
-    Raises
-    ------
-    ValueError
-        In one line: parameter, value, allowed range and unit.
-    """
+    """Base of every study's `Parameters`: reads and checks each field; a ValueError names parameter, value, range and unit."""
 
     in_files = False
 
     def agree(self) -> None:
-        """Parameters that go together, as the study says."""
+        """Check parameters against each other."""
         self.check()
 
     def check(self) -> None:
-        """Check parameters against each other; a study overrides it and raises a ValueError with one line."""
+        """Raise a ValueError of one line for parameters that contradict each other; for studies to override."""
 
     def shared(self, kind: type[StudyParameters]) -> dict[str, Any]:
-        """Those that another kind of parameters has, too, by name."""
+        """Return the parameters that another kind has, too, by name."""
         return {name: getattr(self, name) for name in specs(kind) if name in specs(type(self))}
 
     def plain(self) -> dict[str, Any]:
-        """All of them by name, as a store and a file keep them."""
+        """Return all parameters by name, as a store and a file keep them."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class Gravity(StudyParameters):
-    """Gravity in the plane of a published mechanism, which its paper leaves open: its size and direction."""
+    """Size and direction of gravity in the plane of a published mechanism, which its paper leaves open."""
 
     gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
     gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame: O-C, or the slider's line", "left open")
 
     @property
     def pull(self) -> tuple[float, float]:
-        """As a vector, m/s^2."""
+        """Gravity as a vector [m/s^2]."""
         return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle)) if self.gravity else (0.0, 0.0)
 
     @property
     def down(self) -> str:
-        """In words."""
+        """Gravity in words."""
         return f"{self.gravity:g} m/s² at {degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Makes the cases of a sweep from values by name, as a `Parameters` class does from its parameters."""
+    """Maker of the cases of a sweep from values by name, in place of a `Parameters` class."""
 
     make: Callable[..., StudyParameters]
     places: Mapping[str, Declaration]
@@ -155,5 +149,5 @@ class Cases:
 
 
 def specs(kind: type[StudyParameters] | Cases) -> Mapping[str, Declaration]:
-    """What may vary, with what is declared of it."""
+    """Return the declarations of everything that may vary."""
     return kind.places if isinstance(kind, Cases) else declarations(kind)

@@ -1,4 +1,4 @@
-"""Which studies there are. A static table, so that listing them imports none of them."""
+"""Table of the studies. It is static, so that listing them imports none of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Entry(NamedTuple):
-    """Where a study lives and what it is about."""
+    """Module of a study, and its subject."""
 
     module: str
     summary: str
@@ -44,7 +44,7 @@ STUDIES: dict[str, Entry] = {
 
 
 class UnknownStudyError(ValueError):
-    """A study was asked for that the table does not hold."""
+    """Name of a study that is not in the table."""
 
 
 GROUP = "buckler.studies"
@@ -52,7 +52,7 @@ GROUP = "buckler.studies"
 
 
 def everything() -> dict[str, Entry]:
-    """Studies of Buckler and of other packages that are installed."""
+    """List the studies of Buckler and of other packages that are installed."""
     from importlib.metadata import entry_points
 
     others = {
@@ -62,13 +62,7 @@ def everything() -> dict[str, Entry]:
 
 
 def entry(name: str) -> Entry:
-    """Look a study up.
-
-    Raises
-    ------
-    UnknownStudyError
-        With the closest name, if there is one.
-    """
+    """Look a study up; an UnknownStudyError names the closest one."""
     studies = STUDIES if name in STUDIES else everything()
     if name not in studies:
         here = next(
@@ -79,13 +73,7 @@ def entry(name: str) -> Entry:
 
 
 def load(name: str) -> ModuleType:
-    """Import a study by its name or file, always under its true module name, so that what it defines can be pickled.
-
-    Raises
-    ------
-    ValueError
-        If there is no such study, or the file defines none.
-    """
+    """Import a study by its name or file, under its true module name, so that its classes can be pickled."""
     if not name.endswith(".py"):
         return importlib.import_module(entry(name).module)
     path = Path(name).resolve()
@@ -106,7 +94,7 @@ def load(name: str) -> ModuleType:
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """'did you mean ...?' with the closest of the known words, or nothing."""
+    """Return 'did you mean ...?' with the closest of the known words, or nothing."""
     import difflib  # rarely needed, and listing studies is quick without it
 
     close = difflib.get_close_matches(word, list(known), n=1)

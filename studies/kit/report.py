@@ -1,27 +1,23 @@
-"""What a study hands back, and how it is printed and filed: metrics with their error, signals, tables, provenance.
+"""Result of a study: metrics with their errors, tables, signals; and the progress of a run.
 
-`metrics.json` is strict JSON: what is not a finite number is null. Each file is written whole or not at all.
+`for case in progress(cases, label="thickness")` is all that a study writes to show its progress.
 """
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import platform
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .parameters import StudyParameters
-from .style import Figure, house_style
 from .versions import versions
 
 T = TypeVar("T")
@@ -30,15 +26,13 @@ P = TypeVar("P", bound=StudyParameters)
 
 @dataclass(frozen=True)
 class Metric:
-    """One number a study is about.
+    """Number that answers the question of a study.
 
     Attributes
     ----------
-    value : the number found
-    unit : its unit, "1" for a plain number
-    published, exact : what was published, and what is known to be right, in the same unit
-    error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate,
-        if it has one
+    value, unit : the number found and its unit, "1" for a plain number
+    published, exact : published and exact value, in the same unit
+    error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate
     """
 
     value: float
@@ -52,11 +46,11 @@ class Metric:
             object.__setattr__(self, "error", abs(self.value - self.exact) / abs(self.exact))
 
     def plain(self) -> dict[str, Any]:
-        """What is known of it, by name."""
+        """Return the values that are known, by name."""
         return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
     def shown(self, value: str = ".4g", error: str = ".2g") -> str:
-        """Value and standard error in these formats: 12.3 ± 0.4; the value alone where no error is known."""
+        """Write value and standard error in these formats, 12.3 ± 0.4; the value alone where no error is known."""
         return f"{self.value:{value}}" + ("" if self.error is None else f" ± {abs(self.value) * self.error:{error}}")
 
 
@@ -78,20 +72,20 @@ class Table:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResult:
-    """What `run` returns.
+    """Value that a study's `run` returns.
 
     Attributes
     ----------
-    parameters : what was run
+    parameters : the parameters of the run
     status : "OK", "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure
     message : a sentence a person can act on; needed unless the status is "OK"
     metrics : dict of Metric
-    signals : written to signals.npz; in SI
-    units : of signals, where they are known
+    signals : arrays for signals.npz, in SI
+    units : units of the signals, where they are known
     work : steps, Jacobians, evaluations; `wall_s` is added if it is not there
     tables : printed instead of the table of metrics
-    pages : whole HTML pages by file name
-    notes : worth knowing, told after the status
+    pages : whole text files by file name, such as report.html
+    notes : remarks that are printed after the status
     """
 
     parameters: StudyParameters
@@ -105,16 +99,6 @@ class StudyResult:
     units: Mapping[str, str] = field(default_factory=dict)
     notes: Sequence[str] = ()
 
-    def changed(self, **values: Any) -> StudyResult:
-        """The same with other values."""
-        return replace(self, **values)
-
-    def of(self, kind: type[P]) -> P:
-        """The parameters, which are of a kind."""
-        if not isinstance(self.parameters, kind):
-            raise TypeError(f"parameters: must be {kind.__module__}.{kind.__name__}")
-        return self.parameters
-
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:
             raise ValueError(f"status = {self.status}: a message must say what went wrong")
@@ -122,71 +106,91 @@ class StudyResult:
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
+    def changed(self, **values: Any) -> StudyResult:
+        """Return a copy with other values."""
+        return replace(self, **values)
+
+    def of(self, kind: type[P]) -> P:
+        """Return the parameters, which are of this kind."""
+        if not isinstance(self.parameters, kind):
+            raise TypeError(f"parameters: must be {kind.__module__}.{kind.__name__}")
+        return self.parameters
+
 
 def judged(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
-    """Status and message of a study: SUSPECT where something is wrong, told in that many sentences."""
+    """Return status and message of a study: SUSPECT where something is wrong, with a sentence each."""
     return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Status and message of a study: those of the worst of its runs, each a name and what has both, and all that was noted."""
+    """Return status and message of a study: those of the worst of its runs, each a name and a result, and all notes."""
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
     status = min((run.status for _, run in wrong), key=lambda status: status == "SUSPECT", default="OK")
     return {"status": str(status), "message": "; ".join([*(f"{name}: {run.message}" for name, run in wrong), *notes])}
 
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
-    """One row a metric; columns nobody fills are left out."""
-    rows = [(name, *_printed(m), None if m.error is None else relative(m.error)) for name, m in metrics.items()]
+    """Tabulate one row a metric, without columns that are empty; a stress in MPa."""
+    rows = []
+    for name, m in metrics.items():
+        unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
+        value, published, exact = (None if x is None else factor * x for x in (m.value, m.published, m.exact))
+        rows.append((name, value, unit, published, exact, None if m.error is None else relative(m.error)))
     headers = ("metric", "value", "unit", "published", "exact", "relative error")
     kept = [i for i in range(len(headers)) if i < 3 or any(row[i] is not None for row in rows)]
     return Table([headers[i] for i in kept], [[row[i] for i in kept] for row in rows])
 
 
 def relative(error: float) -> str:
-    """A relative error as people read it: per cent, or a power of ten below a thousandth."""
+    """Write a relative error in per cent, or as a power of ten below a thousandth."""
     return f"{error:.1e}" if error < 1e-3 else f"{100 * error:.2g} %" if error < 1 else f"{100 * error:.0f} %"
 
 
-def _printed(metric: Metric) -> tuple[Any, ...]:
-    """Value, unit, published and exact value; a stress in MPa."""
-    values = metric.value, metric.published, metric.exact
-    if metric.unit != "Pa":
-        return values[0], metric.unit, *values[1:]
-    mega = [None if value is None else value / 1e6 for value in values]
-    return mega[0], "MPa", *mega[1:]
+def provenance(parameters: StudyParameters) -> dict[str, Any]:
+    """Collect versions, commit, machine and parameters, with which the same can be run again."""
+    machine = {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()}
+    return {"versions": versions(), "commit": _commit(), "machine": machine, "parameters": parameters.plain()}
+
+
+def _commit() -> str | None:
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists():  # installed, perhaps inside somebody else's repository
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--tags", "--dirty=+dirty"]
+    with suppress(OSError, subprocess.SubprocessError):
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    return None
+
+
+def _cpu() -> str:
+    with suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor()
+
+
+# --- progress -----------------------------------------------------------------------------------------------------------
 
 
 class Progress:
-    """Shows how far a run is, on stderr, if it takes long enough to ask; `run` gets one.
-
-    `for case in progress(cases, label="thickness")` is all a study writes.
-    """
+    """Progress of a run on stderr, if it takes long; `run` gets one."""
 
     def __init__(self, quiet: bool = False) -> None:
         self.quiet = quiet
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
-        """Yield the items, counting them."""
-        if self.quiet:
-            yield from items
-            return
-        from tqdm import tqdm
-
-        pace = _pace()
-        yield from tqdm(items, desc=label or None, total=total, delay=pace, mininterval=pace / 5, leave=False)
+        """Yield the items and count them."""
+        yield from items if self.quiet else _bar(iterable=items, desc=label or None, total=total)
 
     @contextmanager
     def of_runs(self, label: str) -> Iterator[Callable[[float], None] | None]:
-        """Show the fraction done of one run after another: what comes after the end, or is less than before, is of the next."""
+        """Show the fraction done of one run after another; a fraction that falls, or follows 1, is of the next run."""
         if self.quiet:
             yield None
             return
-        from tqdm import tqdm
-
-        pace, runs = _pace(), 1
-        form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
-        with tqdm(total=1.0, desc=f"{label}, run 1", delay=pace, mininterval=pace / 5, leave=False, bar_format=form) as bar:
+        runs, form = 1, "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
+        with _bar(total=1.0, desc=f"{label}, run 1", bar_format=form) as bar:
 
             def show(done: float) -> None:
                 nonlocal runs
@@ -200,133 +204,23 @@ class Progress:
 
 
 @contextmanager
-def counting(what: str) -> Iterator[Callable[[], object]]:
-    """Show how many there were of what nobody knows the number of, as `Progress` does."""
-    from tqdm import tqdm
-
-    pace = _pace()
-    with tqdm(unit=f" {what}", delay=pace, mininterval=pace / 5, leave=False) as bar:
+def counting(unit: str) -> Iterator[Callable[[], object]]:
+    """Show a count whose end is unknown, as `Progress` does."""
+    with _bar(unit=f" {unit}") as bar:
         yield bar.update
 
 
-def _pace() -> float:
-    """Seconds of work before anything is shown: a terminal may be redrawn often, a log file gets a line now and then."""
+def _bar(**options: Any) -> Any:
+    """Make a bar that appears after `_delay` seconds of work."""
+    from tqdm import tqdm
+
+    delay = _delay()
+    return tqdm(delay=delay, mininterval=delay / 5, leave=False, **options)
+
+
+def _delay() -> float:
+    """Return the time before a bar appears [s]: short on a terminal, which is redrawn, long in a file, which gets lines."""
     return 0.5 if sys.stderr.isatty() else 20.0
 
 
 QUIET = Progress(quiet=True)
-
-
-def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
-    """Write signals.npz, the figures and, last, metrics.json; what an earlier run left there goes first.
-
-    Parameters
-    ----------
-    trusted : record that whoever ran the study overrode its failed checks; the status stays SUSPECT, with its reasons
-
-    Returns
-    -------
-    text : the content of metrics.json
-    """
-    writers: dict[str, Callable[[IO[bytes]], object]] = {}
-    if result.signals:
-        signals: dict[str, Any] = dict(result.signals)
-        writers["signals.npz"] = partial(np.savez_compressed, **signals)
-    for name, figure in figures.items():
-        # A PDF without its date is the same file for the same figure.
-        for kind, details in {"png": None, "pdf": {"CreationDate": None}}.items():
-            writers[f"{name}.{kind}"] = partial(figure.savefig, format=kind, metadata=details)
-    for name, page in result.pages.items():
-        writers[name] = partial(lambda text, file: file.write(text.encode()), page)
-    _remove_earlier(folder)
-    with house_style() if figures else nullcontext():
-        for name, writer in writers.items():
-            with atomic(folder / name) as file:
-                writer(file)
-    text = to_json(
-        {
-            "status": result.status,
-            "message": result.message,
-            **({"trusted": True} if trusted else {}),
-            "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
-            "tables": [asdict(table) for table in result.tables],
-            "work": result.work,
-            "provenance": provenance(result.parameters),
-            "files": list(writers),
-        }
-    )
-    with atomic(folder / "metrics.json") as file:
-        file.write(text.encode())
-    return text
-
-
-@contextmanager
-def atomic(path: Path) -> Iterator[IO[bytes]]:
-    """Open a file that appears under its name only once it is complete."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with temporary.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _remove_earlier(folder: Path) -> None:
-    """Remove what the metrics.json in this folder lists, so that no old figure stands beside new numbers."""
-    try:
-        listed = json.loads((folder / "metrics.json").read_text())["files"]
-    except (OSError, ValueError, LookupError, TypeError):
-        return
-    for name in [*listed, "metrics.json"]:
-        if Path(name).name == name:
-            (folder / name).unlink(missing_ok=True)
-
-
-def to_json(content: object) -> str:
-    """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
-    return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def plain(content: object, beyond: Callable[[float], Any]) -> Any:
-    """Content as JSON can hold it: numpy values as plain ones, `beyond` of each float that is not finite."""
-    if isinstance(content, np.ndarray | np.generic):
-        content = content.tolist()
-    if isinstance(content, Mapping):
-        return {str(key): plain(value, beyond) for key, value in content.items()}
-    if isinstance(content, list | tuple | set):
-        return [plain(value, beyond) for value in content]
-    if isinstance(content, float) and not math.isfinite(content):
-        return beyond(content)
-    return content if isinstance(content, str | int | float | None) else str(content)
-
-
-def provenance(parameters: StudyParameters) -> dict[str, Any]:
-    """What it takes to run the same again: versions, commit, machine, parameters."""
-    return {
-        "versions": versions(),
-        "commit": _commit(),
-        "machine": {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()},
-        "parameters": parameters.plain(),
-    }
-
-
-def _commit() -> str | None:
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():  # installed, perhaps inside somebody else's repository
-        return None
-    command = ["git", "-C", str(root), "describe", "--always", "--tags", "--dirty=+dirty"]
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
-    except (OSError, subprocess.SubprocessError):
-        return None
-
-
-def _cpu() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())

@@ -1,4 +1,4 @@
-"""A run on the command line: read, attempted, drawn and filed; how it ended."""
+"""`buckler run NAME`: read the options, run the study, draw, file and print its result."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from typing import Any
 
 from buckler.mbs.process import Interrupted
 
+from .files import write
 from .options import parser_of, subject, writable
 from .parameters import StudyParameters
-from .report import Progress, StudyResult, write
+from .report import Progress, StudyResult
 from .style import Figure, house_style
 from .versions import versions
 from .words import print_error
 
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
-    """Read the options, run the study or the mechanism of the file, print and file what it found; the exit status."""
+    """Run the study or the mechanism of the file; return the exit status."""
     try:
         found = subject(name)
         options = parser_of(found, prog).read(argv)
@@ -35,34 +36,46 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
     begin = time.perf_counter()
-    result = attempt(found.module.run, parameters, options)
-    wall = time.perf_counter() - begin
-    with _aside(options):
-        result, figures = drawn(found.module, result)
-    return told(found.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
+    with _only_json(options):
+        result = attempt(found.module.run, parameters, options)
+        wall = time.perf_counter() - begin
+        result, figures = draw(found.module, result)
+    return finish(found.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
 
 
 def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, options: argparse.Namespace) -> StudyResult:
-    """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr if it is no missing package."""
+    """Run a study; an exception becomes a result with status ERROR, its traceback on stderr unless a package is missing."""
     begin = time.perf_counter()
-    with _aside(options):
-        try:
-            result = run(parameters, progress=Progress(options.quiet))
-        except Interrupted as stop:  # what there is by then is filed, if the study hands it over
-            if not isinstance(stop.result, StudyResult):
-                raise
-            result = stop.result
-        except Exception as error:
-            if not isinstance(error, ImportError):  # what is not installed says so in a line
-                traceback.print_exc()
-            result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
+    try:
+        result = run(parameters, progress=Progress(options.quiet))
+    except Interrupted as stop:  # the part that ran is filed, if the study returns it
+        if not isinstance(stop.result, StudyResult):
+            raise
+        result = stop.result
+    except Exception as error:
+        if not isinstance(error, ImportError):
+            traceback.print_exc()
+        result = StudyResult(parameters=parameters, status="ERROR", message=f"{type(error).__name__}: {error}")
     return result.changed(work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
-def told(
+def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
+    """Draw the result, if it has numbers; figures that fail leave the numbers and the status ERROR."""
+    if not (result.signals or result.metrics):
+        return result, {}
+    try:
+        with house_style():
+            figures = study.figure(result)
+    except Exception as error:
+        traceback.print_exc()
+        return result.changed(status="ERROR", message=f"drawing the figures: {type(error).__name__}: {error}"), {}
+    return result, figures if isinstance(figures, Mapping) else {"figure": figures}
+
+
+def finish(
     name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, where: str
 ) -> int:
-    """Write and print a result and where it is kept, the status always; return the exit status."""
+    """Write and print a result and its place, the status always; return the exit status."""
     trusted = options.trust and result.status == "SUSPECT"
     try:
         text = write(result, folder, figures, trusted)
@@ -76,37 +89,18 @@ def told(
         pages = [f"look at it: {folder / page}" for page in result.pages]
         print("\n".join([f"{result}\n\n{more}{name}: {result.status} {where}", *pages]))
     if result.status != "OK":
-        print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
+        print(f"{name}: {result.status}{' (allowed)' * trusted}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else 1
 
 
-def _aside(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
-    """With --json, whatever the study or the engine prints must not mix with the JSON."""
-    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
-
-
 def _work(result: StudyResult) -> str:
-    """What the run took, and what it ran on."""
-    took = ", ".join(
-        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items()
-    )
-    return f"{took}\n{', '.join(f'{name} {version}' for name, version in versions().items())}"
+    """Write the work of the run and the versions that it ran on."""
+    work = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in result.work.items()}
+    return "\n".join(", ".join(f"{name} {value}" for name, value in each.items()) for each in (work, versions()))
 
 
-def drawn(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
-    """Draw the result, if there is anything to draw; figures that fail leave the numbers and the status ERROR."""
-    if not (result.signals or result.metrics):
-        return result, {}
-    try:
-        with house_style():
-            figures = study.figure(result)
-    except Exception as error:
-        traceback.print_exc()
-        return result.changed(status="ERROR", message=f"drawing the figures: {_named(error)}"), {}
-    return result, figures if isinstance(figures, Mapping) else {"figure": figures}
-
-
-def _named(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"
+def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
+    """With --json, move whatever the study or the engine prints to stderr."""
+    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()

@@ -13,7 +13,7 @@ from .report import Metric
 
 
 class Mean(NamedTuple):
-    """Of independent values: its standard error, nan of a single one, and how many they are."""
+    """Mean of independent values, its standard error (nan for a single value), and their number."""
 
     value: float
     error: float
@@ -21,22 +21,22 @@ class Mean(NamedTuple):
 
     @classmethod
     def of(cls, values: Array) -> Mean:
-        """Of values, shape (n,)."""
+        """Compute the mean of values, shape (n,)."""
         n = len(values)
         return cls(float(values.mean()) if n else nan, float(values.std(ddof=1)) / sqrt(n) if n > 1 else nan, n)
 
     def metric(self, unit: str) -> Metric:
-        """With its relative standard error where there are several values."""
+        """Return a metric, with the relative standard error where there are several values."""
         return Metric(self.value, unit, error=self.error / abs(self.value) if self.n > 1 and self.value else None)
 
 
 def mean(unit: str, values: object) -> Metric:
-    """Mean of independent values, and its relative standard error where there are several."""
+    """Return the mean of independent values as a metric, with its relative standard error where there are several."""
     return Mean.of(np.asarray(values)).metric(unit)
 
 
 class PowerLaw(NamedTuple):
-    """Logarithms of an output as a linear function of those of the inputs, by least squares.
+    """Power law by linear least squares in the logarithms of inputs and output.
 
     Attributes
     ----------
@@ -51,13 +51,13 @@ class PowerLaw(NamedTuple):
     scatter: float
 
     def metrics(self) -> list[Metric]:
-        """Of each slope, with its relative standard error where it is not 0."""
+        """Return a metric for each slope, with its relative standard error where it is not 0."""
         pairs = zip(self.slope.tolist(), self.error.tolist(), strict=True)
         return [Metric(slope, "1", error=abs(error / slope) if slope else None) for slope, error in pairs]
 
 
 def exponent(x: Any, y: Any) -> float:
-    """Exponent n of the power law y ~ x^n through the points that are finite and positive; nan for fewer than two."""
+    """Fit the exponent n of y ~ x^n to the points that are finite and positive; nan for fewer than two."""
     x, y = np.asarray(x), np.asarray(y)
     good = (x > 0) & (y > 0)  # false for nan
     x, y = np.log(x[good]), np.log(y[good])

@@ -1,10 +1,11 @@
-"""Places in a mechanism's document: what stands there, what it may be, in which unit; and values as they are typed."""
+"""Mechanism files of the command line: their documents and tables [run], and the places in a document that options change."""
 
 from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +21,23 @@ from .study import Parameters
 
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
-"""Of a run, on the command line; files have the same in their table [run], and the solver with its settings."""
+"""Options of a run; a file's table [run] may have them, too."""
 SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
+"""Keys of a file's table [run]."""
 
 
-def opened(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The document in a file, its short forms written out, and its table [run], read.
+@contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Turn whatever is wrong into a ValueError with the file's name in front, unless it names an option."""
+    try:
+        yield
+    except (ValueError, OSError, ImportError) as error:
+        text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise ValueError(text if text.startswith((str(path), "--")) else f"{path}: {text}") from None
 
-    Raises
-    ------
-    ValueError
-        In one line.
-    """
+
+def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read the document of a file, with its short forms expanded, and its table [run]."""
     document = expanded(documents.read(path))
     document.pop("about", None)
     run = document.pop(RUN, {})
@@ -41,28 +47,22 @@ def opened(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     return document, {name: SETTINGS[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
 
 
-def typed(text: str) -> Any:
-    """A value as it is typed: a TOML value, or else a text, such as 0.3mm or Beam."""
+def read_value(text: str) -> Any:
+    """Read a TOML value, or a text such as 0.3mm or Beam."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except ValueError:
         return text.strip()
 
 
-def set_all(document: Mapping[str, object], texts: list[str]) -> dict[str, Any]:
-    """Places and values of `--set PATH=VALUE`, each a place of the document or one that may be added to it.
-
-    Raises
-    ------
-    ValueError
-        In one line.
-    """
+def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[str, Any]:
+    """Read the places and values of `--set PATH=VALUE`; each place is in the document or may be added to it."""
     found: dict[str, Any] = {}
     for text in texts:
         path, equals, value = text.partition("=")
         if not equals or not value.strip():
             raise ValueError(f"--set {text}: write PATH=VALUE, as links.coupler.body.section.thickness=0.2mm")
-        found[path.strip()] = typed(value)
+        found[path.strip()] = read_value(value)
         try:
             Mechanism.from_dict(changed(document, {path.strip(): found[path.strip()]}))
         except ValueError as error:
@@ -71,31 +71,25 @@ def set_all(document: Mapping[str, object], texts: list[str]) -> dict[str, Any]:
 
 
 class Typed(Anything):
-    """Whatever the file takes there, as it is typed."""
+    """Any value that the file takes at a place."""
 
     allowed = "what the file takes there"
 
     def read(self, name: str, given: object) -> Any:
         """Return a TOML value, or else the text."""
-        return typed(given) if isinstance(given, str) else given
+        return read_value(given) if isinstance(given, str) else given
 
 
 def spec(document: Mapping[str, object], path: str) -> Declaration:
-    """What may stand at a place of a document: a number with its unit, or a word.
-
-    Raises
-    ------
-    ValueError
-        If there is no such place.
-    """
+    """Declare a place of a document: a number with its unit, or a word; a ValueError if there is no such place."""
     about, now, unit = standing(document, path)
-    what = about.doc if about else path
+    doc = about.doc if about else path
     if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
-        return Declaration(about.spec, what, {}, True, None)
+        return Declaration(about.spec, doc, {}, True, None)
     number = Quantity(unit).fits(now) or (about and unit and now is None)
-    return Declaration(Quantity(unit) if number else Typed(), what, {}, True, None)
+    return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
 
 
 def to_json(document: Mapping[str, object]) -> str:
-    """A document as one line of JSON, the same for the same content."""
+    """Write a document as one line of JSON, the same for the same content."""
     return json.dumps(document, ensure_ascii=False, sort_keys=False)

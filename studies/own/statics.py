@@ -17,10 +17,11 @@ from buckler.mbs.units import measured, parse_quantity
 from buckler.mbs.validate import number
 
 from ..kit.words import Command
+from .verbs import Opened, file_command
 
 
-def _in(unit: str) -> Callable[[str], float]:
-    """What reads a quantity that may have a unit."""
+def _quantity(unit: str) -> Callable[[str], float]:
+    """Return a reader of quantities of this unit, for argparse."""
 
     def read(text: str) -> float:
         try:
@@ -31,58 +32,45 @@ def _in(unit: str) -> Callable[[str], float]:
     return read
 
 
-def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
-    """Where a path or a response ends, in SI."""
-    unit = "Hz" if "period" in options else "1"
-    if options.parameter:
-        unit = standing(mechanism.to_dict(), options.parameter).unit
-    elif options.load:
-        unit = "1"
-    elif getattr(options, "drive", None):
-        unit = "rad or m"
-    try:
-        return float(number("--to", measured(options.to), -inf, inf, unit))
-    except ValueError as error:
-        raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
-
-
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-    add("--degree", type=int, help="of the strips' polynomials; by default it is raised until the error is small")
+    add("--degree", type=int, help="degree of the strips' polynomials; by default it is raised until the error is small")
     add("--csv", metavar="FILE", type=Path, help="also write the numbers there")
     if kind == "equilibrium":
         add("--load", type=float, default=1.0, help="factor of all loads; default 1")
         add("--all", action="store_true", help="also list further equilibria")
-    elif kind == "frequencies":
-        add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
+    if kind == "frequencies":
+        add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
     if kind in ("equilibrium", "frequencies"):
-        about = "of a steady turn of the whole mechanism about --centre [rad/s]; default 0"
-        add("--spin", type=_in("rad/s"), default=0.0, help=about)
-        add("--centre", type=_in("m"), nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="of that turn [m]; default 0 0")
+        add("--spin", type=_quantity("rad/s"), default=0.0, help="steady turn of the mechanism about --centre [rad/s]; default 0")
+        add("--centre", type=_quantity("m"), nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="centre [m]; default 0 0")
     if kind in ("periodic", "response"):
-        add("--period", type=_in("s"), required=True, help="of what drives it, or where the search begins [s]")
-        add("--settle", type=int, default=0, help="periods that are run before; default 0")
+        add("--period", type=_quantity("s"), required=True, help="period of the drive, or first guess of it [s]")
+        add("--settle", type=int, default=0, help="periods that run before; default 0")
     if kind in ("path", "response"):
-        begins = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
-        add("--to", required=True, help=f"where it ends: factor of the load, {begins}, or the number, in SI or with its unit")
-        what = parser.add_mutually_exclusive_group()
-        default = "the frequency changes by default" if kind == "response" else "default all"
-        what.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
-        what.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
-        if kind == "path":
-            what.add_argument("--drive", help="the drive that moves")
-            add("--branches", action="store_true", help="also follow the paths that leave its branchings")
-        add("--steps", type=int, default=250, help="most steps; default 250")
-        add("--plot", metavar="FILE", type=Path, help="draw the diagram there; needs --point")
-        add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
+        _declare_path(kind, parser)
 
 
-def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argparse.Namespace) -> int:
+def _declare_path(kind: str, parser: argparse.ArgumentParser) -> None:
+    add, unit = parser.add_argument, "frequency [Hz]" if kind == "response" else "travel [rad or m]"
+    add("--to", required=True, help=f"end of the path: factor of the load, {unit}, or the number, in SI or with its unit")
+    what = parser.add_mutually_exclusive_group()
+    default = "the frequency changes by default" if kind == "response" else "default all"
+    what.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
+    what.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
+    if kind == "path":
+        what.add_argument("--drive", help="the drive that moves")
+        add("--branches", action="store_true", help="also follow the paths that leave its branchings")
+    add("--steps", type=int, default=250, help="largest number of steps; default 250")
+    add("--plot", metavar="FILE", type=Path, help="draw the diagram there; needs --point")
+    add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
+
+
+def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argparse.Namespace, file: Opened) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
-    found = ask(Mechanism.load(options.file), options)
+    found = ask(file.mechanism, options)
     if options.csv:
-        options.csv.write_text("\n".join(_lines(found, options)) + "\n", encoding="utf-8")
+        options.csv.write_text("\n".join(_csv(found, options)) + "\n", encoding="utf-8")
     print(found)
     for each in (*getattr(found, "others", ()), *getattr(found, "branches", ())):
         print(f"\n{each}")
@@ -90,16 +78,30 @@ def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argpar
 
 
 def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
-    """Follow a path, or a response, and draw it if that is wanted."""
+    """Follow a path, or a response, and draw it if asked for."""
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
     names = ("load", "drive", "parameter", "steps", "branches", "degree", "settle")
-    asked = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
-    found: Any = statics.response(mechanism, options.period, **asked) if "period" in options else statics.path(mechanism, **asked)
+    given = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
+    found: Any = statics.response(mechanism, options.period, **given) if "period" in options else statics.path(mechanism, **given)
     if options.plot and len(found.parameter):
         found.plot(*_point(options, mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
     return found
+
+
+def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
+    """Read the end of a path or a response, in SI."""
+    if options.parameter:
+        unit = standing(mechanism.to_dict(), options.parameter).unit
+    elif options.load:
+        unit = "1"
+    else:
+        unit = "Hz" if "period" in options else "rad or m" if options.drive else "1"
+    try:
+        return float(number("--to", measured(options.to), -inf, inf, unit))
+    except ValueError as error:
+        raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
 
 
 def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]:
@@ -110,25 +112,23 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
     return link, point
 
 
-def _lines(found: Any, options: argparse.Namespace) -> list[str]:
-    """Of a file: a path step by step, anything else row by row."""
+def _csv(found: Any, options: argparse.Namespace) -> list[str]:
+    """Write a path step by step, anything else row by row."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
-    places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
     if "period" in options:
         head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
         more = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
     else:
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
         more = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
-    return [
-        head,
-        *(",".join(map(repr, [p, *at, *ends])) for p, at, ends in zip(found.parameter.tolist(), places, more, strict=True)),
-    ]
+    places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
+    rows = zip(found.parameter.tolist(), places, more, strict=True)
+    return [head, *(",".join(map(repr, [parameter, *at, *ends])) for parameter, at, ends in rows)]
 
 
 def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], Any]) -> Command:
-    return Command(partial(_declare, kind), partial(_answer, ask))
+    return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
 
 
 equilibrium = _command(

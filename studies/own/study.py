@@ -1,4 +1,4 @@
-"""A mechanism of a file, or of Python, as a study: what runs, what is read off, what is drawn."""
+"""Mechanism of a file, or of Python, as a study: parameters of a run, its readings, its figure."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ from buckler.mbs.view.report import page
 from ..kit.parameters import Repeated, StudyParameters
 from ..kit.report import QUIET, Metric, Progress, StudyResult
 from ..kit.style import Figure, subplots
-from .solver import Settings, solver
+from .solver import Settings, make_solver
 
 if TYPE_CHECKING:
     from buckler.mbs.record.result import Result
 
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
-"""Signals whose largest size is told where no measure is asked for: last part of their names."""
+"""Last parts of the names of signals whose peaks are read where no measure is given."""
 MOST_DRAWN = 6
+"""Largest number of signals in the figure: more are too flat to read on a page."""
 GROUP = "the run"
-"""Of fields that a file's table [run] may hold, too."""
+"""Group of the fields that a file's table [run] may hold, too."""
 
 
 class _Of(Repeated):
-    """What an accuracy is asked of: one word, or signals."""
+    """Target of an accuracy: one word, or names of signals."""
 
     def read(self, name: str, given: object) -> Any:
         """Return one of `WORDS`, or names."""
@@ -49,44 +50,37 @@ class _Of(Repeated):
 
 @declared
 class Parameters(StudyParameters):
-    """What one run of a mechanism is made with.
+    """Mechanism and settings of one run; a changed document that describes no mechanism is a ValueError."""
 
-    Raises
-    ------
-    ValueError
-        In one line, if the changed document describes no mechanism.
-    """
-
-    name: str = field(Name(), "what to call it")
+    name: str = field(Name(), "name of the mechanism")
     document: str = field(Text(), "the mechanism as JSON, before any change")
-    duration: float = field(Quantity("s", 0, open_low=True), "how long; default 1 s", default=1.0, group=GROUP)
+    duration: float = field(Quantity("s", 0, open_low=True), "duration; default 1 s", default=1.0, group=GROUP)
     accuracy: float | None = field(
         Quantity("1", FINEST, COARSEST),
-        "largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it", default=None, group=GROUP,
+        "largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to meet it", default=None, group=GROUP,
     )  # fmt: skip
     of: str | Sequence[str] = field(
-        _Of(Name()), "what the accuracy is asked of: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
+        _Of(Name()), "target of the accuracy: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
     )
-    verify: bool = field(Flag(), "run the other solver, too, and tell the difference", default=False, group=GROUP)
-    ledger: bool = field(Flag(), "keep the energy ledger and check its balance", default=False, group=GROUP)
+    verify: bool = field(Flag(), "run the other solver, too, and report the difference", default=False, group=GROUP)
+    ledger: bool = field(Flag(), "compute the energy ledger and check its balance", default=False, group=GROUP)
     measure: Sequence[str] = field(
-        Repeated(Text()), "a number to read off, as 'max(B.contact_force)'; default the peaks of all forces", default=(),
-        group=GROUP,
-    )  # fmt: skip
+        Repeated(Text()), "a reading, as 'max(B.contact_force)'; default the peaks of all forces", default=(), group=GROUP
+    )
     solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
-    changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with the values they have instead", default=())
+    changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with their new values", default=())
     report: bool = field(Flag(), "write the report page; no store keeps this", default=False)
 
     def check(self) -> None:
-        """Wrong settings and measures are refused before any run."""
+        """Refuse wrong settings and measures before any run."""
         if self.accuracy is None and self.of != PLACES:
             raise ValueError("of: without an accuracy; give both")
         for text in self.measure:
             check(text)
-        solver(dict(self.solver), self.mechanism())
+        make_solver(dict(self.solver), self.mechanism())
 
     def __getattr__(self, path: str) -> Any:
-        """The value at a changed place."""
+        """Return the value at a changed place."""
         if not path.startswith("_"):
             for place, value in self.changes:
                 if place == path:
@@ -94,11 +88,11 @@ class Parameters(StudyParameters):
         raise AttributeError(path)
 
     def mechanism(self) -> Mechanism:
-        """The mechanism with its changes."""
+        """Make the mechanism with its changes."""
         return Mechanism.from_dict(changed(json.loads(self.document), dict(self.changes)))
 
     def plain(self) -> dict[str, Any]:
-        """What a store and a file keep of it: the mechanism by a hash of its document."""
+        """Return what a store and a file keep: the mechanism by a hash of its document, and the settings."""
         run: dict[str, Any] = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger}
         run |= {"measures": list(self.measure)}
         run |= {"verify": True} if self.verify else {}
@@ -108,27 +102,27 @@ class Parameters(StudyParameters):
 
 
 def digest(document: str) -> str:
-    """The first twelve digits of a document's SHA-256."""
+    """Return the first twelve digits of a document's SHA-256."""
     return hashlib.sha256(document.encode()).hexdigest()[:12]
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Simulate, read the numbers off, and make the report page if one is asked for; of an interrupted run what there is."""
+    """Simulate and take the readings; of an interrupted run those of the part that ran."""
     mechanism = p.mechanism()
-    chosen = solver(dict(p.solver), mechanism)
+    solver = make_solver(dict(p.solver), mechanism)
     try:
         with progress.of_runs(p.name) as shown:
             return read_off(p, simulate(
-                mechanism, p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
+                mechanism, p.duration, p.accuracy, of=p.of, solver=solver, ledger=p.ledger, verify=p.verify, progress=shown
             ))  # fmt: skip
     except Interrupted as stop:
         raise Interrupted(read_off(p, stop.result)) from None
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
-    """Metrics and signals of a result; a failed one keeps its signals only."""
+    """Return metrics, signals and page of a result; a failed one has its signals only."""
     metrics = _metrics(parameters, result) if result.status in ("OK", "SUSPECT") else {}
-    valueless = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
+    empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
         parameters=parameters,
         status=str(result.status),
@@ -137,29 +131,30 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
         signals={"time": result.time, **result.signals},
         work=result.work,
         units=result.units,
-        pages=_page(parameters, result),
-        notes=[*result.provenance.get("notes", ()), *(f"{name}: has no value in this run" for name in valueless)],
+        pages=_page(parameters, result) if parameters.report else {},
+        notes=[*result.provenance.get("notes", ()), *(f"{name}: has no value in this run" for name in empty)],
     )
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
-    """Make the report page, if it is asked for; one that fails takes nothing from the numbers."""
+    """Make the report page; its failure leaves the numbers as they are."""
     try:
-        return {"report.html": page(result, parameters.name)} if parameters.report else {}
+        return {"report.html": page(result, parameters.name)}
     except Exception as error:
         print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
-    return {}
+        return {}
 
 
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
+    """Take the readings, each with its error; of an accuracy, the other solver and the ledger what they found."""
     found = {}
     for text in parameters.measure or peaks(result):
         value, unit = measure(text, result.time, result.signals, result.units)
-        off = doubt(text, result) / abs(value) if value else nan
-        found[text] = Metric(value, unit, error=off if isfinite(off) else None)
+        error = doubt(text, result) / abs(value) if value else nan
+        found[text] = Metric(value, unit, error=error if isfinite(error) else None)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
-        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in asked(parameters)}
+        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in target_signals(parameters)}
     if parameters.verify:
         found["difference from the other solver"] = Metric(result.verified, "1")
     if parameters.ledger:
@@ -167,19 +162,19 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     return found
 
 
-def asked(parameters: Parameters) -> tuple[str, ...]:
-    """The signals an accuracy was asked of by name."""
+def target_signals(parameters: Parameters) -> tuple[str, ...]:
+    """List the signals that are the target of the accuracy by name."""
     return () if isinstance(parameters.of, str) else tuple(parameters.of)
 
 
 def peaks(result: Result) -> list[str]:
-    """Measures for everybody: the largest size of forces, torques and deflections; of means where a ringing is not followed."""
+    """List the default readings: peaks of forces, torques and deflections, of means where ringing is not resolved."""
     names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
     return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw the signals that the measures name over time."""
+    """Draw the signals of the readings over time."""
     whole = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
     names = [name for name, pattern in whole.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
     if not names:

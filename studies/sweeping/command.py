@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from ..kit.options import Subject, parser_of, subject, writable
 from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.report import Metric, Progress, StudyResult
-from ..kit.running import told
+from ..kit.running import finish
 from ..kit.style import house_style
 from ..kit.words import Parser, print_error
 from .store import Row
@@ -192,7 +192,7 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     )
     if asked.part:
         where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
-        return told(name, result, {}, writable(asked.folder / f"part-{asked.part.number}"), options, where)
+        return finish(name, result, {}, writable(asked.folder / f"part-{asked.part.number}"), options, where)
     from .figure import figures  # loads Matplotlib
 
     found = points(asked.plan, rows)
@@ -204,7 +204,9 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     result = result.changed(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
     with house_style():
         drawn = figures(asked.plan, found, shown, asked.units)
-    return told(name, result, drawn, asked.folder, options, f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}")
+    return finish(
+        name, result, drawn, asked.folder, options, f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}"
+    )
 
 
 def _notes(rows: Sequence[Row]) -> list[str]:

@@ -16,8 +16,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+from ..kit.files import plain
 from ..kit.parameters import StudyParameters
-from ..kit.report import Metric, plain
+from ..kit.report import Metric
 
 APPLICATION = 0x4275636B
 """Mark of a store in the header of its file, SQLite's `application_id`."""

@@ -205,7 +205,7 @@ def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
 
 def test_a_long_search_shows_how_many_runs_there_were(tmp_path, capsys, monkeypatch):
     path = pushed(150.0).save(tmp_path / "block.toml")
-    monkeypatch.setattr("buckler.studies.kit.report._pace", lambda: 0.0)
+    monkeypatch.setattr("buckler.studies.kit.report._delay", lambda: 0.0)
     words = ["optimise", str(path), "--duration", "0.1s", "--free", f"{K}=100:200", "--minimise", "max(O.x)", "--starts", "2"]
     assert main(argv=words) == 0
     counts = [int(count) for count in re.findall(r"(\d+) runs \[", capsys.readouterr().err)]

@@ -51,7 +51,7 @@ def test_a_path_is_printed_drawn_and_written(file, tmp_path, capsys):
 
 
 def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
-    assert main(argv=["equilibrium", str(file), "--load", "20"]) == 0
+    assert main(argv=["equilibrium", str(file), "--load", "20"]) == 1  # UNSTABLE
     assert "unstable: a small motion grows" in capsys.readouterr().out
     assert main(argv=["frequencies", str(file), "--count", "2"]) == 0
     assert "damping ratio 0, error" in capsys.readouterr().out

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from made_up_study import Parameters, figure, run
 
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, atomic, to_json, write
+from buckler.studies.kit.files import atomic, to_json, write
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import STYLE, subplots
 
 ROOT = Path(__file__).parents[2]

@@ -15,7 +15,7 @@ from chromium import browser
 from buckler.mbs import Mechanism
 from buckler.studies.kit.cli import main
 from buckler.studies.own.explore import ANSWERS, Explorer, server
-from buckler.studies.own.turning import opened
+from buckler.studies.own.verbs import open_file
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "studies" / "own" / "examples"
 MASS = "links.lower.body.mass"
@@ -62,21 +62,21 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
 def test_a_number_of_the_defaults_is_turned_and_saved(tmp_path):
     path, number = tmp_path / "stephenson.toml", "links.crank.body.section.thickness"
     path.write_text((EXAMPLES / path.name).read_text(encoding="utf-8"), encoding="utf-8")
-    file = opened(path, [f"{number}=4mm"])
-    saved = Explorer(path, file.document, file.duration, {number: None}).saved({number: 0.006})["saved"]
+    file = open_file(path, [f"{number}=4mm"])
+    saved = Explorer(path, file.document, file.duration, {number: None}).save({number: 0.006})["saved"]
     assert [Mechanism.load(saved).link(name).body.section.thickness for name in ("crank", "rod")] == [0.006, 0.005]
     path.write_text('[run]\nmeasures = "x"\n', encoding="utf-8")
     with pytest.raises(ValueError, match=r"stephenson\.toml: run\.measures: unknown key; known: duration"):
-        opened(path)
+        open_file(path)
 
 
 def explorer(free):
-    return Explorer(EXAMPLES / "pendulum.toml", opened(EXAMPLES / "pendulum.toml").document, 0.5, free)
+    return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml").document, 0.5, free)
 
 
 def test_a_link_is_drawn_with_the_points_that_it_carries():
-    file = opened(EXAMPLES / "stephenson.toml")
-    lines = Explorer(EXAMPLES / "stephenson.toml", file.document, 0.01, {"links.rod.length": None}).moved({})["lines"]
+    file = open_file(EXAMPLES / "stephenson.toml")
+    lines = Explorer(EXAMPLES / "stephenson.toml", file.document, 0.01, {"links.rod.length": None}).move({})["lines"]
     coupler, rod = np.array(lines["coupler"])[0], np.array(lines["rod"])[0]
     assert len(coupler) == 4 and (coupler[0] == coupler[3]).all() and (coupler[2] == rod[0]).all()
 
@@ -104,8 +104,8 @@ def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch
 
 def test_both_solvers_end_where_they_are_looked_at():
     made = explorer({MASS: None})
-    made.turned.set()
-    assert made.judged({}) == {"late": True}
+    made.changed.set()
+    assert made.judge({}) == {"late": True}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,127 @@
+"""Commands on the mechanism of a file: the options that all of them have, the file, ranges of its numbers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from buckler.mbs.documents.document import changed
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.numbers import DURATION, standing
+from buckler.mbs.sensitivity.runs import RunFailedError, before_run
+from buckler.mbs.units import parse_quantity
+
+from ..kit.files import to_json
+from ..kit.report import counting
+from ..kit.words import Command, add_repeated
+from .places import OPTIONS, named, read_changes, read_file
+
+FIXED = ("elements", "points", "velocities", "gravity")
+"""Parts of a document whose numbers change only if they are named: whole numbers and places."""
+
+
+class Opened(NamedTuple):
+    """Document of a file with its changes, duration of its run [s], and its readings."""
+
+    document: dict[str, Any]
+    duration: float
+    measures: tuple[str, ...]
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return Mechanism.from_dict(self.document)
+
+
+def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> Opened:
+    """Read a file with `--set` and `--duration`; a ValueError has its name in front."""
+    about = OPTIONS["duration"]
+    with named(path):
+        document, run = read_file(path)
+        seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
+        opened = Opened(changed(document, read_changes(document, changes)), seconds, run.get("measure", ()))
+        _ = opened.mechanism  # refused here, with the name of the file
+    return opened
+
+
+def file_command(
+    declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[[argparse.Namespace, Opened], int], runs: bool = True
+) -> Command:
+    """Make a command on a file: FILE and --set, with `runs` also --duration, then its own options. A failed run is exit 1."""
+
+    def declare_all(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+        add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
+        if runs:
+            parser.add_argument("--duration", metavar="s", help="duration [s]; default that of the file, or 1 s")
+        declare(parser)
+
+    def answer_all(options: argparse.Namespace) -> int:
+        try:
+            return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
+        except RunFailedError as error:
+            print(f"{options.file}: {error}", file=sys.stderr)
+            return 1
+
+    return Command(declare_all, answer_all)
+
+
+@contextmanager
+def count_runs() -> Iterator[None]:
+    """Show the number of runs while they take long."""
+    with counting("runs") as shown:
+        token = before_run.set(shown)
+        try:
+            yield
+        finally:
+            before_run.reset(token)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the option --json."""
+    parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
+
+
+def print_json(content: object) -> None:
+    """Print strict JSON: NaN and infinity are null."""
+    print(to_json(content), end="")
+
+
+# --- numbers of a document --------------------------------------------------------------------------------------------
+
+
+def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
+    """Read a number's path and its range, PATH=LOW:HIGH, in SI."""
+    path, _, ends = text.partition("=")
+    if ends.count(":") != 1:
+        raise ValueError(f"{option} {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
+    low, high = read_quantities(document, path, ends.split(":"), f"{option} {text}")
+    if not low < high:
+        raise ValueError(f"{option} {text}: low must be less than high")
+    return path, (low, high)
+
+
+def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
+    """Read values of a number of a document, in SI."""
+    unit = "s" if path == DURATION else standing(document, path).unit
+    try:
+        return [parse_quantity(each, unit) for each in texts]
+    except ValueError as error:
+        raise ValueError(f"{place}: {error}") from None
+
+
+def numbers(content: object, path: str = "") -> Iterator[str]:
+    """Find the paths of all numbers of a document that are neither zero nor places."""
+    if isinstance(content, Mapping):
+        for key, each in content.items():
+            if key not in FIXED and not (path.startswith("guides") and key == "along"):
+                yield from numbers(each, f"{path}.{key}" if path else key)
+    elif isinstance(content, list):
+        for k, each in enumerate(content):
+            yield from numbers(each, f"{path}[{k}]")
+    elif isinstance(content, float) and content:
+        yield path
