@@ -1,6 +1,6 @@
-"""What the paper on rattling joints leaves open, as parameters: gravity, pins, friction thresholds, damping and kind of modes.
+"""Assumptions that the paper on rattling joints leaves open, as parameters: gravity, pins, friction, damping and kind of modes.
 
-The defaults are the assumptions that the tables of this package were made with. `buffering-claims` varies them all.
+`buffering` varies them all.
 """
 
 from __future__ import annotations
@@ -18,43 +18,43 @@ from ..kit.parameters import Gravity, choice, choices, integer, quantity
 JOINTS = "OABC"
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""
 BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
-"""Of each joint: the body that carries the pin by default, then the one that carries the bush."""
+"""Bodies of each joint: the one that carries the pin by default, then the one that carries the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Joints with each of the bodies that may carry the pin."""
 FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)
-"""Who carries it by default."""
+"""Bodies that carry the pins by default."""
 MEASURES = {"peak_force": ("force", 2, "N"), "rms_ax_coupler": ("rms_a", 0, "m/s^2"), "rms_ax_rocker": ("rms_a", 1, "m/s^2")}
-"""Numbers of a turn: measure of `turns.by_turn`, its column (joint B; centres of mass) and its unit."""
+"""Numbers of a turn: measure of `turns.by_turn`, column (joint B; centres of mass) and unit."""
 THRESHOLDS = 0.1, 1.0
-"""Sliding speeds, m/s, at which ADAMS friction is static, and from which it is dynamic, by default."""
+"""Sliding speeds [m/s] at which ADAMS friction is static, and from which it is dynamic, by default."""
 
 
 def constant(hertz: Array, ratio: float) -> Array:
-    """The same ratio for every mode."""
+    """Return the same ratio for every mode."""
     return np.full(len(hertz), ratio)
 
 
 def adams(hertz: Array, ratio: float) -> Array:
-    """ADAMS's default by frequency; the ratio is not asked."""
+    """Return ADAMS's default by frequency, whatever the ratio."""
     return AdamsDamping().ratios(hertz)
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
-    """Of mass and stiffness, ratio at the lowest two modes: ratio (f1 f2/f + f)/(f1 + f2); no less in between or beyond."""
+    """Return Rayleigh's damping by mass and stiffness, ratio at the lowest two modes: ratio (f1 f2/f + f)/(f1 + f2)."""
     low, high = np.sort(hertz)[[0, min(1, len(hertz) - 1)]]
     return ratio * (low * high / hertz + hertz) / (low + high)
 
 
 DAMPINGS: dict[str, Callable[[Array, float], Array]] = {"constant": constant, "ADAMS": adams, "Rayleigh": rayleigh}
-"""Damping ratios by frequency, Hz, and the given ratio."""
+"""Damping ratios as functions of frequencies [Hz] and the given ratio."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
-"""Of modes: those of the free rocker by Timoshenko's beam theory, or by Euler and Bernoulli's; or of one whose ends are held, and
-its static shapes, as a modal neutral file has them."""
+"""Kinds of modes: of the free rocker by Timoshenko's or Euler and Bernoulli's theory; of a clamped one with its static shapes, as
+a modal neutral file has them."""
 
 
 @dataclass(frozen=True)
 class JointAssumptions(Gravity):
-    """What is not told about the joints and their surroundings."""
+    """Assumptions about the joints and their surroundings."""
 
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; a joint not named keeps its default", "left open")
     friction_thresholds: float = quantity(
@@ -63,7 +63,7 @@ class JointAssumptions(Gravity):
 
     @property
     def turned(self) -> str:
-        """Joints whose pin is on the body that by default carries the bush; ValueError if one is named twice."""
+        """Joints whose pin is on the body that carries the bush by default; ValueError if one is named twice."""
         named = [name[0] for name in self.pin_on]
         if len(set(named)) < len(named):
             raise ValueError(f"pin_on = {','.join(self.pin_on)}: one body a joint")
@@ -71,12 +71,12 @@ class JointAssumptions(Gravity):
 
     @property
     def thresholds(self) -> tuple[float, float]:
-        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
+        """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
         low, high = THRESHOLDS
         return self.friction_thresholds * low, self.friction_thresholds * high
 
     def stated(self) -> str:
-        """One sentence for a table."""
+        """Return the assumptions as a sentence for a table."""
         pins = ", ".join(f"{j} on {BODIES[j][j in self.turned]}" for j in JOINTS)
         low, high = self.thresholds
         return f"Left open by the paper: gravity {self.down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
@@ -84,7 +84,7 @@ class JointAssumptions(Gravity):
 
 @dataclass(frozen=True)
 class Assumptions(JointAssumptions):
-    """The same, and what is not told about the flexible rocker."""
+    """Assumptions about the joints and the flexible rocker."""
 
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
     modal_damping: str = choice(
@@ -96,14 +96,14 @@ class Assumptions(JointAssumptions):
     )
 
     def stated(self) -> str:
-        """One sentence for a table."""
+        """Return the assumptions as a sentence for a table."""
         ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
         return f"{super().stated()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
 
 
 @dataclass(frozen=True)
 class ModalAssumptions(Assumptions):
-    """The same of studies that build the flexible rocker of chosen modes."""
+    """Assumptions of studies that choose the modes of the flexible rocker."""
 
     bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
     axial: int = integer(1, 0, 8, "its axial modes", "left open")
@@ -112,12 +112,12 @@ class ModalAssumptions(Assumptions):
     )
 
     def check(self) -> None:
-        """A flexible rocker has a mode."""
+        """Check that the flexible rocker has a mode."""
         super().check()
         if self.bending + self.axial == 0:
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 
     def stated(self) -> str:
-        """One sentence for a table."""
+        """Return the assumptions as a sentence for a table."""
         many = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
         return f"{super().stated()}{many}, frequencies × {self.frequency_factor:g}"

@@ -21,7 +21,7 @@ from .assumptions import JOINTS, JointAssumptions, ModalAssumptions
 from .mode_sets import damped, rocker_modes, section
 
 OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
-"""Parameters of a rocker of modes alone."""
+"""Parameters that only a rocker of modes has."""
 
 
 def bars(
@@ -29,9 +29,9 @@ def bars(
     angle: float = 0.0, rocker: Body | None = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0),
     joints: str = JOINTS,
 ) -> Mechanism:  # fmt: skip
-    """The crank-rocker with clearance, m, in some joints, none if it is 0; bars so deep in the plane, m.
+    """Make the crank-rocker with a clearance [m] in some joints, ideal ones if it is 0, and bars of a depth in the plane [m].
 
-    Turned joints have the pin on the body that by default carries the bush.
+    Turned joints have the pin on the body that carries the bush by default.
     """
 
     def play(point: str, first: str, second: str) -> Clearance:
@@ -62,21 +62,21 @@ class PlayParameters(JointAssumptions):
 
     @property
     def law(self) -> Impact:
-        """Contact law."""
+        """Contact law of the joints."""
         return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
 
     @property
     def friction(self) -> AdamsFriction:
-        """Friction law."""
+        """Friction law of the joints."""
         return AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
 
     @property
     def thresholds(self) -> tuple[float, float]:
-        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
+        """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
         return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
     def bars(self, **changes: Any) -> Mechanism:
-        """The crank-rocker, some arguments of `bars` changed."""
+        """Return the crank-rocker, some arguments of `bars` changed."""
         given: dict[str, Any] = {
             "law": self.law, "friction": self.friction, "gap": self.clearance, "depth": self.in_plane_depth, "pin": self.pin,
             "speed": self.speed, "turned": self.turned, "gravity": self.pull,
@@ -86,7 +86,7 @@ class PlayParameters(JointAssumptions):
 
 @dataclass(frozen=True)
 class FourBarParameters(PlayParameters):
-    """The same of studies on the compiled solver."""
+    """Parameters of studies on the compiled solver."""
 
     tolerance: float = quantity(1e-8, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
     workers: int = integer(2, 1, 256, "threads", "numerics")
@@ -99,12 +99,12 @@ class FourBarParameters(PlayParameters):
 
 @dataclass(frozen=True)
 class RockerParameters(FourBarParameters, ModalAssumptions):
-    """The same of studies whose rocker is rigid, or one of modes."""
+    """Parameters of studies whose rocker is rigid, or one of modes."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
 
     def check(self) -> None:
-        """A rigid rocker has no modes."""
+        """Check that a rigid rocker is given no modes."""
         plain = {each.name: each.default for each in fields(self)}
         asked = [f"{name} = {getattr(self, name)}" for name in OF_MODES if getattr(self, name) != plain[name]]
         if self.rocker == "rigid" and asked:
@@ -117,11 +117,11 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         return super().bars(**changes, **({"rocker": flexible(self)} if own else {}))
 
     def stated(self) -> str:
-        """One sentence for a table."""
+        """Return the assumptions as a sentence for a table."""
         return super().stated() if self.rocker == "modal" else f"{JointAssumptions.stated(self)}; rocker rigid"
 
 
 def flexible(p: Any, depth: float | None = None) -> Modal:
-    """The rocker of modes that a study's assumptions ask for."""
+    """Make the rocker of modes that a study's assumptions ask for."""
     modes = rocker_modes(p.modes_of, depth or p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
     return damped(modes, p.modal_damping, p.rocker_damping)

@@ -31,14 +31,14 @@ ROCKERS: dict[str, Callable[[CrankRockerParameters], Any]] = {
     "beam": _beam,
     "modal": lambda p: p.modal(),
 }
-"""Bodies of the rocker by name; all but the first are flexible."""
+"""Functions that make the rocker, by name; all but the first make a flexible one."""
 
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
-"""Of curves, by what `label` calls a run."""
+"""Colours of curves by `label`."""
 
 
 def label(rocker: str) -> str:
-    """What the results of a rocker are filed under: `rigid` or `flexible`."""
+    """Return the name of a rocker's results: `rigid` or `flexible`."""
     return "rigid" if rocker == "rigid" else "flexible"
 
 
@@ -74,7 +74,7 @@ class CrankRockerParameters(PlayParameters, Assumptions):
 
     @property
     def section(self) -> Section:
-        """Of all bars, without damping."""
+        """Section of all bars, without damping."""
         return section(self.in_plane_depth)
 
     @property
@@ -83,17 +83,17 @@ class CrankRockerParameters(PlayParameters, Assumptions):
         return WITH_PLAY[self.clearance_joints]
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Crank-rocker with this rocker and clearance in these joints; by default in as many as `clearance_joints` says."""
+        """Make the crank-rocker with this rocker and clearance in these joints; by default in `clearance_joints` of them."""
         joints = self.with_play if with_play is None else with_play
         return self.bars(rocker=ROCKERS[rocker](self), joints=joints, angle=self.angle)
 
     @property
     def angle(self) -> float:
-        """Of the crank at the start, with its chance offset, rad."""
+        """Angle of the crank at the start, with its chance offset [rad]."""
         return self.start_angle + chance(self.seed)
 
     def modal(self) -> Modal:
-        """Rocker of a solid's modes."""
+        """Make the rocker of a solid's modes."""
         plain = Modal(self.section, damping=self.rocker_damping)
         other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
         plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain

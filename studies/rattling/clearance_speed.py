@@ -1,18 +1,16 @@
 """Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
 Every point is an ensemble of the compiled solver: members that start 1e-9 m apart, some turns discarded, means over the
-turns of all members. One point is run on the engine as well, which shares no equation of motion with it, and
-must give the same means within their errors.
-
-A pin deeper in its bush than the clearance is beyond every contact law: such points carry the name PENETRATION, are drawn
-hollow, and enter no fit. Forces are also given over those of ideal joints, which go with the square of the speed.
+turns of all members. One point runs on the engine as well, which shares no equation of motion with it, and must give the
+same means within their errors. A pin deeper in its bush than the clearance is beyond every contact law: such points are named
+PENETRATION, are drawn hollow, and enter no fit. Forces are also given over those of ideal joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from typing import NamedTuple
 
@@ -22,7 +20,7 @@ from buckler.mbs import Mechanism, Result, simulate
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import integer, quantities
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, metrics_table
 from ..kit.statistics import mean, power_law
 from ..kit.style import COLOURS, Figure, subplots
 from . import turns
@@ -31,9 +29,9 @@ from .bars import RockerParameters
 from .turns import by_turn, ensemble, period
 
 JOINT = JOINTS.index("B")
-"""Joint whose force is read: coupler and rocker."""
+"""Column of the joint whose force is read: coupler and rocker."""
 STEP = 5e-5
-"""Tolerance of the runs on the engine."""
+"""Tolerance of the engine's steps: its error is far below the scatter of members."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
 AGREES = 5.0
 """Standard errors by which the two solvers may differ; those of the engine come from few members."""
@@ -63,10 +61,7 @@ class Parameters(RockerParameters):
 
 
 class SpeedPoint(NamedTuple):
-    """Means of `MEASURES` over turns and their errors, (3,); largest penetration over the clearance, impacts in B a turn.
-
-    Notes say what speaks against the point, each beginning with a name.
-    """
+    """Means of `MEASURES` over turns, their errors, largest penetration over the clearance, impacts in B a turn, objections."""
 
     mean: Array
     error: Array
@@ -76,7 +71,7 @@ class SpeedPoint(NamedTuple):
 
 
 def measure(p: Parameters, mechanism: Mechanism) -> SpeedPoint:
-    """One point of the grid."""
+    """Measure one point of the grid."""
     seeds = range(p.seed, p.seed + p.members)
     try:
         found = ensemble(mechanism, p.cycles, seeds, settle=p.settle, tolerance=p.tolerance)
@@ -90,13 +85,13 @@ def measure(p: Parameters, mechanism: Mechanism) -> SpeedPoint:
 
 
 def ideal(p: Parameters, speed: float) -> Array:
-    """The same three numbers of ideal joints and a rigid rocker, shape (3,)."""
+    """Compute the `MEASURES` of ideal joints and a rigid rocker."""
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)
     return of_turns(simulate(mechanism, period(mechanism)), period(mechanism), 1)
 
 
 def on_engine(p: Parameters, seed: int) -> Array:
-    """The three means over turns of one member on the engine, shape (3,)."""
+    """Run one member on the engine; return its means of the `MEASURES` over turns."""
     mechanism = p.bars(angle=turns.chance(seed))
     result = turns.on_engine(mechanism, p.cycles, p.settle, STEP)
     if not result.ok:
@@ -105,7 +100,7 @@ def on_engine(p: Parameters, seed: int) -> Array:
 
 
 def of_turns(result: Result, turn: float, count: int, settle: int = 0) -> Array:
-    """The three means over turns of a run, shape (3,)."""
+    """Compute means of the `MEASURES` over turns of a run."""
     found = by_turn(result, turn, count, settle)
     return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
 
@@ -128,16 +123,15 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         values = np.array([getattr(x, name) for x in points])
         signals[name] = values.reshape(*shape, *values.shape[1:])
     signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
-    tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), _powers_table(p, metrics)]
-    if engine.size:
-        tables.append(_engine_table(p, metrics))
+    title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s, on the engine too; powers over the valid points"
+    tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
     return StudyResult(parameters=p, **judged(wrong), metrics=metrics, signals=signals, tables=tables)
 
 
 def _metrics(
     p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], here: SpeedPoint, engine: Array
 ) -> tuple[dict[str, Metric], list[str]]:
-    """Numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
+    """Return numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
     found, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in here.notes]
     valid = np.array([not x.notes for x in points])
     found["valid"] = Metric(float(valid.sum()), "1")
@@ -158,7 +152,7 @@ def _metrics(
 
 
 def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
-    """Powers of clearance and speed with standard errors, and the scatter about them."""
+    """Fit powers of clearance and speed with standard errors, and the scatter about them."""
     found = power_law(at.T, values)
     powers = {f"{name}.power_of_{over}": power for over, power in zip(("clearance", "speed"), found.metrics(), strict=True)}
     return powers | {f"{name}.scatter": Metric(found.scatter, "1")}
@@ -179,24 +173,6 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     return Table(headers, rows, title, notes)
 
 
-def _powers_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
-    rows = []
-    for name in MEASURES:
-        if f"{name}.scatter" in metrics:
-            found = [metrics[f"{name}.power_of_{over}"] for over in ("clearance", "speed")]
-            rows.append([name, *(m.shown(".2f", ".2f") for m in found), f"{metrics[f'{name}.scatter'].value:.0%}"])
-    return Table(["", "clearance to the", "speed to the", "scatter"], rows, "Powers, by least squares over the valid points")
-
-
-def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
-    rows = []
-    for name, (*_, unit) in MEASURES.items():
-        shown = [metrics[f"{kind}{name}"].shown() for kind in ("", "engine.")]
-        rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
-    title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
-    return Table(["", "unit", "compiled solver", "engine", "apart, in standard errors"], rows, title)
-
-
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw each number over the clearance, a line a speed; and as maps over both."""
     return {"lines": _lines(result), "maps": _maps(result)}
@@ -205,8 +181,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 def _lines(result: StudyResult) -> Figure:
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
-    values = [*np.moveaxis(s["mean"], -1, 0), s["depth"]]
-    errors = [*np.moveaxis(s["error"], -1, 0), np.zeros_like(s["depth"])]
+    values, errors = [*np.moveaxis(s["mean"], -1, 0), s["depth"]], [*np.moveaxis(s["error"], -1, 0), 0 * s["depth"]]
     for ax, name, value, error in zip(axes.flat, LABELS, values, errors, strict=True):
         for k, speed in enumerate(s["speed"]):
             x, colour, ok = 1e3 * s["clearance"], COLOURS[k % len(COLOURS)], s["valid"][:, k]

@@ -1,6 +1,6 @@
-"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: what Figs 5 to 10 of the paper show.
+"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of the paper.
 
-One turn of the crank, journals centred at the start. Both rockers are held against the rigid mechanism with ideal
+One turn of the crank, journals centred at the start. Both rockers are compared with the rigid mechanism with ideal
 joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many. The numbers are means
 over `members` runs with their standard errors, seeds apart; the figures show one run, as the paper does, in front of the band in
 which two thirds of the runs lie. N.s/mm is nearly repeatable.
@@ -29,11 +29,11 @@ from .clearance import COLOURS, CrankRockerParameters, label
 from .turns import STEPS_A_TURN, force_on_second, joint_force
 
 BAND = 2001
-"""Times at which the members' band is drawn."""
+"""Number of times at which the members' band is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
-"""The joints whose force is read."""
+"""Joints whose force is read."""
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
@@ -50,7 +50,7 @@ class Parameters(CrankRockerParameters):
 
 @dataclass(frozen=True)
 class Variant:
-    """One run: what it is filed under, the mechanism's joints with clearance, and what came of it."""
+    """One run: its name, the joints with clearance, and the result."""
 
     name: str
     with_play: str
@@ -72,7 +72,7 @@ def simulate(p: CrankRockerParameters, rocker: str, with_play: str) -> Result:
 
 
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
-    """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
+    """Return numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
     result, signals, found = variant.result, variant.result.signals, {}
     kept = result.time >= settle
 
@@ -93,12 +93,12 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
 
 
 def drawn(joint: str) -> str:
-    """How the force of a joint begins among the samples: B.coupler-rocker."""
+    """Return the beginning of a joint's force among the samples: B.coupler-rocker."""
     return f"{joint}.{'-'.join(BODIES[joint])}"
 
 
 def samples(variant: Variant) -> dict[str, Array]:
-    """Arrays of one run by name, for signals.npz."""
+    """Return arrays of one run by name, for signals.npz."""
     names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
     signals = {name: variant.result.signals[name] for name in names}
     signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
@@ -129,7 +129,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
-    """The middle two thirds of the members at `BAND` times alike: for every signal that is drawn."""
+    """Return the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
     if len(members) < 3 or name == "ideal":
         return {}
     each = [samples(v) for v in members]
@@ -142,7 +142,7 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
 
 
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
-    """One row a number, one column a variant, and how the flexible rocker compares with the rigid one."""
+    """Make the table: a row a number, a column a variant, and the ratio flexible over rigid."""
     rows: list[list[Any]] = []
     names = [name.partition(".")[2] for name in metrics if name.startswith("ideal.")]
     both = {"rigid", "flexible"} <= set(variants)
@@ -179,12 +179,12 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 
 def _variants(result: StudyResult) -> list[str]:
-    """Those with clearance, in the order run."""
+    """Return the runs with clearance, in their order."""
     return [name for name in ("rigid", "flexible") if f"{name}.time" in result.signals]
 
 
 def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
-    """One column a rocker, one row a signal, over the ideal mechanism's."""
+    """Draw a column a rocker and a row a signal, over the ideal mechanism's."""
     s, variants = result.signals, _variants(result)
     fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
     for line, (signal, name) in zip(axes, rows.items(), strict=True):
@@ -206,12 +206,12 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
 
 
 def _name(case: str) -> str:
-    """What a curve is called."""
+    """Return a curve's label."""
     return "ideal joints" if case == "ideal" else f"{case} rocker"
 
 
 def _orbits(result: StudyResult) -> Figure:
-    """Paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
+    """Draw paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
     s, variants = result.signals, _variants(result)
     p = result.of(Parameters)
     joints = [joint for joint in JOINTS if joint in p.with_play]

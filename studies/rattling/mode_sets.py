@@ -20,10 +20,10 @@ from ..kit.published import BAR_AREA, STEEL
 from .assumptions import DAMPINGS
 
 LENGTH = STEEL_CRANK_ROCKER.rocker
-"""Of the rocker, m."""
+"""Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
 COUNTED = 40
-"""Flexible modes of the solid that are looked at; all in `SETS` are among them."""
+"""Flexible modes of the solid that are computed; all in `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
 LETTERS = {"b": BENDING, "a": AXIAL}
 SETS: dict[str, Any] = {
@@ -52,23 +52,23 @@ NAMES = {
 
 
 def section(depth: float) -> Section:
-    """Of all bars, with this side in the plane, m."""
+    """Return the section of all bars with this side in the plane [m]."""
     return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
 def counted(depth: float) -> ReducedModel:
-    """The lowest flexible modes of the free solid rocker, in space."""
+    """Compute the lowest flexible modes of the free solid rocker, in space."""
     return reduced(Modal(section(depth), FreeModes(tuple(range(1, COUNTED + 1))), mesh=MESH), LENGTH)
 
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
-    """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
+    """Compute eight bending and eight axial frequencies [Hz] of the free bar: Timoshenko's, or Euler–Bernoulli's."""
     found = Modal(section(depth), BarModes(8, 8, shear)).frequencies(LENGTH)
     return {BENDING: found[:8], AXIAL: found[8:]}
 
 
 def numbers(depth: float, name: str) -> tuple[int, ...]:
-    """Flexible modes of a set that move in the plane; the others a planar mechanism does not feel."""
+    """Return the flexible modes of a set that move in the plane; a planar mechanism does not feel the others."""
     wanted = SETS[name]
     if isinstance(wanted, FreeModes):
         return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).planar().numbers)
@@ -78,7 +78,7 @@ def numbers(depth: float, name: str) -> tuple[int, ...]:
 
 
 def flexibility(depth: float, name: str, damping: float) -> Modal | None:
-    """A rocker of what a set of modes brings into the plane, by rising frequency; None if nothing."""
+    """Make a rocker of the modes of a set that move in the plane, by rising frequency; None if there are none."""
     if isinstance(SETS[name], CraigBampton):
         return Modal(section(depth), SETS[name], damping, MESH)
     wanted = tuple(sorted(numbers(depth, name)))
@@ -86,7 +86,7 @@ def flexibility(depth: float, name: str, damping: float) -> Modal | None:
 
 
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
-    """Rocker of modes without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's.
+    """Make a rocker of modes without damping, by `KINDS`: free ones from beam theory, or all of Craig and Bampton's.
 
     All frequencies take the factor, the modulus its square.
     """
@@ -98,7 +98,7 @@ def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, fact
 
 
 def damped(rocker: Modal, kind: str, ratio: float) -> Modal:
-    """The same rocker with damping ratios by `DAMPINGS`."""
+    """Return the same rocker with damping ratios by `DAMPINGS`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
     modes = CraigBampton(tuple(model.numbers.tolist())) if isinstance(rocker.modes, CraigBampton) else rocker.modes

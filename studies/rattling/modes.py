@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -46,16 +46,8 @@ JOURNALS = 0.1
 """Standard deviation of the journals' places at the start, over the clearance."""
 
 
-class Case(NamedTuple):
-    """A reading of c_max and a side in the plane [m]."""
-
-    unit: str
-    depth: float
-
-    @property
-    def name(self) -> str:
-        """Name in metrics.json."""
-        return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm"
+Case = tuple[str, float]
+"""A reading of c_max and a side in the plane [m]."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +76,7 @@ class Parameters(Assumptions):
         super().check()
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
-        self.bars(self.cases[0])
+        self.bars("N.s/m", 5e-3)
 
     @property
     def chosen(self) -> list[str]:
@@ -92,13 +84,13 @@ class Parameters(Assumptions):
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
     @property
-    def cases(self) -> list[Case]:
-        """All cases."""
-        return [Case(*each) for each in product(self.damping_unit, self.in_plane_depth)]
+    def cases(self) -> dict[str, Case]:
+        """All cases, by their names in metrics.json."""
+        return {f"c_max[{unit}].h{1e3 * h:g}mm": (unit, h) for unit, h in product(self.damping_unit, self.in_plane_depth)}
 
-    def bars(self, case: Case, rocker: Modal | None = None) -> Mechanism:
+    def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
         """Return the crank-rocker of a case."""
-        given = self.shared(FourBarParameters) | {"damping_unit": case.unit, "in_plane_depth": case.depth}
+        given = self.shared(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
         return FourBarParameters(**given).bars(rocker=rocker)
 
 
@@ -112,15 +104,16 @@ def measured(p: Parameters, made: Mechanism, batch: int) -> Ensemble:
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _counted(depth).items()}
-    found: dict[tuple[Case, str], Ensemble] = {}
     wrong: list[str] = []
-    for case, name in progress(list(product(p.cases, p.chosen)), label="ensembles"):
-        modes = flexibility(case.depth, name, p.rocker_damping)
-        rocker = modes and damped(modes, p.modal_damping, p.rocker_damping)
-        one = found[case, name] = measured(p, p.bars(case, rocker), list(SETS).index(name))
-        wrong += [f"{case.name}.{name}: {note}" for note in one.notes]
-    for (case, name), one in found.items():
-        metrics |= _numbers(p, f"{case.name}.{name}", one, found[case, BASE], found[case, BEST])
+    for name, (unit, depth) in progress(list(p.cases.items()), label="cases"):
+        found: dict[str, Ensemble] = {}
+        for each in p.chosen:
+            modes = flexibility(depth, each, p.rocker_damping)
+            rocker = modes and damped(modes, p.modal_damping, p.rocker_damping)
+            found[each] = measured(p, p.bars(unit, depth, rocker), list(SETS).index(each))
+            wrong += [f"{name}.{each}: {note}" for note in found[each].notes]
+        for each, one in found.items():
+            metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
     for depth in p.in_plane_depth if p.cross_check else ():
         apart = cross_check(p, depth)
         metrics[f"h{1e3 * depth:g}mm.engine_distance_over_clearance"] = Metric(apart, "1")
@@ -130,8 +123,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         **judged(wrong),
         metrics=metrics,
-        work={"turns": len(found) * p.members * (p.settle + p.cycles)},
-        tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, case) for case in p.cases)],
+        work={"turns": len(p.cases) * len(p.chosen) * p.members * (p.settle + p.cycles)},
+        tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases)],
     )
 
 
@@ -171,7 +164,7 @@ def cross_check(p: Parameters, depth: float) -> float:
 
     Same modes (three lowest in the plane, of one damping ratio), law and start; rattling joints, as far as chaos allows.
     """
-    made = p.bars(Case("N.s/m", depth), Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH))
+    made = p.bars("N.s/m", depth, Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH))
     engine = mbs.simulate(made, p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
     ours = mbs.simulate(made, p.cross_check, solver=solver(made, 1e-10))
     if not (engine.ok and ours.ok):
@@ -184,38 +177,32 @@ def cross_check(p: Parameters, depth: float) -> float:
 def _modes_table(depth: float) -> Table:
     """Make the table of each number's mode, in each way of counting."""
     rows: list[list[Any]] = []
-    theory = beam_frequencies(depth)
-    seen = dict.fromkeys(theory, 0)
+    theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
     for number, hertz, kind, share, in_plane in counted(depth).table()[:LISTED]:
-        row = [number, number + 6, sum(seen.values()) + 1 if in_plane else None, kind, f"{hertz:.0f}", f"{share:.3f}", None]
-        if kind in seen:
-            row[-1] = f"{theory[kind][seen[kind]]:.0f}"
-            seen[kind] += 1
-        rows.append(row)
+        planar = 1 + sum(row[2] is not None for row in rows) if in_plane else None
+        exact = f"{next(theory[kind]):.0f}" if kind in theory else None
+        rows.append([number, number + 6, planar, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
     heads = ["flexible", "free body", "in the plane", "kind", "Hz", "share of its energy", "beam theory, Hz"]
-    timoshenko, slender = (beam_frequencies(depth, shear)[BENDING][3:6] / 1e3 for shear in (True, False))
+    thick, slender = (beam_frequencies(depth, shear)[BENDING][3:6] / 1e3 for shear in (True, False))
     notes = "Bending 4 to 6: {:.0f} {:.0f} {:.0f} kHz; {:.0f} {:.0f} {:.0f} kHz without shear and rotary inertia."
     title = f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, by the number they have"
-    return Table(heads, rows, title, notes.format(*timoshenko, *slender))
+    return Table(heads, rows, title, notes.format(*thick, *slender))
 
 
-def _table(metrics: Mapping[str, Metric], p: Parameters, case: Case) -> Table:
+def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
     """Make a table of one case: a row a set, a column a number over the rigid rocker's, and its mark."""
     rows = []
-    marks = {number: mark for mark, number in MARKS.items()}
     for name in p.chosen:
         row = [NAMES[name]]
         for claim in SHOWN:
-            over, mark = (metrics[f"{case.name}.{name}.{claim}.{key}"] for key in ("over_rigid", "agrees"))
-            row.append(f"{over.shown('.3f', '.3f')} {marks[mark.value]}")
+            over, mark = (metrics[f"{case}.{name}.{claim}.{key}"] for key in ("over_rigid", "agrees"))
+            row.append(f"{over.shown('.3f', '.3f')} {next(m for m in MARKS if MARKS[m] == mark.value)}")
         rows.append(row)
-    title = f"over the rigid rocker's, ± standard error; c_max = 253 {case.unit}, {1e3 * case.depth:g} mm in the plane"
     notes = (
         f"= within {100 * p.margin:g} % of the fullest set's for sure, ≠ for sure not the same, ? undecided; the chance "
-        f"that any of these marks is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n"
-        f"{p.stated()}."
+        f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.stated()}."
     )
-    return Table(["modes", *SHOWN.values()], rows, title, notes)
+    return Table(["modes", *SHOWN.values()], rows, f"{case}: over the rigid rocker's, ± standard error", notes)
 
 
 def figure(result: StudyResult) -> Figure:
@@ -228,12 +215,12 @@ def figure(result: StudyResult) -> Figure:
         ax.axvline(1, color="#999999", linewidth=0.8)
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
         for i, (claim, colour) in enumerate(zip(SHOWN, COLOURS, strict=False)):
-            over = [result.metrics[f"{case.name}.{name}.{claim}.over_rigid"] for name in names]
+            over = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
             found = np.array([(m.value, m.value * (m.error or 0.0)) for m in over])
             dots: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
             place = np.arange(len(names)) + 0.11 * (2.5 - i)
             ax.errorbar(found[:, 0], place, xerr=2 * found[:, 1], label=SHOWN[claim], **dots)
-        ax.set_title(f"{case.unit}, {1e3 * case.depth:g} mm in the plane")
+        ax.set_title(case)
         ax.set_yticks(range(len(names)), [NAMES[name] for name in names])
         ax.set_xscale("log")
         plain_ticks(ax.xaxis)

@@ -1,8 +1,7 @@
-"""Turns of the crank-rocker with clearance, counted one by one over one run or many.
+"""Measures of each turn of the crank-rocker with clearance, over one run or many.
 
-Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Single trajectories mean nothing
-beyond that; means over turns of runs that begin almost alike do, with their standard errors. Where joints stay closed the runs
-agree, and the standard error is small for that reason. All is read off signals, of whichever solver.
+Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Beyond that only means over turns
+of runs that begin almost alike are results, with their standard errors. All is read off signals, of whichever solver.
 """
 
 from __future__ import annotations
@@ -29,17 +28,17 @@ from .assumptions import BODIES, JOINTS
 LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 BETWEEN = 3
-"""States looked at within each of such steps: they go over the peaks of impacts."""
+"""States recorded within each of such steps, which go over the peaks of impacts."""
 START_OFFSET = 1e-9
-"""Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
+"""Scale [rad] of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
 STEPS_A_TURN = 720
-"""Steps that the engine takes at least for a turn of the crank."""
+"""Least number of the engine's steps for a turn of the crank."""
 BALANCED = 1e-3
 """Energy balance beyond which an ensemble is suspect."""
 
 
 def period(mechanism: Mechanism) -> float:
-    """Time of a turn of the crank, s; ValueError if it stands."""
+    """Return the time of a turn of the crank [s]; ValueError if it stands."""
     speed = mechanism.drives[0].speed
     if not isinstance(speed, int | float) or not speed:
         raise ValueError(f"speed = {speed} rad/s: turns need a crank that turns at one speed")
@@ -47,18 +46,18 @@ def period(mechanism: Mechanism) -> float:
 
 
 def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
-    """Steps of this tolerance, no longer than a hundredth of a turn, explicit unless stability would limit them."""
+    """Make a solver with steps of this tolerance, at most a hundredth of a turn, explicit unless stability would limit them."""
     steps = Controlled(tolerance, max_step=period(mechanism) / 100, max_steps=20_000_000)
     return Spectral(steps, method="chosen" if tolerance >= LOOSE else "explicit")
 
 
 def gap(mechanism: Mechanism) -> float:
-    """The largest clearance, m."""
+    """Return the largest clearance [m]."""
     return max(joint.gap for joint in clearances(mechanism))
 
 
 def chance(seed: int) -> float:
-    """Offset of the crank at the start that a seed draws, rad."""
+    """Draw the offset of the crank at the start [rad]."""
     return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
 
 
@@ -70,7 +69,7 @@ def another(made: Mechanism, seed: int) -> Mechanism:
 
 
 def on_engine(made: Mechanism, turns: int, settle: int, tolerance: float | None = None) -> Result:
-    """The turns and those before them on the engine; RuntimeError if the run stops before its time."""
+    """Run turns, and those that settle, on the engine; RuntimeError if the run stops before its time."""
     turn = period(made)
     steps, end = Exudyn(Controlled(tolerance, max_step=turn / STEPS_A_TURN)), (settle + turns) * turn
     result = simulate(made, end, solver=steps, ledger=True, timeout=300)
@@ -80,7 +79,7 @@ def on_engine(made: Mechanism, turns: int, settle: int, tolerance: float | None 
 
 
 def deep(mechanism: Mechanism, result: Result) -> str:
-    """Which pin is deeper in its bush than its clearance, where no law holds; nothing if none is."""
+    """Name a pin that is deeper in its bush than its clearance, where no law holds; '' if none is."""
     for joint in clearances(mechanism):
         depth = float(result[f"{joint.point}.penetration"].max())
         if depth > joint.gap:
@@ -89,8 +88,8 @@ def deep(mechanism: Mechanism, result: Result) -> str:
 
 
 def along(record: Record) -> tuple[Array, Array]:
-    """Velocities, m/s, and accelerations, m/s^2, along x of the coupler's centre, the rocker's, and the material point in the
-    rocker's middle, each (samples, 3).
+    """Return velocities [m/s] and accelerations [m/s^2] along x, each (samples, 3): of the coupler's centre, the rocker's, and
+    the material point in the rocker's middle.
     """  # fmt: skip
     rocker = record.links["rocker"]
     places = [record.links["coupler"].centre(), rocker.centre()]
@@ -101,23 +100,22 @@ def along(record: Record) -> tuple[Array, Array]:
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Force on the second of a joint's `BODIES`, N, whichever of the two carries the pin."""
+    """Return the force on the second of a joint's `BODIES` [N], whichever of the two carries the pin."""
     first, second = BODIES[joint]
     s, turned = result.signals, f"{joint}.{second}-{first}.f{axis}"
     return -s[turned] if turned in s else s[f"{joint}.{first}-{second}.f{axis}"]
 
 
 def joint_force(result: Result, joint: str) -> Array:
-    """Size of a joint's force, N."""
+    """Return the size of a joint's force [N]."""
     return np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))
 
 
 def by_turn(result: Result, turn: float, turns: int, settle: int = 0, a: Array | None = None) -> dict[str, Array]:
-    """Measures of each turn of so many s after the first `settle`, arrays of shape (turns - settle, ...), of a run with a ledger.
+    """Measure each turn [s] after the first `settle` of a run with a ledger, arrays of shape (turns - settle, ...).
 
-    `impacts` of each joint, its largest `force`, N, and `depth`, m; largest and root-mean-square x-acceleration, m/s^2, of
-    coupler and rocker centre (`peak_a`, `rms_a`), or of what is given, (samples, columns); energy `lost` in all contacts and
-    their friction, J.
+    `impacts` of each joint, its largest `force` [N] and `depth` [m]; largest and root-mean-square x-acceleration [m/s^2] of
+    coupler and rocker centre (`peak_a`, `rms_a`), or of `a`, (samples, columns); energy `lost` in contacts and friction [J].
     """
     time, edges = result.time, turn * np.arange(settle, turns + 1)
     parts = list(pairwise(np.searchsorted(time, edges * (1 + 1e-12), side="right")))
@@ -140,16 +138,16 @@ def by_turn(result: Result, turn: float, turns: int, settle: int = 0, a: Array |
 
 
 def root_mean_squares(time: Array, values: Array, edges: Array) -> Array:
-    """Of each column between each two times, (edges - 1, columns)."""
+    """Return root mean squares of each column between each two times, (edges - 1, columns)."""
     summed = np.stack([np.interp(edges, time, corrected(time, column**2)) for column in values.T], axis=1)
     return np.asarray(np.sqrt(np.maximum(np.diff(summed, axis=0), 0.0) / np.diff(edges)[:, None]))
 
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Turns of all members: what `by_turn` gives for the places of `along`, and `measure` of `ensemble`, (members, turns, ...).
+    """Measures of all members' turns, (members, turns, ...): of `by_turn` for the places of `along`, and of `measure`.
 
-    Further the largest clearance, m, and how each member ended and balanced its energy.
+    Further the largest clearance [m], and the status and energy balance of each member.
     """
 
     gap: float
@@ -164,7 +162,7 @@ class Ensemble:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What speaks against it, each note beginning with a name."""
+        """Objections to the ensemble, each beginning with a name."""
         most, deep = max(self.balances), self.turns["depth"].max() / self.gap
         many = sum(outcome is not Status.OK for outcome in self.outcomes)
         runs = f"in {many} of {len(self.outcomes)} runs: no law holds there"
@@ -172,11 +170,11 @@ class Ensemble:
         return (*energy, *([f"PENETRATION: a pin {deep:.2g} clearances deep in its bush, {runs}"] if many else []))
 
     def mean(self, name: str) -> Array:
-        """Mean over members and turns."""
+        """Return the mean over members and turns."""
         return np.asarray(self.turns[name].mean(axis=(0, 1)))
 
     def error(self, name: str) -> Array:
-        """Standard error of the mean: from the members' means, which are independent; of one member, from its turns."""
+        """Return the standard error of the mean, from the members' independent means; of one member, from its turns."""
         values = self.turns[name]
         draws = values.mean(axis=1) if len(values) > 1 else values[0]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -184,7 +182,7 @@ class Ensemble:
 
     @classmethod
     def joined(cls, parts: Sequence[Ensemble]) -> Ensemble:
-        """Members of several."""
+        """Join the members of several ensembles."""
         turns = {name: np.concatenate([each.turns[name] for each in parts]) for name in parts[0].turns}
         outcomes, balances = (tuple(x for each in parts for x in getattr(each, name)) for name in ("outcomes", "balances"))
         return cls(parts[0].gap, turns, outcomes, balances)
@@ -196,8 +194,8 @@ def ensemble(
 ) -> Ensemble:  # fmt: skip
     """Run a crank-rocker with clearance once for each seed; see `buckler.mbs.spectral.ensembles.ensemble`.
 
-    So many turns are measured, by `by_turn` and by `measure`(member, turns, settle), after those that settle. The spread of the
-    starts must leave pins in their bushes. RuntimeError if a member stops before its time.
+    Turns after those that settle are measured by `by_turn` and by `measure`(member, turns, settle). The spread of the starts must
+    leave pins in their bushes. RuntimeError if a member stops before its time.
     """
     whole("turns", turns, 1, 1_000_000), whole("settle", settle, 0, 1_000_000)
     every, turn = turns + settle, period(mechanism)
@@ -218,7 +216,7 @@ def ensemble(
 
 
 def finished(member: Member) -> Result:
-    """Its signals; RuntimeError if it stopped before its time."""
+    """Return a member's signals; RuntimeError if it stopped before its time."""
     if not member.result.ok:
         raise RuntimeError(f"seed {member.seed}: {member.result.status}: {member.result.message}")
     return member.result

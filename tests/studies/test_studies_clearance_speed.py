@@ -118,7 +118,7 @@ def test_an_engine_that_is_apart_is_suspect(monkeypatch):
     assert bad.status == "SUSPECT"
     assert bad.message.startswith("ENGINE: rms_ax_coupler 11.05 m/s^2, compiled 10: ") and "\n" not in bad.message
     assert "rms_ax_rocker" not in bad.message
-    assert "apart, in standard errors" in str(bad)
+    assert "engine.peak_force.apart" in str(bad)
 
 
 def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
