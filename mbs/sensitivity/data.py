@@ -1,10 +1,11 @@
-"""What was measured: signals over time, readings, bounds; from arrays or a CSV file with units."""
+"""Experiments: measured signals over time, readings, bounds of a sensor; and the reader of recordings in text files."""
 
 from __future__ import annotations
 
 import csv
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan
 from pathlib import Path
@@ -13,11 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..units import measured, parse_quantity
+from ..units import measured, parse_quantity, parse_unit
 from ..validate import near
 
 SIDES = {"is": 0, "at most": 1, "at least": -1}
-HEADER = re.compile(r"\s*(?P<name>[^\[]*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
+BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
+"""A name with a unit in brackets; `value[0]` is the path of a number."""
+MARKS = ("\t", ";", ",", " ")
+"""Separators of columns, in the order in which they are tried."""
 
 
 class Read(NamedTuple):
@@ -36,7 +40,7 @@ class Read(NamedTuple):
     side: str = "is"
 
     def lacks(self, predicted: float) -> float:
-        """How far a prediction is off, in standard deviations; 0 on the right side of a bound."""
+        """Compare with a prediction: its distance in standard deviations, 0 on the right side of a bound."""
         off = (predicted - self.value) / self.error
         return off if not SIDES[self.side] else max(0.0, off * SIDES[self.side]) * SIDES[self.side]
 
@@ -99,20 +103,42 @@ class Experiment:
         return float(self.time[-1]) if self.duration is None else float(self.duration)
 
 
-def read_csv(path: str | Path, signals: Sequence[str], settings: Sequence[str] = ()) -> list[Experiment]:
-    """Read experiments from a CSV file: the first column is the time, each other one a signal or a setting.
+class Column(NamedTuple):
+    """Name, unit as it is written, and the heading of both."""
+
+    name: str
+    unit: str
+    heading: str
+
+
+class Table(NamedTuple):
+    """Columns, and rows of cells with the numbers of their lines."""
+
+    columns: list[Column]
+    rows: list[tuple[int, list[str]]]
+
+
+def read_csv(
+    path: str | Path, signals: Sequence[str], settings: Sequence[str] = (), start: float | None = None
+) -> list[Experiment]:
+    """Read experiments from a text file: the first column is the time, each other one a signal or a setting.
 
     Parameters
     ----------
     path : str or Path
-        Its first line names columns, with units in brackets, as `angle [deg]`; without one they are in SI. Between columns stand
-        commas, tabs or semicolons; with these decimal commas are read, too.
+        Text in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are left out. Units stand in
+        brackets, `angle [deg]` or `angle (deg)`, behind a slash, `angle/deg`, or in a line below the names; without one
+        numbers are in SI. Columns are parted by tabs, semicolons, commas, spaces or what a first line `sep=;` names. A comma
+        within a number is a decimal comma.
     signals : sequence of str
         Signals that are fitted: `NAME` of a column, or `COLUMN=NAME`.
     settings : sequence of str
         Columns whose value is a number of the mechanism, by its path, or what parts the experiments: rows of equal values are one
         experiment. A column `name` only parts. Where a recording goes on from one experiment to the next, each run begins with
-        its first row; else the times are those of the run.
+        its first row.
+    start : float, optional
+        Time of the file at which the run begins [s]. By default times are those of the run; a file that begins later than it
+        lasts needs it.
 
     Raises
     ------
@@ -121,58 +147,151 @@ def read_csv(path: str | Path, signals: Sequence[str], settings: Sequence[str] =
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: is no text in UTF-8") from None
-    first = text.partition("\n")[0]
-    mark = max(",;\t", key=first.count)
-    rows = [(line, row) for line, row in enumerate(csv.reader(text.splitlines(), delimiter=mark), 1) if any(row)]
-    if len(rows) < 3:
-        raise ValueError(f"{path}: needs a line of names and two of numbers at least")
-    heads = [HEADER.fullmatch(cell) for cell in rows[0][1]]
-    names = [head["name"] if head else cell for head, cell in zip(heads, rows[0][1], strict=True)]
-    units = {name: head["unit"] or "" if head else "" for name, head in zip(names, heads, strict=True)}
-    if len(units) < len(names):
-        raise ValueError(f"{path}: two columns of the same name; there are: {', '.join(names)}")
-    wanted = dict(_pair(text) for text in signals)
-    for column in (*wanted.values(), *settings):
-        if column not in names:
-            close = near(column, names)
-            hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(names)}"
-            raise ValueError(f"{path}: no column '{column}'; {hint}")
-    used = dict.fromkeys([names[0], *wanted.values(), *settings])
-    table: dict[str, list[float]] = {name: [] for name in used}
-    factors = {name: _factor(path, name, units[name], "s" if name == names[0] else "") for name in used}
-    for line, row in rows[1:]:
-        if len(row) < len(names) or any(row[len(names) :]):
-            raise ValueError(f"{path}: line {line}: {len(row)} cells for {len(names)} columns")
-        for name, cell in zip(names, row, strict=False):
-            if name in used:
-                cell = cell.replace(",", ".") if mark == ";" else cell
-                table[name].append(_number(path, line, name, cell) * factors[name])
-    try:
-        return _parted({name: np.array(values) for name, values in table.items()}, names[0], wanted, settings, units)
+        return _experiments(_table(_text(path)), signals, settings, start)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _parted(
-    table: Mapping[str, Array], time: str, wanted: Mapping[str, str], settings: Sequence[str], units: Mapping[str, str]
-) -> list[Experiment]:
-    """Experiments: rows that follow each other with the same settings."""
-    goes_on = bool(settings) and bool((np.diff(table[time]) > 0).all())
-    keys = np.column_stack([table[name] for name in settings]) if settings else np.zeros((len(table[time]), 1))
+def _text(path: Path) -> str:
+    """Decode a file by its byte order mark."""
+    content = path.read_bytes()
+    try:
+        return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError("is no text in UTF-8 or UTF-16") from None
+
+
+def _table(text: str) -> Table:
+    """Find the names and the numbers."""
+    lines = text.splitlines()
+    named = re.fullmatch(r"\s*sep=(.)\s*", lines[0]) if lines else None
+    for mark in [named[1]] if named else MARKS:
+        rows = [
+            (number, _cells(line, mark)) for number, line in enumerate(lines, 1) if line.strip() and not (named and number == 1)
+        ]
+        first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and _is_data(row)), 0)
+        if first and len(rows) > first + 1:
+            return Table(_columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:])
+    raise ValueError("needs a line of names and two of numbers at least")
+
+
+def _cells(line: str, mark: str) -> list[str]:
+    """Part a line."""
+    return line.split() if mark == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+
+
+def _value(cell: str) -> float:
+    """Read a number, with a point or one comma."""
+    return float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell) if cell else nan
+
+
+def _is_number(cell: str) -> bool:
+    with suppress(ValueError):
+        _value(cell)
+        return True
+    return False
+
+
+def _is_data(row: Sequence[str]) -> bool:
+    """Check that a row has a time, and only numbers."""
+    return bool(row[0]) and all(map(_is_number, row))
+
+
+def _is_unit(text: str) -> bool:
+    with suppress(ValueError):
+        parse_unit(text)
+        return True
+    return False
+
+
+def _columns(above: list[list[str]], line: int) -> list[Column]:
+    """Read names and units from the lines above the numbers."""
+    names, units = above[-1], [""] * len(above[-1])
+    below = [BRACKETED.fullmatch(cell) for cell in names]
+    bare = [
+        (found["square"] or found["round"] or "") if found and not found["name"] else cell
+        for found, cell in zip(below, names, strict=True)
+    ]
+    is_row_of_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, bare)))
+    if is_row_of_units and bare[0] and parse_unit(bare[0]).dimension == parse_unit("s").dimension:
+        names, units = above[-2], bare
+    while names and not names[-1]:
+        names = names[:-1]
+    if wrong := [cell for cell in names if cell and _is_number(cell)]:
+        raise ValueError(f"line {line}: '{wrong[0]}' stands where names of columns should")
+    columns = [_column(cell, unit) for cell, unit in zip(names, units, strict=False)]
+    if len({column.name for column in columns}) < len(columns):
+        raise ValueError(f"two columns of the same name; there are: {', '.join(column.name for column in columns)}")
+    return columns
+
+
+def _column(heading: str, unit: str) -> Column:
+    """Part a heading into name and unit; what is in brackets is a unit, what is behind a slash may be one."""
+    if found := BRACKETED.fullmatch(heading):
+        return Column(found["name"], found["square"] or found["round"] or "", heading)
+    name, slash, behind = heading.partition("/")
+    if slash and _is_unit(behind):
+        return Column(name.strip(), behind.strip(), heading)
+    return Column(heading, unit, heading)
+
+
+def _experiments(table: Table, signals: Sequence[str], settings: Sequence[str], start: float | None) -> list[Experiment]:
+    """Take the columns that are wanted, in SI, and part their rows into experiments."""
+    time = table.columns[0]
+    wanted = {name: _find(table.columns, column) for name, column in map(_pair, signals)}
+    parting = {name: _find(table.columns, name) for name in settings}
+    used = dict.fromkeys([time, *wanted.values(), *parting.values()])
+    factors = {column: _factor(column, "s" if column is time else "") for column in used}
+    values: dict[Column, list[float]] = {column: [] for column in used}
+    for line, row in table.rows:
+        if len(row) < len(table.columns) or any(row[len(table.columns) :]):
+            raise ValueError(f"line {line}: {len(row)} cells for {len(table.columns)} columns")
+        for column, cell in zip(table.columns, row, strict=False):
+            if column in used:
+                if not _is_number(cell):
+                    raise ValueError(f"line {line}, {column.name}: '{cell}' is no number")
+                values[column].append(_value(cell) * factors[column])
+    arrays = {column: np.array(found) for column, found in values.items()}
+    clock = _clock(arrays[time], start)
+    return _parted(clock, {name: (column, arrays[column]) for name, column in wanted.items()},
+                   {name: arrays[column] for name, column in parting.items()})  # fmt: skip
+
+
+def _clock(time: Array, start: float | None) -> Array:
+    """Count times from the start of the run."""
+    if start is None and time[0] > time[-1] - time[0] > 0:
+        raise ValueError(
+            f"its time begins at {time[0]:g} s, later than it lasts: give start={time[0]:g} if the run begins there, "
+            "start=0 if it begins at 0 s"
+        )
+    return time - (start or 0.0)
+
+
+def _parted(time: Array, signals: Mapping[str, tuple[Column, Array]], settings: Mapping[str, Array]) -> list[Experiment]:
+    """Part rows where a setting changes."""
+    goes_on = bool(settings) and bool((np.diff(time) > 0).all())
+    keys = np.column_stack(list(settings.values())) if settings else np.zeros((len(time), 1))
     cuts = np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1
     found = []
     for rows in np.split(np.arange(len(keys)), cuts):
-        t = table[time][rows]
+        t = time[rows]
         found.append(Experiment(
-            t - t[0] if goes_on else t, {name: table[column][rows] for name, column in wanted.items()},
-            units={name: units[column] for name, column in wanted.items() if units[column]},
-            settings={name: float(table[name][rows[0]]) for name in settings if "." in name},
-            name=", ".join(f"{name} = {table[name][rows[0]]:g}" for name in settings),
+            t - t[0] if goes_on else t, {name: values[rows] for name, (_, values) in signals.items()},
+            units={name: column.unit for name, (column, _) in signals.items() if column.unit},
+            settings={name: float(values[rows[0]]) for name, values in settings.items() if "." in name},
+            name=", ".join(f"{name} = {values[rows[0]]:g}" for name, values in settings.items()),
         ))  # fmt: skip
     return found
+
+
+def _find(columns: Sequence[Column], name: str) -> Column:
+    """Find a column by its name, with or without its unit."""
+    for column in columns:
+        if name in (column.name, column.heading):
+            return column
+    names = [column.name for column in columns]
+    close = near(name, names)
+    raise ValueError(f"no column '{name}'; {f'did you mean {close[0]}?' if close else 'there are: ' + ', '.join(names)}")
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -181,16 +300,9 @@ def _pair(text: str) -> tuple[str, str]:
     return (name, column) if equals else (column, column)
 
 
-def _factor(path: Path, column: str, unit: str, wanted: str) -> float:
-    """What a column's unit is in SI; of another kind than the one wanted, if one is, it is refused."""
+def _factor(column: Column, wanted: str) -> float:
+    """Find what a column's unit is in SI; of another kind than the one wanted, if one is, it is refused."""
     try:
-        return parse_quantity(f"1 {unit}", wanted) if wanted else float(measured(f"1 {unit}"))
+        return parse_quantity(f"1 {column.unit}", wanted) if wanted else float(measured(f"1 {column.unit}"))
     except ValueError as error:
-        raise ValueError(f"{path}: {column} [{unit}]: {error}") from None
-
-
-def _number(path: Path, line: int, name: str, cell: str) -> float:
-    try:
-        return float(cell) if cell.strip() else nan
-    except ValueError:
-        raise ValueError(f"{path}: line {line}, {name}: '{cell}' is no number") from None
+        raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

@@ -1,4 +1,4 @@
-"""Numbers of a mechanism fitted to data: least squares."""
+"""Numbers of a mechanism fitted to data by least squares, with their intervals."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import f as fisher
+from scipy.stats import qmc
 from scipy.stats import t as student
 
 from ..geometry import Array
@@ -17,11 +20,21 @@ from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
 from .numbers import Source
-from .residuals import LEVEL, Bounds, Problem, Profile, rms, unexplained
-from .runs import needs_compiler
+from .residuals import FAR, Bounds, Problem, measured, signals_of
+from .runs import RunFailedError, needs_compiler
 
+LEVEL = 0.95
+"""Probability of an interval."""
+CLOSE = 1e-7
+"""Relative change of the sum of squares by a step at which a fit ends: less than a thousandth of a standard deviation."""
+POLISHED = 2
+"""Number of the best starts from which least squares are sought."""
 VAGUE = 0.5
-"""A number whose interval is wider than this share of its range is told as not identified."""
+"""Share of a number's range; where its interval is wider it is not identified."""
+TOGETHER = 0.95
+"""Correlation of two numbers beyond which the data tell them only together."""
+DEPENDENT = 1e-9
+"""Ratio of a singular value to the largest below which a direction is not seen in the data."""
 
 
 class Interval(NamedTuple):
@@ -29,6 +42,32 @@ class Interval(NamedTuple):
 
     low: float
     high: float
+
+
+class Profile(NamedTuple):
+    """Least cost over one number, the others fitted again.
+
+    Attributes
+    ----------
+    at, cost : array
+    level : float
+        Cost at the ends of the 95 % interval.
+    """
+
+    at: Array
+    cost: Array
+    level: float
+
+    def interval(self) -> Interval:
+        """Find where the cost passes the level; infinite where it does not."""
+        best, ends = int(np.argmin(self.cost)), []
+        for at, cost, far in (
+            (self.at[best::-1], self.cost[best::-1], -np.inf), (self.at[best:], self.cost[best:], np.inf)
+        ):  # fmt: skip
+            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # straight where the cost is a parabola
+            level = np.sqrt(self.level - cost[0])
+            ends.append(float(np.interp(level, root, at)) if root[-1] >= level else far)
+        return Interval(*ends)
 
 
 @dataclass(frozen=True)
@@ -40,12 +79,12 @@ class Fit:
     values : dict of str to float
         SI; those that each experiment has of its own as `name [k]`.
     intervals : dict of str to Interval
-        95 %, from the tangent at the best point; infinite where the data say nothing.
+        95 %, from the tangent at the best point, or from the profile where one was asked for.
     unidentified : list of str
         Sentences: what the data cannot tell, and which signals no numbers explain.
     correlation : array, shape (numbers, numbers)
     rms : dict of str to float
-        What is left of each signal, in its unit, over all experiments.
+        Root mean square of the residuals of each signal, in its unit, over all experiments.
     predicted : list of dict of str to array
         Signals at the times of the data, and readings, of each experiment.
     experiments : sequence of Experiment
@@ -53,7 +92,7 @@ class Fit:
         Half the sum of squares, in standard deviations.
     free : dict of str to (float, float)
     units : dict of str to str
-        Of numbers and signals.
+        Units of numbers and signals.
     profiles : dict of str to Profile
     """
 
@@ -90,6 +129,7 @@ def fit(
     own: Mapping[str, Bounds] | None = None,
     signals: Sequence[str] = (),
     settings: Sequence[str] = (),
+    start: float | None = None,
     solver: Spectral | None = None,
     starts: int = 8,
     robust: bool = False,
@@ -103,20 +143,20 @@ def fit(
     mechanism : Mechanism, mapping or callable
         Or the content of its file; or a function that makes one of arguments by the names in `free`, `own` and the
         experiments' settings.
-    data : Experiment, sequence of Experiment, or path of a CSV file
-        Of a file, `signals` and `settings` are those of `read_csv`.
+    data : Experiment, sequence of Experiment, or path of a text file
+        Of a file, `signals`, `settings` and `start` are those of `read_csv`.
     free : dict of str to (low, high)
-        Numbers by their paths, and where they lie at least and at most, SI.
+        Numbers by their paths with their ranges, SI. `time_zero` is the time of the data at which the run begins.
     own : dict of str to (low, high), optional
         Numbers that each experiment has of its own, such as how it starts.
     solver : Spectral, optional
-        What chooses the steps.
+        By default with a tolerance of 1e-8.
     starts : int
         Points of a Halton sequence over the ranges; least squares are sought from the best of them.
     robust : bool
         Outliers count by their size and not by its square (soft L1).
     profiles : sequence of str
-        Numbers whose profile likelihood is wanted: for each of nine values the others are fitted anew.
+        Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
     seed : int
         Of the starts.
 
@@ -133,8 +173,6 @@ def fit(
 
     References
     ----------
-    H. G. Bock, in: Numerical treatment of inverse problems in differential and integral equations, Birkhäuser 1983, 95-121,
-    doi 10.1007/978-1-4684-7324-7_7.
     D. M. Bates, D. G. Watts, Nonlinear regression analysis and its applications, Wiley 1988, doi 10.1002/9780470316757.
     A. Raue et al., Structural and practical identifiability analysis of partially observed dynamical models by exploiting the
     profile likelihood, Bioinformatics 25 (2009) 1923, doi 10.1093/bioinformatics/btp358.
@@ -142,50 +180,137 @@ def fit(
     needs_compiler()
     whole("starts", starts, 1, 10**9)
     if isinstance(data, str | Path):
-        data = read_csv(data, signals, settings)
+        data = read_csv(data, signals, settings, start)
     experiments = [data] if isinstance(data, Experiment) else list(data)
-    problem = Problem.of(mechanism, experiments, free, own or {}, solver, robust)
-    if unknown := [name for name in profiles if name not in problem.names]:
-        raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    best = problem.best(starts, seed)
-    if not problem.known:
-        problem = problem.weighed(best)
-        best = problem.solve(best)
-    return _told(problem, best, {name: problem.profile(best, name) for name in profiles})
+    search = Search(Problem.of(mechanism, experiments, free, own or {}, solver), robust)
+    if unknown := [name for name in profiles if name not in search.problem.names]:
+        raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
+    best = search.best(starts, seed)
+    if not search.problem.known:
+        search.weigh(best)
+        best = search.solve(best)
+    return search.answer(best, {name: search.profile(best, name) for name in profiles})
 
 
-def _told(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
-    """Put together what is known."""
-    covariance, span = problem.covariance(best), problem.high - problem.low
-    deviation = np.sqrt(np.diag(covariance))
-    freedom = max(1, problem.count - len(best))
-    reach = (float(student.ppf(0.5 + LEVEL / 2, freedom)) if not problem.known else 1.959964) * deviation * span
-    values = problem.low + best * span
-    intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
-    correlation = covariance / np.outer(deviation, deviation)
-    predicted = problem.run(best).predicted
-    left = rms(problem.experiments, predicted)
-    blind = [
-        f"{name} is explained worse than by its mean; are its times and units those of the mechanism?"
-        for name in unexplained(problem.experiments, left, problem.growth(best))
-    ]
-    return Fit(
-        dict(zip(problem.names, map(float, values), strict=True)), intervals,
-        [*_vague(problem, best, deviation, correlation), *blind], correlation, left, predicted, problem.experiments,
-        0.5 * float(np.sum(problem.residuals(best) ** 2)),
-        {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
-        problem.units, profiles,
-    )  # fmt: skip
+class Search(NamedTuple):
+    """Least squares of a problem; where `robust`, outliers count by their size (soft L1)."""
 
+    problem: Problem
+    robust: bool
 
-def _vague(problem: Problem, best: Array, deviation: Array, correlation: Array) -> list[str]:
-    """Sentences about numbers that the data do not tell."""
-    found = []
-    for i, name in enumerate(problem.names):
-        if 2 * 1.96 * deviation[i] > VAGUE:
-            twins = [other for k, other in enumerate(problem.names) if k != i and abs(correlation[i, k]) > 0.95]
-            why = f"only together with {', '.join(twins)}" if twins else "the data hardly depend on it"
-            found.append(f"{name} is not identified: {why}.")
-        elif min(best[i], 1 - best[i]) < 1e-6:
-            found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
-    return found
+    def best(self, starts: int, seed: int) -> Array:
+        """Find the best point from the middle and from points of a Halton sequence."""
+        d, residuals = len(self.problem.names), self.problem.residuals
+        points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)])
+        alive = [(float(np.sum(r**2)), x) for x in points if not np.all((r := residuals(x)) == FAR)]
+        if not alive:
+            raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {self.problem.failed}")
+        ends = [self.solve(x) for _, x in sorted(alive, key=lambda pair: pair[0])[:POLISHED]]
+        return min(ends, key=lambda x: float(np.sum(residuals(x) ** 2)))
+
+    def solve(self, x: Array, kept: int | None = None) -> Array:
+        """Find least squares from a point; all numbers are free but one that is kept."""
+        loose = np.arange(len(x)) != kept
+
+        def point(part: Array) -> Array:
+            out = x.copy()
+            out[loose] = part
+            return out
+
+        if not loose.any():
+            return x
+        # a residual of one, with the slope zero, ends the search of data without noise
+        found = least_squares(
+            lambda part: np.append(self.problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
+            jac=lambda part: np.vstack([self.problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
+            x_scale="jac", loss="soft_l1" if self.robust else "linear", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
+        )  # fmt: skip
+        return point(found.x)
+
+    def left(self, x: Array, robust: bool = False) -> dict[str, float]:
+        """Compute the root mean square of each signal's residuals; where robust 1.4826 times their median size."""
+        found: dict[str, list[Array]] = {}
+        for each, said in zip(self.problem.experiments, self.problem.predictions(x), strict=True):
+            for name, values in each.signals.items():
+                found.setdefault(name, []).append((said[name] - values)[np.isfinite(values)])
+        size = {name: np.concatenate(parts) for name, parts in found.items()}
+        return {name: float(1.4826 * np.median(np.abs(r)) if robust else np.sqrt(np.mean(r**2))) for name, r in size.items()}
+
+    def weigh(self, x: Array) -> None:
+        """Take what a fit leaves for the standard deviations of signals that came without."""
+        given, errors = {name for each in self.problem.experiments for name in each.errors}, self.problem.errors
+        found = {name: value for name, value in self.left(x, self.robust).items() if name not in given}
+        errors |= {name: max(value, 1e-12 * errors[name]) for name, value in found.items()}
+
+    def covariance(self, x: Array) -> Array:
+        """Compute that of the numbers over the cube, s^2 (J^T J)^-1; very large where the data say nothing."""
+        j, r = self.problem.jacobian(x), self.problem.residuals(x)
+        if self.robust:
+            weight = (1 + r**2) ** -0.25
+            j, r = j * weight[:, None], r * weight
+        _, s, vh = np.linalg.svd(j, full_matrices=False)
+        scale = 1.0 if self.problem.known else float(r @ r) / max(1, len(r) - len(x))
+        spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
+        return np.asarray(scale * (vh.T * spread**2) @ vh)
+
+    def profile(self, best: Array, name: str) -> Profile:
+        """Find the least cost over a number, from its best value on to both sides."""
+        i, residuals = self.problem.names.index(name), self.problem.residuals
+        wide = min(0.5, 3.0 * float(np.sqrt(self.covariance(best)[i, i])))
+        found = {float(best[i]): float(np.sum(residuals(best) ** 2))}
+        for side in (-1, 1):
+            x = best.copy()
+            for part in (0.25, 0.5, 0.75, 1.0):
+                x[i] = np.clip(best[i] + side * part * wide, 0.0, 1.0)
+                x = self.solve(x, kept=i)
+                found[float(x[i])] = float(np.sum(residuals(x) ** 2))
+        at, (low, high) = np.array(sorted(found)), (self.problem.low[i], self.problem.high[i])
+        cost = 0.5 * np.array([found[each] for each in at])
+        return Profile(low + at * (high - low), cost, float(cost.min()) * self.growth)
+
+    @property
+    def growth(self) -> float:
+        """Factor by which the sum of squares grows to the ends of the 95 % interval of one number."""
+        freedom = max(1, self.problem.count - len(self.problem.names))
+        return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
+
+    def answer(self, best: Array, profiles: dict[str, Profile]) -> Fit:
+        """Put together what is known."""
+        problem, covariance = self.problem, self.covariance(best)
+        deviation = np.sqrt(np.diag(covariance))
+        freedom = max(1, problem.count - len(best))
+        quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.known else freedom))
+        reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
+        intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
+        intervals |= {name: profile.interval() for name, profile in profiles.items()}
+        correlation = covariance / np.outer(deviation, deviation)
+        return Fit(
+            dict(zip(problem.names, map(float, values), strict=True)), intervals,
+            [*self.vague(best, deviation, correlation), *self.unexplained(best)], correlation, self.left(best),
+            problem.predictions(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
+            {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
+            problem.units, profiles,
+        )  # fmt: skip
+
+    def vague(self, best: Array, deviation: Array, correlation: Array) -> list[str]:
+        """Name numbers that the data do not tell, in sentences."""
+        found, names = [], self.problem.names
+        for i, name in enumerate(names):
+            twins = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > TOGETHER]
+            if name in self.problem.blocked:
+                found.append(f"{name} is not identified: runs beside it fail ({self.problem.blocked[name]}).")
+            elif 2 * 1.96 * deviation[i] > VAGUE:
+                why = f"only together with {', '.join(twins)}" if twins else "the data hardly depend on it"
+                found.append(f"{name} is not identified: {why}.")
+            elif min(best[i], 1 - best[i]) < 1e-6:
+                found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
+        return found
+
+    def unexplained(self, best: Array) -> list[str]:
+        """Name signals of which more is left than about their mean, beyond chance and what a fit does not look for."""
+        left, found = self.left(best), []
+        for name in signals_of(self.problem.experiments):
+            x = measured(self.problem.experiments, name)
+            if left[name] ** 2 > self.growth * np.var(x) + CLOSE * np.mean(x**2):
+                found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
+        return found

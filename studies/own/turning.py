@@ -9,10 +9,13 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.documents.document import changed
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
 from buckler.mbs.sensitivity.fitting import fit as fitted
+from buckler.mbs.sensitivity.residuals import TIME_ZERO
 
 from ..kit.options import writable
 from ..kit.words import add_repeated
@@ -68,6 +71,7 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     add_repeated(parser, "--setting", "COLUMN", about)
     add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
     parser.add_argument("--robust", action="store_true", help="outliers count by their size and not by its square")
+    parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the page; default results")
 
@@ -83,13 +87,15 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     with count_runs():
         found = fitted(
             file.document, options.data, free=free, own=own, signals=options.signal, settings=options.setting,
-            starts=options.starts, robust=options.robust, profiles=options.profile,
+            start=options.start, starts=options.starts, robust=options.robust, profiles=options.profile,
         )  # fmt: skip
+    kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
+    mechanism = Mechanism.from_dict(changed(file.document, kept)).save(out / f"{options.file.stem}-fitted.toml")
     page = found.write_html(out / "report.html", f"{options.file.stem}: fit to {options.data.name}")
     if options.json:
         print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
     else:
-        print(f"{found}\ndata beside the fit: {page}")
+        print(f"{found}\ndata beside the fit: {page}\nmechanism with these numbers: {mechanism}")
     return 0
 
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import DURATION, standing
+from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.sensitivity.runs import RunFailedError, before_run
 from buckler.mbs.units import parse_quantity
 
@@ -107,7 +108,7 @@ def read_range(document: Mapping[str, object], text: str, option: str = "--free"
 
 def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
     """Read values of a number of a document, in SI."""
-    unit = "s" if path == DURATION else standing(document, path).unit
+    unit = "s" if path in (DURATION, TIME_ZERO) else standing(document, path).unit
     try:
         return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:

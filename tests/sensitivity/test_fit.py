@@ -51,6 +51,48 @@ def test_made_data_give_their_numbers_back_within_their_intervals():
     assert ends - found.values[K] == pytest.approx(1.984 * deviation, rel=0.15)
 
 
+def test_a_profile_gives_the_interval_where_it_is_asked_for():
+    found = fit(block(), made(), free=FREE, starts=1, profiles=[C])
+    profile, (low, high) = found.profiles[C], found.intervals[C]
+    assert low < 2.0 < high
+    assert np.interp([low, high], profile.at, profile.cost) == pytest.approx([profile.level, profile.level], rel=3e-3)
+
+
+def test_a_run_that_fails_beside_the_best_point_does_not_end_the_fit():
+    """Beyond the true number no mechanism can be made: the difference is that to the other side."""
+
+    def limited(stiffness):
+        if stiffness > 200.0:
+            raise ValueError("too stiff")
+        return block(stiffness=stiffness)
+
+    found = fit(limited, made(noise=1e-6), free={"stiffness": (100.0, 300.0)}, starts=3)
+    assert found.values["stiffness"] == pytest.approx(200.0, rel=1e-3)
+    assert found.intervals["stiffness"].high - found.values["stiffness"] < 0.5
+
+
+def test_a_number_beside_which_all_runs_fail_is_named():
+    mass = 0.5
+
+    def only(stiffness, weight):
+        if abs(weight - mass) > 1e-9:
+            raise ValueError("no such weight")
+        return block(stiffness=stiffness, mass=weight)
+
+    found = fit(only, made(), free={"stiffness": (100.0, 400.0), "weight": (0.4, 0.6)}, starts=1)
+    assert found.values["stiffness"] == pytest.approx(200.0, rel=0.02)
+    assert "weight is not identified: runs beside it fail (no such weight)." in found.unidentified
+
+
+def test_when_the_run_began_may_be_a_number():
+    time = np.linspace(0.0, 0.5, 101)
+    late = Experiment(time + 7.25, {"O.x": exact(time) + 1e-5 * np.random.default_rng(3).standard_normal(time.size)})
+    found = fit(block(), late, free={K: (150.0, 250.0), "time_zero": (7.2, 7.3)}, starts=2)
+    low, high = found.intervals["time_zero"]
+    assert low < 7.25 < high < low + 1e-3 and found.units["time_zero"] == "s"
+    assert found.values[K] == pytest.approx(200.0, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     held = np.zeros(2)

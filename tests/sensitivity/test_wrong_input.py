@@ -66,8 +66,57 @@ def test_what_is_no_table(tmp_path, lines, message):
 
 
 def test_what_is_no_text(tmp_path):
-    with pytest.raises(ValueError, match=r"data\.csv: is no text in UTF-8"):
-        read(tmp_path, HEAD, *ROWS, encoding="utf-16")
+    with pytest.raises(ValueError, match=r"data\.csv: is no text in UTF-8 or UTF-16"):
+        read(tmp_path, HEAD + "°", *ROWS, encoding="latin-1")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+@pytest.mark.parametrize(
+    ("lines", "column"),
+    [
+        (["time (s),place (mm)", "{0:g},{1:g}"], "place"),
+        (["time (ms),place (mm)", "{2:g},{1:g}"], "place (mm)"),
+        (["Time/s,Place/mm", "{0:g},{1:g}"], "Place"),
+        (["time,place", "s,mm", "{0:g},{1:g}"], "place"),
+        (["time,place", "[s],[mm]", "{0:g},{1:g}"], "place"),
+        (["sep=;", "time [s];place [mm]", "{0:g};{1:g}"], "place"),
+        (["# run 3", "30 frames a second", "", "time [s],place[mm]", "{0:g},{1:g}"], "place"),
+        (["Separator\tTab", "***End_of_Header***\t", "X_Value\tplace", "{0:g}\t{3:g}"], "place"),
+        (["t x", "{0:g} {3:g}"], "x"),
+        (['"t [s]","x [mm]"', '"{0:.2f}","{1:.2f}"'], "x"),
+    ],
+)
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_units_names_and_numbers_as_others_write_them(tmp_path, lines, column, decimal, encoding):
+    *above, row = lines
+    if decimal == "," and '"' not in row and "," in row:
+        pytest.skip("a comma parts the columns")
+    numbers = [row.format(0.05 * k, 2.5 * k, 50 * k, 2.5e-3 * k).replace(".", decimal) for k in range(5)]
+    found = read_csv(data(tmp_path, "\n".join([*above, *numbers]), encoding), [f"{column}=O.x"])[0]
+    assert found.time == pytest.approx(0.05 * np.arange(5))
+    assert found.signals["O.x"] == pytest.approx(2.5e-3 * np.arange(5))
+
+
+def test_a_clock_is_kept_or_begins_where_it_is_said_to(tmp_path):
+    late = data(tmp_path, "\n".join([HEAD, *(f"{12.3 + 0.01 * k:g},{k}" for k in range(6))]))
+    with pytest.raises(ValueError, match=r"its time begins at 12\.3 s, later than it lasts: give start=12\.3"):
+        read_csv(late, ["place=O.x"])
+    assert read_csv(late, ["place=O.x"], start=12.3)[0].time == pytest.approx(0.01 * np.arange(6))
+    assert read_csv(late, ["place=O.x"], start=0)[0].time[0] == 12.3
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ("time [s],place (left)", "place [left]: unknown unit 'left'; write its unit in brackets behind its name"),
+        ("time (N),place", "time [N]: 'N' is no unit for a quantity in s"),
+        ("0.0,place", "line 1: '0.0' stands where names of columns should"),
+    ],
+)
+def test_a_heading_that_says_no_unit_is_refused(tmp_path, head, message):
+    with pytest.raises(ValueError) as error:
+        read(tmp_path, head, *ROWS)
+    assert message in str(error.value)
 
 
 def test_times_are_those_of_the_run_and_a_recording_that_goes_on_is_parted(tmp_path):
