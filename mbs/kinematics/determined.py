@@ -12,7 +12,6 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import qr
 
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
@@ -297,7 +296,11 @@ def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course 
 def _decisive(jacobian: Array) -> Array:
     """As many rows as coordinates, independent of each other and best conditioned: QR with pivots (Businger and Golub, 1965)."""
     rows, columns = jacobian.shape
-    return np.arange(rows) if rows == columns else np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
+    if rows == columns:
+        return np.arange(rows)
+    from scipy.linalg import qr  # loading it takes longer than a rigid mechanism takes to run
+
+    return np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
 
 
 def _passes(linkage: Linkage, before: Course, after: Course) -> bool:
