@@ -23,14 +23,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("run a file of a mechanism, or a study; `run NAME --help` lists its options", "kit.running:run"),
     "sweep": ("run a file or a study for many parameters; `sweep NAME --help` lists its options", "sweeping.command:sweep_study"),
     "equilibrium": ("find where the mechanism of a file rests, and whether that is stable", "own.statics:equilibrium"),
-    "path": ("follow its equilibria as a load, a drive or a number changes: limits, branchings, flutter", "own.statics:path"),
-    "frequencies": ("natural frequencies about its equilibrium, with damping and errors", "own.statics:frequencies"),
+    "path": ("follow equilibria as a load, a drive or a number changes: limits, branchings, flutter", "own.statics:path"),
+    "frequencies": ("find natural frequencies about an equilibrium, with damping and errors", "own.statics:frequencies"),
     "periodic": ("find a periodic motion, its multipliers and whether it is stable", "own.statics:periodic"),
     "response": (
         "follow a periodic motion over frequency, load or number, past folds and period doublings",
         "own.statics:response",
     ),
-    "sensitivity": ("derivatives of readings by numbers of a file's mechanism, with their errors", "own.turning:sensitivity"),
+    "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.turning:sensitivity"),
     "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
     "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.turning:optimise"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
@@ -45,9 +45,9 @@ OPTIONS = {
 }
 """Options in place of a command: help of each, and the place of its function."""
 GONE = {
-    "merge": "`buckler sweep` without --part reads the stores of all parts",
-    "export": "`buckler sweep` writes cases.csv",
-    "evidence": "in a checkout `python docs/tools/evidence.py`",
+    "merge": "`buckler sweep` without --part, which reads the stores of all parts",
+    "export": "`cases.csv`, which `buckler sweep` writes",
+    "evidence": "`python docs/tools/evidence.py` in a checkout",
     "schema": "`buckler --schema`",
     "compile": "`buckler --compile`",
 }
