@@ -114,7 +114,7 @@ class Reading(NamedTuple):
     impact_push : largest compression of the strip until the first impact ends [N]
     rebounds : returns of the slider to the stop on the way in
     force_180, contact_max : force at the dead centre, and the largest around it if the slider rests [N]
-    shortening, early : largest end shortening, and its change before first contact, over the length
+    shortening, early_shortening : largest end shortening, and its change before first contact, over the length
     buckles_before_stop : whether the strip buckles before the slider meets the stop
     """
 
@@ -133,7 +133,7 @@ class Reading(NamedTuple):
     force_180: float = nan
     contact_max: float = nan
     shortening: float = nan
-    early: float = nan
+    early_shortening: float = nan
     buckles_before_stop: bool = False
 
     @property
@@ -155,7 +155,7 @@ def read(run: ModelRun, turn: int = 0) -> Reading:
     found = Reading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
         shortening=float(shortening.max()),
-        early=float(np.ptp(shortening[:until])),
+        early_shortening=float(np.ptp(shortening[:until])),
         buckles_before_stop=bool((run.overload[part][:until] > 1).any()),
     )
     if not len(contacts):
@@ -184,9 +184,11 @@ def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str,
     (start, free), rebounds = inwards[-1], {"rebounds": len(inwards) - 1}
     if not angle[start] < pi <= angle[free - 1]:
         return rebounds
-    top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
-    settling = {"settled": float(angle[start]), "settling_time": float(time[start] - time[contacts[0, 0]])}
-    return {**rebounds, **settling, "contact_max": float(force[top].max())}
+    top = force[(angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])].max()
+    return {
+        **rebounds, "settled": float(angle[start]), "settling_time": float(time[start] - time[contacts[0, 0]]),
+        "contact_max": float(top),
+    }  # fmt: skip
 
 
 def findings(run: ModelRun, readings: Sequence[Reading]) -> list[str]:
@@ -194,22 +196,19 @@ def findings(run: ModelRun, readings: Sequence[Reading]) -> list[str]:
     if run.status not in ("OK", "SUSPECT"):
         return []
     states = {
-        "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": [
-            r.buckles_before_stop for r in readings
-        ],
-        "NO_CONTACT: the slider does not meet the stop": [r.contact_time == 0 for r in readings],
-        "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": [
-            r.contact_time > 0 and isnan(r.settling_time) for r in readings
-        ],
-        "NO_REBOUND: the force does not return to zero, so that impact and contact are one": [
-            r.settling_time == 0 for r in readings
-        ],
+        "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": lambda r: (
+            r.buckles_before_stop
+        ),
+        "NO_CONTACT: the slider does not meet the stop": lambda r: r.contact_time == 0,
+        "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": lambda r: (
+            r.contact_time > 0 and isnan(r.settling_time)
+        ),
+        "NO_REBOUND: the force does not return to zero, so that impact and contact are one": lambda r: r.settling_time == 0,
     }
     found = [run.message] if run.status == "OK" and run.message else []
-    for state, hit in states.items():
-        if any(hit):
-            turns = ", ".join(str(turn + 1) for turn, yes in enumerate(hit) if yes)
-            found.append(state + (f" (turn {turns})" if len(readings) > 1 else ""))
+    for state, holds in states.items():
+        if turns := [str(turn) for turn, reading in enumerate(readings, 1) if holds(reading)]:
+            found.append(state + (f" (turn {', '.join(turns)})" if len(readings) > 1 else ""))
     return [f"{run.model}: {text}" for text in found]
 
 

@@ -12,10 +12,9 @@ is 0 here. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,10 +25,10 @@ from ..kit.published import CONTACT_FORCES
 from ..kit.report import QUIET, Metric, Progress, StudyResult, judged
 from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
-from ..sweeping.sweep import sweep
+from ..sweeping.sweep import Row, sweep
 from . import slider_crank
 from .assumptions import StrikeParameters
-from .impact import MODELS, compare
+from .impact import MODELS, by_case, compare, exact_force
 
 CUBE_TO = 2e-3
 """Largest difference of a ratio of quasi-static forces from the cube; the stop gives way by 2e-4."""
@@ -80,58 +79,14 @@ class Parameters(StrikeParameters):
         ]
 
 
-class GridCase(NamedTuple):
-    """Numbers of one case; nan where something does not happen.
-
-    Attributes
-    ----------
-    state : one of `STATES`
-    force, exact : force on the stop at the dead centre if the slider rests there, and the elastica's in equilibrium [N]
-    impact : largest force of the first impact [N]
-    duration, turned : time from first to last contact [s], and the crank's turn in that time [rad]
-    energy_balance : largest ledger error over the energy put through
-    message : why it is suspect or failed
-    """
-
-    state: str
-    force: float = nan
-    exact: float = nan
-    impact: float = nan
-    duration: float = nan
-    turned: float = nan
-    energy_balance: float = nan
-    message: str = ""
-
-
-def read(row: Any, model: str, speed: float) -> GridCase:
-    """Read a row of the sweep."""
-
-    def value(name: str) -> float:
-        return float(row.value(f"{model}.{name}"))
-
-    balance = value("energy_balance")
-    if row.status != "OK":
-        return GridCase("SUSPECT", energy_balance=balance, message=f"{row.status}: {row.message}")
-    exact = row.metrics[f"{model}.contact_force_180"].exact
-    turned = np.radians(value("release_angle") - value("contact_angle"))
-    if not isfinite(turned):
-        return GridCase("no contact", exact=exact, energy_balance=balance)
-    rests = isfinite(value("settling_time"))
-    state = "buckled" if value("buckles_before_stop") else "pressed" if rests else "in the air"
-    force = value("contact_force_180") if rests else nan
-    return GridCase(state, force, exact, value("impact_peak"), turned / speed, turned, balance)
-
-
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Sweep the grid and read it."""
     given = p.cases()
     rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
-    cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
     shape = len(p.models), len(p.thicknesses), 1 + len(p.speeds)
-    columns = {name: np.array([getattr(case, name) for case in cases]).reshape(shape) for name in GridCase._fields}
-    messages = [f"{case.speed:g} rad/s, {1e3 * case.thickness:g} mm: {found.message.partition(';')[0]}"
-                for case, found in zip(given, cases, strict=True) if found.message]  # fmt: skip
-    del columns["message"]
+    columns = {name: column.reshape(shape) for name, column in read(given, rows).items()}
+    messages = [f"{case.speed:g} rad/s, {1e3 * case.thickness:g} mm: {row.status}: {row.message.partition(';')[0]}"
+                for case, row in zip(given, rows, strict=True) if row.status != "OK"]  # fmt: skip
     metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
     wrong = [f"CUBE: {model}, {line}" for model, own in metrics.items() for line in _off_the_cube(p, own)]
     stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
@@ -139,11 +94,36 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p,
         **judged(wrong),
-        metrics={f"{model}.{name}": metric for model, own in metrics.items() for name, metric in own.items()},
+        metrics=by_case(metrics),
         signals=columns,
-        work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},
+        work={"cases": len(rows), "cases_wall_s": sum(row.wall_s for row in rows)},
         tables=[compare(metrics, "Slider-crank over thickness and speed", notes)],
     )
+
+
+def read(given: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
+    """Read the rows of the sweep: outcome; force at the dead centre if the slider rests there, and the elastica's [N].
+
+    Also the largest force of the first impact [N], the time [s] and the crank's turn [rad] from first to last contact, and the
+    largest ledger error; nan where something does not happen.
+    """
+
+    def column(name: str) -> Array:
+        return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(given, rows, strict=True)])
+
+    fine = np.array([row.status == "OK" for row in rows])
+    turned = np.where(fine, np.radians(column("release_angle") - column("contact_angle")), nan)
+    met, rests = np.isfinite(turned), np.isfinite(column("settling_time"))
+    outcomes = [~fine, ~met, column("buckles_before_stop") > 0, rests]
+    return {
+        "state": np.select(outcomes, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
+        "force": np.where(met & rests, column("contact_force_180"), nan),
+        "exact": np.array([exact_force(case, np.pi) for case in given]),
+        "impact": np.where(met, column("impact_peak"), nan),
+        "duration": turned / np.array([case.speed for case in given]),
+        "turned": turned,
+        "energy_balance": column("energy_balance"),
+    }
 
 
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
