@@ -144,7 +144,7 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     given = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
     whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
     names = {"__builtins__": {}, "__name__": __name__} | (OF_ARRAYS if arrays else OF_FLOATS)
-    return eval(compile(whole, "<formula>", "eval"), names)  # type: ignore[no-any-return]  # `parse` has let a formula pass only
+    return eval(compile(whole, "<formula>", "eval"), names)  # `parse` has let a formula pass only
 
 
 def derivative(node: ast.expr, variable: str) -> str:

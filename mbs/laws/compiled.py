@@ -114,7 +114,7 @@ MOST = 256
 _COMPILED: dict[Hashable, Pointer | None] = {}
 
 
-def _once(key: tuple[Hashable, ...], made: Callable[[], Pointer | None]) -> Pointer | None:
+def _once(key: tuple[Any, ...], made: Callable[[], Pointer | None]) -> Pointer | None:
     """Compile what has this key, unless it was compiled before; each time where a part of the key is not known."""
     if None in key:
         return made()

@@ -62,7 +62,7 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
     Plain Python is some twenty times slower and gives the same result.
     """
-    return (compiler() and compiled(law, friction)) or plain(law, friction)
+    return (compiler() and compiled(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
 
 
 def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:

@@ -52,7 +52,7 @@ def _stamp(name: str) -> tuple[str, ...]:
 
 def jit(function: F) -> F:
     """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
-    return kept(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)  # type: ignore[no-any-return]
+    return kept(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)
 
 
 class _Draft(JITCodeLibrary):
