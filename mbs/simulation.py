@@ -16,9 +16,9 @@ from .accuracy.deliver import Climb, deliver, plain, verified
 from .accuracy.goal import Asked, Goal, Usual
 from .accuracy.ladder import ladder_of, suited
 from .accuracy.words import COARSEST, FINEST, PLACES
-from .breaks import WIDTH
 from .checks.suspicions import idle, suspicions
 from .functions import own_functions
+from .functions.breaks import WIDTH
 from .geometry import Array
 from .kinematics import exact
 from .mechanism import Mechanism

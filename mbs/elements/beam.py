@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..callables import Function
 from ..declare import Either, Several, Vector, declared, field, part, quantity, whole
+from ..functions.fields import Function
 from ..geometry import Array, cross
 from ..laws.pieces import Reals
 from .element import Body, Linked, Recorded

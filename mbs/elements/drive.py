@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from math import inf
 from typing import Any, ClassVar
 
-from ..callables import Function
 from ..declare import Declared, Either, Part, Quantity, declared, field, names, quantity
 from ..functions import Expression, Integral, Slope, Table, kinks
+from ..functions.fields import Function
 from ..geometry import Array
 from ..validate import number, short
 from .element import GROUND, Driven, Parts, Place, Recorded

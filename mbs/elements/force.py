@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..callables import Law
 from ..declare import Either, Nothing, Vector, declared, field, names, part
+from ..functions.fields import Law
 from ..geometry import Array, cross, turned
 from .element import GROUND, Parts, Push, Recorded, place
 from .references import check_turning, held_at, holder, refers, turning

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..callables import Function
 from ..declare import Either, Quantity, declared, field, names, quantity
 from ..functions import kinks
+from ..functions.fields import Function
 from ..geometry import Array
 from ..laws.pieces import Reals
 from .element import Burden, Parts, Push, Recorded

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..callables import Function
 from ..declare import declared, field, names, quantity
+from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
 from .load import Elastic, Law, on_both

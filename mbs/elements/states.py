@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..callables import Law, Rates
 from ..declare import Declared, Quantity, declared, field, quantities
 from ..functions import Components, Expression, kinks, numbers_of
+from ..functions.fields import Law, Rates
 from ..geometry import Array
 from ..validate import function as called
 from ..validate import short

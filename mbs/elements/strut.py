@@ -9,8 +9,8 @@ import numpy as np
 
 from buckler.elastica import law, pinned
 
-from ..callables import Function
 from ..declare import declared, field, part
+from ..functions.fields import Function
 from ..geometry import Array
 from ..laws.pieces import Reals
 from .element import Body, Linked, Recorded

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..callables import Law
 from ..declare import Either, Quantity, declared, field, names, part
+from ..functions.fields import Law
 from ..geometry import Array
 from .element import Parts, Push, Recorded
 from .references import check_turning, turning

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..expressions import CONSTANTS, parse
+from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
 from .curve import Curve

@@ -7,8 +7,8 @@ import pytest
 from scipy.special import erf
 
 from buckler.mbs import Exudyn, Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
-from buckler.mbs.breaks import MOST, breaks
 from buckler.mbs.functions import Components, Expression, kinks
+from buckler.mbs.functions.breaks import MOST, breaks
 
 JUMPS = {
     "pulse of one look": (lambda t: (1e3 if 5.0 <= t < 5.0001 else 0.0, 0.0), 10.0, (5.0, 5.0001)),

@@ -6,10 +6,10 @@ from math import pi
 from hypothesis import strategies as st
 
 from buckler.mbs import elements, laws
-from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, known, specs
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Motion, Ramp, Revolute, Rigid, Section
 from buckler.mbs.functions import Components, Expression, Table
+from buckler.mbs.functions.fields import Function
 from buckler.mbs.mechanism import Mechanism
 
 NAMES = st.sampled_from(["crank", "Schwinge", "link 2", "a-b", "κ", 'q"uote'])

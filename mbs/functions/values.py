@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
+from ..declare.spec import Anything
 from .breaks import breaks
-from .declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
-from .declare.spec import Anything
-from .expressions import derivative, function_of, names_in, parse
+from .formulas import derivative, function_of, names_in, parse
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
@@ -42,7 +42,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     Parameters
     ----------
     function : callable or float
-        Of time. One that does not tell its kinks, or of what it is made, is looked at by `mbs.breaks`, if there is a duration.
+        Of time. One that does not tell its kinks, or of what it is made, is looked at by `breaks`, if there is a duration.
     duration : float
         s.
     """
@@ -70,7 +70,7 @@ _function_of = lru_cache(maxsize=256)(function_of)
 class Expression(Given, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
 
-    A ValueError tells what is no number, no variable and no function known; see `mbs.expressions` for what is allowed.
+    A ValueError tells what is no number, no variable and no function known; see `mbs.functions.formulas` for what is allowed.
     """
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")

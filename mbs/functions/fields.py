@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from dataclasses import field as plain_field
 from typing import Any
 
-from .declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
-from .declare.compound import any_of, is_list
-from .declare.spec import Schema, shown
-from .functions import Components, Expression
-from .units import is_measured
-from .validate import function as called
-from .validate import pair
+from ..declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
+from ..declare.compound import any_of, is_list
+from ..declare.spec import Schema, shown
+from ..units import is_measured
+from ..validate import function as called
+from ..validate import pair
+from .values import Components, Expression
 
 
 class Callables(Spec):

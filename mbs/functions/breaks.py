@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import Array
+from ..geometry import Array
 
 WIDTH = 1e-5
 """Distance of the looks, of the run."""

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .geometry import Array
-from .validate import near, short
+from ..geometry import Array
+from ..validate import near, short
 
 LONGEST, DEEPEST = 2000, 60
 """Characters and levels of nesting of a formula: more is a program, and Python's own parser has limits."""
