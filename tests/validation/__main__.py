@@ -1,4 +1,6 @@
-"""Solve every known answer and write their tables into docs/validation.md: `python tests/validation`, some minutes.
+"""Solve every known answer and write their tables into docs/validation.md.
+
+    python tests/validation
 
 `--only QUESTION` solves those of one question, `--quick` leaves out the slow ones; both only print.
 """
@@ -7,11 +9,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import platform
 import re
 import sys
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 HERE = Path(__file__).resolve().parent
 sys.path[0] = str(HERE.parent)
@@ -37,8 +38,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python tests/validation", description=__doc__)
     parser.add_argument("--only", choices=tuple(QUESTIONS), help="question to answer")
     parser.add_argument("--quick", action="store_true", help="leave out slow answers")
-    given, begin, wrong = parser.parse_args(), perf_counter(), list[str]()
-    page = PAGE.read_text(encoding="utf-8")
+    given, begin, wrong, tables = parser.parse_args(), process_time(), list[str](), dict[str, list[str]]()
     for question, title in QUESTIONS.items():
         if given.only in (None, question):
             print(f"\n{title}", flush=True)
@@ -50,16 +50,17 @@ def main() -> int:
                 verdict = solved[-1].answer.verdict
                 if verdict not in known.accepted and verdict != known.still:
                     wrong.append(f"{question}: {known.group}: {known.name}: {verdict} {solved[-1].answer.message}")
-            lines = tabulate(solved)
-            print("\n".join(lines), flush=True)
-            page = write(page, question, ["", *lines, ""])
-    wall = perf_counter() - begin
-    print(*wrong, f"\n{wall:.0f} s; not accepted: {len(wrong)}", sep="\n")
+            tables[question] = tabulate(solved)
+            print("\n".join(tables[question]), flush=True)
+    spent = process_time() - begin
+    print(*wrong, f"\n{spent:.0f} s; not accepted: {len(wrong)}", sep="\n")
     if given.only is None and not given.quick:
-        load = f", load {os.getloadavg()[0]:.0f}" if hasattr(os, "getloadavg") else ""
         made = ", ".join(f"{name} {version}" for name, version in versions().items())
-        machine = f"{wall / 60:.0f} minutes on {os.cpu_count()} processors{load}; Python {platform.python_version()}, {made}."
-        PAGE.write_text(write(page, "machine", ["", machine, ""]), encoding="utf-8")
+        tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {made}."]
+        page = PAGE.read_text(encoding="utf-8")
+        for question, lines in tables.items():
+            page = write(page, question, ["", *lines, ""])
+        PAGE.write_text(page, encoding="utf-8")
     return bool(wrong)
 
 

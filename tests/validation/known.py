@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from time import perf_counter
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -71,21 +71,21 @@ class Known(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """Known answer that has been solved, with its time [s]."""
+    """Known answer that has been solved, with its processor time [s]."""
 
     known: Known
     answer: Answer
-    wall_s: float
+    spent_s: float
 
 
 def solve(known: Known) -> Solved:
     """Solve for a known answer and take the time."""
-    begin = perf_counter()
+    begin = process_time()
     answer = known.solve()
-    return Solved(known, answer, perf_counter() - begin)
+    return Solved(known, answer, process_time() - begin)
 
 
-HEADERS = ("answers", "number", "worst: found", "right", "error", "allowed", "verdicts", "time [s]")
+HEADERS = ("answers", "number", "worst: found", "right", "error", "allowed", "verdicts", "processor time [s]")
 
 
 def tabulate(solved: Iterable[Solved]) -> list[str]:
@@ -101,5 +101,5 @@ def tabulate(solved: Iterable[Solved]) -> list[str]:
         unit = "" if answer.unit == "1" else f" {answer.unit}"
         name = f"{worst.known.name}: " if len(some) > 1 else ""
         numbers = f"{name}{answer.found:.9g}{unit} | {answer.right:.9g} | {answer.error:.1e} | {answer.allowed:.0e}"
-        rows.append(f"| {group} | {len(some)} | {numbers} | {verdicts} | {sum(each.wall_s for each in some):.1f} |")
+        rows.append(f"| {group} | {len(some)} | {numbers} | {verdicts} | {sum(each.spent_s for each in some):.1f} |")
     return rows
