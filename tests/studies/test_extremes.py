@@ -111,17 +111,17 @@ def few(count, *families, **given):
 
 @pytest.fixture(scope="module")
 def found():
-    return few(8, "dead-centre", "pressed-straight", "bouncing", "free", seed=3)
+    return few(4, "dead-centre", "pressed-straight", "bouncing", "free", seed=3)
 
 
 def test_every_case_is_counted_once_and_drawn(found):
     metrics = {name: metric.value for name, metric in found.metrics.items()}
-    assert found.status == "OK" and metrics["cases"] == 8 and metrics["no_reference"] == 0, found.message
+    assert found.status == "OK" and metrics["cases"] == 4 and metrics["no_reference"] == 0, found.message
     assert metrics["cases"] == sum(metrics[verdict.replace(" ", "_")] for verdict in Verdict)
-    assert metrics["right"] >= 5 and metrics["price"] > 0 and 0 < metrics["largest_error_of_right"] <= 1
-    assert found.tables[0].rows[-1][:3] == ["all", 8, metrics["right"]]
+    assert metrics["right"] >= 2 and metrics["price"] > 0 and 0 < metrics["largest_error_of_right"] <= 1
+    assert found.tables[0].rows[-1][:3] == ["all", 4, metrics["right"]]
     (ax,) = drawn(extremes, found).axes
-    assert sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None") == 8
+    assert sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None") == 4
 
 
 def test_families_take_turns_and_a_case_is_the_seed_s_own():
