@@ -16,17 +16,21 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Result
+from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
+from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
+from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.mbs.modal import BarModes, CraigBampton
 from buckler.mbs.sensitivity.curve import Curve
 
-from ..kit.parameters import integer
+from ..kit.parameters import choices, integer, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
-from .assumptions import BODIES
-from .clearance import COLOURS, CrankRockerParameters, label
-from .turns import STEPS_A_TURN, force_on_second, joint_force
+from .assumptions import BODIES, Assumptions
+from .bars import PlayParameters
+from .mode_sets import damped, section
+from .turns import STEPS_A_TURN, chance, force_on_second, joint_force
 
 BAND = 2001
 """Number of times at which the members' band is drawn."""
@@ -41,11 +45,82 @@ where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but las
 less with a smaller `tolerance`."""
 
 
+WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
+"""Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
+
+
+ROCKERS = ("rigid", "beam", "modal")
+"""Bodies of the rocker; all but the first are flexible."""
+COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
+"""Colours of curves by `label`."""
+
+
+def label(rocker: str) -> str:
+    """Return the name of a rocker's results: `rigid` or `flexible`."""
+    return "rigid" if rocker == "rigid" else "flexible"
+
+
 @dataclass(frozen=True)
-class Parameters(CrankRockerParameters):
+class Parameters(PlayParameters, Assumptions):
     """Parameters of the study."""
 
+    rocker: tuple[str, ...] = choices(("rigid", "beam"), ROCKERS, "rockers to run, at most one flexible", "bars")
+    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
+    clearance_joints: int = integer(4, 0, 4, "joints with clearance: B, C, A, O in this order", "joints")
+    start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
+    duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
+    settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
+    seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
+    elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
+    tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
+    accuracy: float = quantity(0, "1", 0, 0.1, "error asked for over the first 10 ms, instead of elements, tolerance", "numerics")
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
+    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
+
+    def check(self) -> None:
+        """Check parameters against each other; build what will be run."""
+        if 0 < self.accuracy < FINEST:
+            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
+        if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
+            raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
+        if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
+            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = rigid,modal")
+        if self.settle >= self.duration:
+            raise ValueError(f"settle = {self.settle:g} s: must be less than duration = {self.duration:g} s")
+        for rocker in self.rocker:
+            self.mechanism(rocker)
+
+    @property
+    def section(self) -> Section:
+        """Section of all bars, without damping."""
+        return section(self.in_plane_depth)
+
+    @property
+    def with_play(self) -> str:
+        """Points of the joints with clearance."""
+        return WITH_PLAY[self.clearance_joints]
+
+    def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
+        """Make the crank-rocker with this rocker and clearance in these joints; by default in `clearance_joints` of them."""
+        joints = self.with_play if with_play is None else with_play
+        return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + chance(self.seed))
+
+    def body(self, rocker: str) -> Rigid | Beam | Modal:
+        """Make the body of the rocker."""
+        if rocker == "modal":
+            return self.modal()
+        if rocker == "rigid":
+            return Rigid(self.section)
+        damped_section = self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker)
+        return Beam(damped_section) if self.accuracy else Beam(damped_section, elements=self.elements)
+
+    def modal(self) -> Modal:
+        """Make the rocker of a solid's modes."""
+        plain = Modal(self.section, damping=self.rocker_damping)
+        other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
+        plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
+        return plain if self.modal_damping == "constant" else damped(plain, self.modal_damping, self.rocker_damping)
 
 
 @dataclass(frozen=True)
@@ -57,13 +132,13 @@ class Variant:
     result: Result
 
 
-def run_variants(p: CrankRockerParameters, progress: Progress) -> list[Variant]:
+def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
     """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
     cases = [("ideal", "rigid", ""), *((label(rocker), rocker, p.with_play) for rocker in p.rocker)]
     return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
 
 
-def simulate(p: CrankRockerParameters, rocker: str, with_play: str) -> Result:
+def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism, energy ledger included."""
     longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)
     rattling, ideal = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
