@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -11,8 +12,7 @@ from ..elements.clearance import Clearance
 from ..elements.element import GROUND
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array, onsets
-from ..laws import BristleLaw, NormalLaw
-from ..laws.contact import Kernel, kernel_of
+from ..laws import BristleLaw, FrictionLaw, NormalLaw
 from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
 from ..record.record import Record
@@ -22,7 +22,17 @@ from .kernel import user_function
 from .placed import History
 from .scene import Scene
 
+if TYPE_CHECKING:
+    from ..laws.contact import Kernel
+
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
+
+
+def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
+    """Return the contact's equations; only joints with clearance load the compiler."""
+    from ..laws.contact import kernel_of as made
+
+    return made(law, friction)
 
 
 class ClearanceGroup:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..geometry import Array
-from ..laws.contact import Kernel
 from . import Callback, System
+
+if TYPE_CHECKING:
+    from ..laws.contact import Kernel
 
 PATIENCE, SLOWER = 1_000_000, 10
 """Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
