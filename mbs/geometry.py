@@ -32,20 +32,25 @@ def unit(vectors: Array) -> tuple[Array, Array]:
     return size, vectors / np.where(size > 0, size, 1.0)[:, None]
 
 
+HALVINGS = 52
+"""Steps of bisection, each halves the interval: as many as a share of a step has binary digits."""
+
+
 def onsets(time: Array, depth: Array, rate: Array) -> Array:
-    """Times, s, at which a depth passes zero, by the cubics through its samples and their rates.
+    """Times [s] at which a depth passes zero, by bisection of the cubics through its samples and their rates.
 
     Parameters
     ----------
     time, depth, rate : arrays, shape (times,)
         s, m, m/s.
     """
-    found = []
-    for k in np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0)):
-        h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
-        before, after = h * rate[k], h * rate[k + 1]
-        bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
-        roots = np.roots([twist, bend, before, start])
-        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0) & (roots.real <= 1)]
-        found.append(time[k] + h * (inside[0] if len(inside) else start / (start - end)))
-    return np.array(found)
+    k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
+    h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
+    before, after = h * rate[k], h * rate[k + 1]
+    bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
+    low, high = np.zeros(len(k)), np.ones(len(k))
+    for _ in range(HALVINGS):
+        s = (low + high) / 2
+        same = (start + s * (before + s * (bend + s * twist)) > 0) == (start > 0)
+        low, high = np.where(same, s, low), np.where(same, high, s)
+    return np.asarray(time[k] + h * high)
