@@ -12,18 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from .accuracy.deliver import Climb, deliver, plain, verified
-from .accuracy.goal import Asked, Goal, Usual
-from .accuracy.ladder import ladder_of, suited
+from .accuracy.demand import PLACE, Asked, Demand, Usual
+from .accuracy.levels import KINDS
+from .accuracy.refine import Answer, refine
+from .accuracy.second_opinion import noted, verified
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
 from .functions import own_functions
 from .functions.breaks import WIDTH
 from .geometry import Array
 from .kinematics import exact
+from .kinematics.determined import answered
 from .mechanism import Mechanism
-from .process import Interrupted, Progress, ctrl_c, one_thread, working_time
-from .record.energy import ledger as energy_ledger
+from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
 from .record.errors import Status
 from .record.result import Result
 from .record.run import Run
@@ -34,13 +35,13 @@ from .view.movie import Film
 from .view.verdicts import IDLE
 
 
-def _compiled(*arguments: Any) -> Run:
+def _compiled(*arguments: Any, **known: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
     from .spectral.run import once as run
 
-    return run(*arguments)
+    return run(*arguments, **known)
 
 
 def _on_engine(*arguments: Any) -> Run:
@@ -51,7 +52,7 @@ def _on_engine(*arguments: Any) -> Run:
 
 
 SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _compiled, Closure: exact.once}
-"""What runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
+"""Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
 
@@ -78,16 +79,18 @@ def simulate(
     duration : float
         s, positive.
     accuracy : float, optional
-        Largest relative error of what `of` names, 1e-6 to 0.1: the solver climbs its ladder, finer in time, and with strips in
-        space, until the error of what `of` names is what was asked; the result's `error` tells that of each signal. It takes
-        three runs or more. A result that misses it is SUSPECT, ACCURACY in the message.
+        Largest relative error of what `of` names, 1e-6 to 0.1. The solver runs twice or more often, each run finer than the one
+        before, until the difference of the last two tells an error that is allowed; the result's `error` has that of each signal.
+        A result that misses it is SUSPECT, ACCURACY in the message. One that holds it up to `error.until` only is CHAOTIC, or
+        SENSITIVE where finer runs would hold it longer. Without an accuracy a run is held to what a user looks at: see
+        `mbs.accuracy.demand`; of a chaotic motion it is OK, and its message tells up to when it is one trajectory.
     of : str or sequence of str
-        What the accuracy is asked of: "places"; "forces", as computed, all of them; "means", forces that ring as means over
-        their axial period and the others as computed; or signals by their names, as `mbs.accuracy.compare` measures them.
+        Subject of the accuracy: "places"; "forces", as computed, all of them; "means", forces that ring as means over their
+        axial period and the others as computed; or signals by their names, or norms of them such as "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
         Solver and its settings. Without an accuracy it runs once, and its error is not known. By default `Closure()` where
-        joints and drives alone decide the motion; with an accuracy the solver that suits the mechanism; else `Exudyn()`, held
-        against a finer run, see `mbs.accuracy.deliver`.
+        joints and drives alone decide the motion; `Spectral()`, the compiled solver, for all it knows; `Exudyn()` where Numba is
+        missing or an element is unknown to the compiled solver. The result's provenance names the solver and why.
     verify : bool
         Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the largest relative difference of
         places into the result's `verified`. Signals farther apart than both errors allow make it SUSPECT, SOLVERS in the message.
@@ -114,7 +117,7 @@ def simulate(
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
-    goal = _goal(accuracy, of)
+    demand = _demand(accuracy, of)
     if timeout is not None:
         positive("timeout", timeout, "s")
     for name, element in mechanism.elements().items():
@@ -122,31 +125,76 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    start, made = working_time(), list[Run]()
-
-    def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
-        left = None if timeout is None else max(1e-3, timeout - (working_time() - start))
-        with ctrl_c() as interrupted:  # also while a run is put together, or its record
-            made.append(_once(mechanism, span, solver, left, progress))
-        if interrupted():
-            raise KeyboardInterrupt
-        return made[-1]
-
+    runs = _Runs(mechanism, timeout, progress)
     try:
         if accuracy is None and solver is not None:
-            single, complete = run(mechanism, duration, solver), None
+            result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
         else:
-            ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
-            found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
-            single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
-        result = _result(single, complete, ledger, times)
-        return verified(result, single, mechanism, duration, run) if verify else result
+            solver, why = (solver, "it was named") if solver else runs.suited()
+            levels = KINDS[type(solver)](mechanism, duration, solver, 1.0 if accuracy is None else accuracy / PLACE)
+            answer = refine(levels.runs(runs), levels, demand, duration)
+            single = answer.run
+            result = _result(single, lambda result: runs.completed(result, answer, demand, why), ledger, times)
+        return verified(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
-        raise (_interrupted(made) if made else stop) from None
+        raise (_interrupted(runs.made) if runs.made else stop) from None
 
 
-def _goal(accuracy: float | None, of: str | Sequence[str]) -> Goal:
-    """What is asked of a run's errors."""
+class _Runs:
+    """All runs of one call: each within the time that is left, of a scene that is built once."""
+
+    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
+        self.mechanism, self.timeout, self.progress = mechanism, timeout, progress
+        self.start, self.made = working_time(), list[Run]()
+        self.scenes: dict[int | None, Any] = {}
+
+    def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
+        """Make a run."""
+        left = None if self.timeout is None else max(1e-3, self.timeout - (working_time() - self.start))
+        known = {"scene": self.scene(solver.degree)} if isinstance(solver, Spectral) and find_spec("numba") else {}
+        with ctrl_c() as interrupted:  # also while a run is put together, or its record
+            self.made.append(SOLVERS[type(solver)](mechanism, span, solver, left, self.progress, **known))
+        if interrupted():
+            raise KeyboardInterrupt
+        return self.made[-1]
+
+    def scene(self, degree: int | None) -> Any:
+        """The scene for strips of a degree; None where the compiled solver does not take the mechanism."""
+        from .spectral.run import scene_for  # loads the compiled solver
+
+        if degree not in self.scenes:
+            self.scenes[degree] = scene_for(self.mechanism, degree)
+        return self.scenes[degree]
+
+    def suited(self) -> tuple[Solver, str]:
+        """The solver of a run that names none, and why in words."""
+        if answered(self.mechanism):
+            return Closure(), "joints and drives alone decide the motion"
+        if not compiler():
+            return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
+        levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
+        if self.scene(levels.settings(levels.first())[1].degree) is None:
+            return Exudyn(), "the compiled solver does not know an element of this mechanism"
+        return Spectral(), "it knows all elements of this mechanism"
+
+    def completed(self, result: Result, answer: Answer, demand: Demand, why: str) -> Result:
+        """The result of the last run with its errors and the work of all runs; its status by what was demanded."""
+        names = [type(run.solver).__name__.lower() for run in self.made]
+        counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
+        work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
+        found = noted(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
+        found = replace(found, provenance=found.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
+        if answer.run.failure:
+            return found
+        if answer.chaos:
+            status = answer.chaos if demand.asked > 0 else Status.OK
+            return replace(found, status=status, message=answer.errors.notes[0])
+        missed = answer.missed(demand)
+        return found.suspect(missed) if missed else found
+
+
+def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
+    """Errors allowed of a run."""
     if accuracy is not None:
         return Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
     if of != PLACES:
@@ -167,11 +215,6 @@ def _interrupted(made: Sequence[Run]) -> Interrupted:
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
 
 
-def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Progress | None) -> Run:
-    """One pass of the solver that was asked for."""
-    return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
-
-
 def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Array) -> Result:
     """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
     record = run.record
@@ -183,7 +226,7 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
         run.values,
         run.units,
         run.work,
-        energy_ledger(record) if ledger else {},
+        run.ledger if ledger else {},
         shapes_at(record, times) if len(times) else {},
         _provenance(run),
         film=Film(record),

@@ -1,96 +1,98 @@
-"""The error of a run from two finer ones: one finer in time, one finer in space.
+"""Error of the finer of two runs from their difference, and the time at which two runs part.
 
-    u(h, n) - u = [u(h, n) - u(h/k, n)] (1 + q + q^2 + ...) + [u(h, n) - u(h, n+)] (1 + ...)
+With an error e ~ tol^q, the difference of runs B and C at tolerances tol_B > tol_C is e_B - e_C, and
 
-A rung in time leaves a share q, a fifth to a thirteenth of a smooth error, and a half where contacts, kinks or what lies between
-samples lower the order to the first, as steps are halved (Exudyn) or 0.6 of what they were (compiled solver); one in space leaves
-next to nothing of a polynomial's error and a sixteenth of an element's.
+    e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
+
+The order q is the least of the solver for a first pair and wherever anything strikes, else as the pair before shows, within
+bounds: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without extrapolating the run itself.
+
+Two runs of a chaotic motion part as exp(t/t_L): each refinement moves the time of parting by the same amount. A drift of the
+phase grows by a power of time, so that each refinement moves its parting by more than the one before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf
-from typing import NamedTuple
+from math import inf, log
 
 import numpy as np
 
 from ..elements.signal import Kind
-from .compare import SMALL, Apart, Functions, compare
+from ..geometry import Array
+from ..record.errors import Key, Norm
+from .difference import Difference
 
-REMAINDER = 2.0
-"""Error in time, of the difference to the next rung: the sum of a series that falls to a half."""
-ROUNDING = float(np.sqrt(np.finfo(float).eps))
-"""Error told at least, half of the digits there are: two runs that agree to rounding are told to."""
-UNRELATED = 0.1
-"""Difference of places, over their range, from which two runs no longer know of each other."""
-FASTEST = 2
-"""Power of time by which an error grows at most that is no sign of chaos: that of a phase by time, by its square where the
-frequency drifts."""
-BALANCE = "energy.balance"
-"""Name of what the energies of a run do not add up by; it is judged in every run."""
-Pair = tuple[Functions, Functions]
+PARTED = 0.1
+"""Difference of places, over their range, of runs that no longer know of each other. At 1 a phase drift would pass for chaos."""
+WINDOWS = 200
+"""Windows of time in which parting is looked at: the resolution of the parting time. A snap that comes a window later is none."""
+LASTING = 0.5
+"""Part of all later windows in which runs that have parted are apart: a blow or a snap that comes later does not last."""
+LAST = 10
+"""Windows at the end in which no parting is looked for: too few are left to see whether it lasts."""
+LEAST = float(np.sqrt(np.finfo(float).eps))
+"""Least error that is estimated or asked for, half of the digits there are: rounding enters two runs alike."""
 
 
-class Look(NamedTuple):
-    """What a run and two finer ones show: differences from the one finer in time, and of the pair whose is the error in space.
+def gains(
+    now: Mapping[Key, float], before: Mapping[Key, float] | None, ratios: tuple[float, float], orders: tuple[float, float]
+) -> dict[Key, float]:
+    """By how much the finer run of a pair errs less than the coarser one, for each signal and norm.
 
-    From `parts_at`, s, the run and the one finer in time no longer know of each other; runs are compared up to `until`, s.
+    Parameters
+    ----------
+    now, before : mapping
+        Differences of this pair and of the one before.
+    ratios : (float, float)
+        Of the tolerances of this pair and of the one before.
+    orders : (float, float)
+        Least and largest order of the error.
     """
+    found = dict.fromkeys(now, orders[0])
+    for key, off in now.items():
+        if before is not None and off > 0 and before.get(key, 0.0) > 0 and np.isfinite(off):
+            found[key] = float(np.clip(_order(before[key] / off, *ratios), *orders))
+    return {key: ratios[0] ** q for key, q in found.items()}
 
-    base: Functions
-    time: Mapping[str, Apart]
-    space: Mapping[str, Apart]
-    parts_at: float
-    until: float
+
+def _order(fall: float, ratio: float, ratio_before: float) -> float:
+    """Order q of an error whose differences fall by (r^q - 1)/(1 - s^-q), r and s the ratios before and now; by iteration."""
+    q = 0.5
+    for _ in range(20):
+        q = log(1 + fall * (1 - ratio**-q)) / log(ratio_before)
+    return q
+
+
+def errors(now: Mapping[Key, float], gain: Mapping[Key, float]) -> dict[Key, float]:
+    """Errors of the finer run of a pair; those of keys without a gain by the least gain of all."""
+    least = min(gain.values(), default=2.0)
+    return {key: max(LEAST, off / (gain.get(key, least) - 1)) for key, off in now.items()}
+
+
+class Parting:
+    """Difference of all places of two runs over time."""
+
+    def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
+        names = [name for name, signal in pair.b.signals.items() if signal.kind is Kind.PLACE and name in pair.a.signals]
+        self.time, self.end = pair.time, pair.end
+        off = pair.relative(names)
+        self.off = off.max(axis=1, initial=0.0)
+        limits = np.array([allowed.get((name, Norm.RMS), inf) for name in names])
+        self.over = (off / limits).max(axis=1, initial=0.0)
 
     @property
-    def told(self) -> tuple[dict[str, float], dict[str, float]]:
-        """Errors in time and in space, relative."""
-        in_time = {name: max(REMAINDER * apart.relative, ROUNDING) for name, apart in self.time.items()}
-        return in_time, {name: apart.relative for name, apart in self.space.items()}
+    def at(self) -> float:
+        """Time [s] at which the runs part for good; infinite where they do not."""
+        far = self.off > PARTED
+        window = np.minimum((self.time / self.end * WINDOWS).astype(int), WINDOWS - 1)
+        beyond = np.isin(np.arange(WINDOWS), window[far])
+        lasting = beyond & (np.cumsum(beyond[::-1])[::-1] > LASTING * np.arange(WINDOWS, 0, -1))
+        if not lasting[: WINDOWS - LAST].any():
+            return inf
+        return float(self.time[np.argmax(far & (window == np.argmax(lasting)))])
 
-
-def look(base: Functions, finer: Functions, wide: Pair | None = None, later: float = inf) -> Look:
-    """Hold a run against finer ones; where it parts from that before `later`, s, to the time to which they are one trajectory."""
-    parts_at = parted(base, finer)
-    chaotic = parts_at < later < inf
-    until = min(parts_at, parted(*wide) if wide else inf) if chaotic else inf
-    return Look(base, _in_time(base, finer, until), compare(*wide, until) if wide else {}, parts_at, until)
-
-
-def _in_time(base: Functions, finer: Functions, until: float) -> dict[str, Apart]:
-    """The differences, and what the energies do not add up by.
-
-    Of a ringing that the steps do not follow nothing is known: both runs damp it away. A place is off by its amplitude at most,
-    and by what it moves.
-    """
-    found = compare(base, finer, until)
-    unknown = {f"{name}{reading}": Apart(inf, 1.0) for name in base.unresolved for reading in ("", ".peak")}
-    for name, signal in base.signals.items() if unknown and base.taken else ():
-        if signal.kind is Kind.PLACE and name in found:
-            way = min(base.taken / (1.0 if signal.unit == "m" else base.size), float(base.own[name][0]))
-            found |= {n: found[n]._replace(off=found[n].off + way) for n in (name, f"{name}.peak")}
-    return found | unknown | {BALANCE: Apart(base.balance / REMAINDER, 1.0)}
-
-
-def parted(a: Functions, b: Functions) -> float:
-    """Time, s, to which two runs of one mechanism are one trajectory; infinite where they are to the end.
-
-    Those that no longer know of each other at the end are held to be one as long as they differ by less than a hundredth of
-    `UNRELATED`. Where finer runs part hardly later, the motion is chaotic, and one of many beyond. Steps that do not follow a
-    vibration part as early on each rung, but are no sign of it: their difference grows by a power of time (`FASTEST`), that of a
-    chaotic motion a hundredfold in as long as it took for the hundredfold before.
-    """
-    times = a.time[a.time <= b.time[-1]]
-    off = np.zeros(len(times))
-    for name, theirs in b.at(times, (Kind.PLACE,)).items():
-        if name in a.signals:
-            off = np.maximum(off, np.abs(a.signals[name].values[: len(times)] - theirs) / b.scales[name][0])
-    off = np.maximum.accumulate(off)
-    if not off[-1] > UNRELATED:
-        return inf
-    begun, little, whole = (int(np.argmax(off > UNRELATED * share)) for share in (SMALL**2, SMALL, 1.0))
-    before = times[max(0, begun - 1)]
-    by_power = times[whole] - before > SMALL ** (-1 / FASTEST) * (times[little] - before)
-    return inf if by_power else float(times[max(1, little - 1)])
+    def within(self, share: float = 1.0) -> float:
+        """Time [s] up to which every place is within a share of what is allowed."""
+        beyond: Array = np.maximum.accumulate(self.over) > share
+        return float(self.time[max(0, int(np.argmax(beyond)) - 1)]) if beyond.any() else self.end

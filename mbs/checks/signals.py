@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.signal import Depth
-from ..record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
+from ..record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, put_through
+from ..record.errors import Norm
 from ..record.result import Result
 from ..record.run import Run
 from ..record.signals import RINGS
@@ -52,10 +53,10 @@ def _summed(run: Run, result: Result) -> str:
 )
 def balanced(run: Run, result: Result) -> Iterator[str]:
     """What is held, taken and given must add up, and what takes energy must not give it."""
-    record, energy = run.record, result.energy or ledger(run.record)
-    told = (error for name, error in result.error.items() if name.startswith("energy.") and name != "energy.balance")
-    allowed = max([BALANCE, *told])
-    through, unseen = put_through(record, energy, result.signals)
+    energy = result.energy or run.ledger
+    estimated = (error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS)
+    allowed = max([BALANCE, *estimated])
+    through, unseen = put_through(run.record, energy, result.signals)
     allowed += unseen
     balance = float(np.abs(energy["error"]).max()) / through
     if not balance <= allowed:

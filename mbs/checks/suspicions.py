@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..record.errors import Status
 from ..record.result import Result
 from ..record.run import Run
 from .check import Check
@@ -44,7 +43,7 @@ def idle(run: Run, result: Result) -> dict[str, str]:
     result : Result
         Of that run; of a failed one nothing is said.
     """
-    if result.status is not Status.OK:
+    if not result.status.finished:
         return {}
     return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
 
@@ -59,7 +58,7 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
     result : Result
         What is to be trusted.
     """
-    if result.status is not Status.OK:
+    if not result.status.finished:
         return
     for check in READABLE:
         for said in check(run, result):

@@ -82,7 +82,7 @@ class Flexible(Body):
         start, end = (strip.point(name)[0] for name in (link.start, link.end))
         chord, middle = end - start, strip.middle() - start
         span = np.hypot(*chord.T)
-        yield Signal(f"{link.name}.end_shortening", strip.length - span, "m", Kind.PLACE)
+        yield Signal(f"{link.name}.end_shortening", strip.length - span, "m", Kind.STRETCH)
         yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N", Kind.INTERNAL)
         yield Signal(f"{link.name}.deflection", cross(chord, middle) / span, "m", Kind.PLACE)
 

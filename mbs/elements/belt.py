@@ -79,7 +79,7 @@ class Belt(Coupling):
         kind = Kind.REACTION if self.stiffness is None else Kind.INTERNAL
         yield Signal(f"{name}.force", self.pull(name, record), "N", kind)
         if self.stiffness is not None:
-            yield Signal(f"{name}.elongation", self.stretch(record)[0], "m", Kind.PLACE)
+            yield Signal(f"{name}.elongation", self.stretch(record)[0], "m", Kind.STRETCH)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what it stores, and what damping took."""

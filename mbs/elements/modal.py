@@ -225,7 +225,7 @@ class Modal(Body):
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening and deflection of mid-length from the chord, m."""
         motion = record.links[link.name]
-        yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.PLACE)
+        yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.STRETCH)
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:

@@ -14,11 +14,13 @@ from ..geometry import Array
 class Kind(StrEnum):
     """What a signal is: it decides how two runs are compared, and how values between samples are found.
 
-    A reaction is a constraint's force, a contact's what pushes while it is closed (its force or depth), an internal force what
-    a law makes of a state or of time: strips, springs, motors, loads; a state one that a load's own law has.
+    A stretch is a length that stiff axial strain changes, and that rings with it. A reaction is a constraint's force, a contact's
+    what pushes while it is closed (its force or depth), an internal force what a law makes of a state or of time: strips,
+    springs, motors, loads; a state one that a load's own law has.
     """
 
     PLACE = "place"
+    STRETCH = "stretch"
     RATE = "rate"
     ACCELERATION = "acceleration"
     REACTION = "reaction"
@@ -46,6 +48,8 @@ class Trait(NamedTuple):
         What its errors are relative to, where the element knows it: the clearance of a joint.
     period : float
         s, over which the signal is a mean; 0 of a signal as computed.
+    source : str
+        Name of the signal whose mean it is; '' of a signal as computed.
     """
 
     kind: Kind
@@ -53,10 +57,16 @@ class Trait(NamedTuple):
     rate: str = ""
     scale: float = 0.0
     period: float = 0.0
+    source: str = ""
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it is a length or an angle, which cannot jump."""
+        return self.kind in (Kind.PLACE, Kind.STRETCH)
 
 
 class Signal(NamedTuple):
-    """A named series and what it is; kind, group, rate, scale and period as in `Trait`.
+    """A named series and what it is; kind, group, rate, scale, period and source as in `Trait`.
 
     Attributes
     ----------
@@ -79,6 +89,7 @@ class Signal(NamedTuple):
     rate: str = ""
     scale: float = 0.0
     period: float = 0.0
+    source: str = ""
     onsets: Array = np.empty(0)
     depth: Array = np.empty(0)
     elastic: Callable[[Array], Array] = np.zeros_like
@@ -86,7 +97,7 @@ class Signal(NamedTuple):
     @property
     def trait(self) -> Trait:
         """What it is."""
-        return Trait(*self[3:8])
+        return Trait(*self[3:9])
 
 
 def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rate: str = "") -> Iterator[Signal]:

@@ -41,7 +41,7 @@ class Strut(Body):
         """Yield end shortening, m, and compression without damping, N."""
         elongation, _ = state(link, record)
         tension = StrutLaw(self, record.mechanism.length(link.name)).elastic
-        yield Signal(f"{link.name}.end_shortening", -elongation, "m", Kind.PLACE)
+        yield Signal(f"{link.name}.end_shortening", -elongation, "m", Kind.STRETCH)
         yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:

@@ -8,6 +8,7 @@ Python instead: some fifty times slower, with the same result, and `Pointer.comp
 from __future__ import annotations
 
 import ctypes
+import dis
 import inspect
 import types
 from collections import namedtuple
@@ -55,6 +56,8 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
     """Compile a plain function, by `outer` where that is given, after the plain functions it calls."""
     if not isinstance(function, types.FunctionType):
         return function
+    if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
+        raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
     names = function.__code__.co_names
     calls = {
         k: compile_plain(v, jit) if isinstance(v, types.FunctionType) else v
@@ -208,13 +211,18 @@ def _address(made_by: Callable[[Any], Any], wrapped: Callable[[Any], Callable[..
     return Pointer(int(made.address), True, made)
 
 
+RAISED: list[BaseException] = []
+"""First exception of a function that was called back, since a run began and cleared it."""
+
+
 def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointer:
     """Address of a call back into Python, of these arguments; an exception there becomes nan, which the solver reports."""
 
     def safe(*values: Any) -> float:
         try:
             return function(*values)
-        except (Exception, SystemExit):  # what leaves a callback is printed by ctypes, and lost
+        except (Exception, SystemExit) as error:  # what leaves a callback is printed by ctypes, and lost
+            RAISED[:] = RAISED or [error]
             return float("nan")
 
     made = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)(safe)

@@ -1,4 +1,4 @@
-"""How a run ended, and how wrong a result is thought to be: as a motion, and signal by signal."""
+"""Status of a run, and estimated errors of its signals by norm."""
 
 from __future__ import annotations
 
@@ -11,11 +11,16 @@ from typing import Any
 from ..validate import near
 
 SHOWN = 3
-"""Signals with the largest errors that are printed."""
+"""Signals with the largest errors that are printed: as many as fit into a line."""
 
 
 class Status(StrEnum):
-    """How a run ended. Anything but OK comes with a sentence a person can act on."""
+    """Outcome of a run. Anything but OK comes with a sentence a person can act on.
+
+    The last four belong to runs that finished: CHAOTIC and SENSITIVE where an accuracy was asked for and holds only up to
+    `error.until`, UNSTABLE of a state of statics that is no rest, UNSEEN where a user's function has finer edges than were looked
+    for.
+    """
 
     OK = "OK"
     SUSPECT = "SUSPECT"
@@ -29,6 +34,36 @@ class Status(StrEnum):
     STRUT_OUT_OF_RANGE = "STRUT_OUT_OF_RANGE"
     FUNCTION_FAILED = "FUNCTION_FAILED"
     ENGINE_ERROR = "ENGINE_ERROR"
+    CHAOTIC = "CHAOTIC"
+    SENSITIVE = "SENSITIVE"
+    UNSTABLE = "UNSTABLE"
+    UNSEEN = "UNSEEN"
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run reached its end, so that its numbers can be looked at with care."""
+        return self in (Status.OK, Status.SUSPECT, Status.CHAOTIC, Status.SENSITIVE, Status.UNSTABLE, Status.UNSEEN)
+
+
+class Norm(StrEnum):
+    """Norm of the difference of a signal from the exact one: each bounds the error of some readings.
+
+    Attributes
+    ----------
+    RMS : root of the mean square over time; bounds the error of means
+    PEAK : largest magnitude; bounds the error of the largest value
+    IMPULSE : largest magnitude of the integral; bounds the error of an impulse
+    ONSET : shift of the times at which a contact closes or opens, over the run
+    """
+
+    RMS = "rms"
+    PEAK = "peak"
+    IMPULSE = "impulse"
+    ONSET = "onset"
+
+
+Key = tuple[str, Norm]
+"""A signal's name and a norm."""
 
 
 class UnknownErrorError(ValueError, KeyError):
@@ -38,44 +73,43 @@ class UnknownErrorError(ValueError, KeyError):
 
 
 @dataclass(frozen=True, repr=False)
-class Errors(Mapping[str, float]):
-    """Estimated relative errors of a result: `errors.motion` of all of it, `errors["B.contact_force"]` of a signal.
+class Errors(Mapping[Any, float]):
+    """Estimated relative errors of a result, by signal and norm.
 
-    Each is a norm of the difference from finer runs, as `mbs.accuracy.compare` measures it, of the whole or up to `until`.
+    >>> from buckler.mbs.record.errors import Errors, Norm
+    >>> errors = Errors(0.01, {("B.x", Norm.RMS): 0.01, ("B.x", Norm.PEAK): 0.02})
+    >>> errors["B.x"], errors["B.x", "peak"], errors.motion
+    (0.01, 0.02, 0.01)
+
+    Each is estimated from the difference of two runs, of the whole or up to `until`; see `mbs.accuracy`.
 
     Attributes
     ----------
     motion : float
         The largest of all places; nan without an estimate.
-    signals : mapping of str to float
-        Of each signal by its name: the root of its mean square over that of the signal, or over the range of a place. Of places
-        and forces also `F.peak`, which bounds the error of the largest value; of forces `F.impulse`; of contacts `F.onset`, how
-        much earlier or later they close or open, over the run; of energies `energy.kinetic` and so on, over the energy put
-        through. Empty without an estimate.
+    signals : mapping of (str, Norm) to float
+        Relative errors: of places over their range, of forces and rates over their size, of `energy.kinetic` and so on over the
+        energy put through. Empty without an estimate.
+    sizes : mapping of (str, Norm) to float
+        What each is relative to, in the signal's unit.
     kind : str
         What the estimate is made of, in words.
-    elements : bool
-        Whether what the elements of strips leave out is in it.
-    time, space : mapping of str to float
-        The parts of each: by the steps, and by the elements or the degree of strips.
-    sizes : mapping of str to float
-        What each is relative to, in the signal's unit.
     until : float
-        Time, s, to which the motion is one trajectory and errors are told.
+        Time, s, to which the motion is one trajectory and errors hold.
+    turn : float
+        Time, s, of a turn of the drive: batches of chaotic motions are whole turns; 0 where nothing turns at a constant speed.
     unresolved : tuple of str
-        Forces whose ringing the steps do not follow: their means, `F.mean`, are to be read.
+        Forces whose ringing the steps do not follow: read their means over the axial period, `F.mean`.
     notes : tuple of str
         What else is to be known of the errors, in sentences.
     """
 
     motion: float = nan
-    signals: Mapping[str, float] = field(default_factory=dict)
+    signals: Mapping[Key, float] = field(default_factory=dict)
+    sizes: Mapping[Key, float] = field(default_factory=dict)
     kind: str = ""
-    elements: bool = False
-    time: Mapping[str, float] = field(default_factory=dict)
-    space: Mapping[str, float] = field(default_factory=dict)
-    sizes: Mapping[str, float] = field(default_factory=dict)
     until: float = nan
+    turn: float = 0.0
     unresolved: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -84,15 +118,24 @@ class Errors(Mapping[str, float]):
         """Whether there is an estimate."""
         return self.motion >= 0
 
-    def __getitem__(self, name: str) -> float:
-        """Error of a signal, or of what is read off it; UnknownErrorError, a ValueError, if there is none of that name."""
-        if name in self.signals:
-            return self.signals[name]
+    def __getitem__(self, name: str | tuple[str, str]) -> float:
+        """Error of a signal, by RMS unless another norm is named; UnknownErrorError, a ValueError, if there is none."""
+        key = (name, Norm.RMS) if isinstance(name, str) else name
+        if key in self.signals:
+            return self.signals[key]  # type: ignore[index]  # a norm is its word
         if not self.signals:
             raise UnknownErrorError(f"no error of '{name}': none was estimated; simulate(..., accuracy=1e-3) does")
-        close = near(str(name), self.signals, 3)
-        some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(list(self.signals)[:8])}, ..."
-        raise UnknownErrorError(f"no error of '{name}'; {some}")
+        names = list(dict.fromkeys(signal for signal, _ in self.signals))
+        if key[0] in names:
+            norms = ", ".join(norm for signal, norm in self.signals if signal == key[0])
+            raise UnknownErrorError(f"no error '{key[1]}' of '{key[0]}'; there are: {norms}")
+        close = near(str(key[0]), names, 3)
+        some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(names[:8])}, ..."
+        raise UnknownErrorError(f"no error of '{key[0]}'; {some}")
+
+    def absolute(self, name: str, norm: Norm = Norm.RMS) -> float:
+        """Error in the signal's unit; nan where it is not known."""
+        return self.signals.get((name, norm), nan) * self.sizes.get((name, norm), nan)
 
     def __eq__(self, other: object) -> bool:
         """Whether all is the same; what is not known in both is."""
@@ -100,32 +143,34 @@ class Errors(Mapping[str, float]):
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __iter__(self) -> Iterator[str]:
-        """Names of the signals."""
+    def __iter__(self) -> Iterator[Key]:
+        """Signals and norms."""
         return iter(self.signals)
 
     def __len__(self) -> int:
-        """Return the number of signals."""
+        """Return the number of errors."""
         return len(self.signals)
 
     def __repr__(self) -> str:
         """Return the error of the motion and the largest ones of signals, in a line."""
         if not self.known and not self.signals:
             return "<Errors: not estimated>"
-        worst = sorted(self.signals, key=lambda name: self.signals[name], reverse=True)[:SHOWN]
-        shown = "".join(f", {name} {self.signals[name]:.2g}" for name in worst)
-        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(self.signals) > SHOWN else ''}>"
+        own = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}
+        worst = sorted(own, key=lambda name: own[name], reverse=True)
+        shown = "".join(f", {name} {own[name]:.2g}" for name in worst[:SHOWN])
+        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(own) > SHOWN else ''}>"
 
     def plain(self) -> dict[str, Any]:
-        """As plain values, for a file."""
+        """As plain values, for a file; errors and sizes as rows of signal, norm, value."""
         named = {spec.name: getattr(self, spec.name) for spec in fields(self)}
-        return {
-            name: dict(value) if isinstance(value, Mapping) else list(value) if isinstance(value, tuple) else value
-            for name, value in named.items()
-        }
+        rows = {name: [[*key, value] for key, value in named[name].items()] for name in ("signals", "sizes")}
+        return named | rows | {name: list(named[name]) for name in ("unresolved", "notes")}
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Errors:
-        """From what `plain` gave."""
-        values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in plain.items()}
-        return cls(**values)
+        """From what `plain` gave; of a file of another version the motion's error alone."""
+        if not isinstance(plain.get("signals", []), list):
+            return cls(plain.get("motion", nan), kind=plain.get("kind", ""))
+        tables = {name: {(signal, Norm(norm)): value for signal, norm, value in plain[name]} for name in ("signals", "sizes")}
+        lists = {name: tuple(plain[name]) for name in ("unresolved", "notes")}
+        return cls(**{**plain, **tables, **lists})

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..elements.signal import Kind, Trait
+from ..elements.signal import Trait
 from ..geometry import Array
 from ..offers import offered
 from ..validate import positive
@@ -32,7 +32,7 @@ class Result:
     ----------
     status : Status
     message : str
-        Why, where the status is not OK.
+        Why, where the status is not OK; of a chaotic motion also up to when it is one trajectory.
     time : array, shape (samples,)
         The accepted steps, s. They are not equidistant: weight by time, or use `at`.
     signals : dict of str to array, shape (samples,)
@@ -127,11 +127,19 @@ class Result:
         at = np.clip(at, self.time[0], self.time[-1])
         if trait is None:
             return np.asarray(np.interp(at, self.time, values))
-        return between(self.time, values, self.signals.get(trait.rate), at, trait.kind is Kind.PLACE)
+        return between(self.time, values, self.signals.get(trait.rate), at, trait.smooth)
 
     def mean(self, name: str) -> float:
         """Time-weighted mean of a signal."""
         return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
+
+    def reading(self, text: str) -> Any:
+        """Read a formula such as "rms(B.normal_force)" with its error: a `buckler.mbs.sensitivity.sampling.Reading`.
+
+        The error is a bound by the difference of two runs. Of a chaotic motion it is the half-width of a 95 % interval by
+        sampling, over batches of the run, and `kind` says which.
+        """
+        return offered("read")(self, text)
 
     @property
     def energy_balance(self) -> float:
@@ -142,7 +150,7 @@ class Result:
 
     def suspect(self, reason: str) -> Result:
         """Return the result marked as suspect; a failure stays what it is."""
-        if self.status not in (Status.OK, Status.SUSPECT):
+        if not self.status.finished:
             return self
         return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
 

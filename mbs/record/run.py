@@ -9,6 +9,7 @@ from typing import Any
 
 from ..elements.signal import Signal, Trait
 from ..geometry import Array
+from .energy import ledger
 from .errors import Status
 from .record import Record
 from .signals import collect
@@ -46,6 +47,11 @@ class Run:
     def signals(self) -> dict[str, Signal]:
         """All signals by name."""
         return collect(self.record, self.asked)
+
+    @cached_property
+    def ledger(self) -> dict[str, Array]:
+        """Energies over the run [J], as `record.energy.ledger` makes them."""
+        return ledger(self.record)
 
     @property
     def values(self) -> dict[str, Array]:

@@ -74,7 +74,7 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
         if signal.kind in RINGING and signal.unit in ("N", "N m"):
             values = averaged(time, averaged(time, signal.values, period), period)
             group = f"{signal.group}.mean" if signal.group else ""
-            yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period)
+            yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period, source=name)
 
 
 def averaged(time: Array, values: Array, period: float) -> Array:

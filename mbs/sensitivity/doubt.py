@@ -8,12 +8,13 @@ from math import nan
 import numpy as np
 
 from ..geometry import Array
+from ..record.errors import Key, Norm
 from ..record.result import Result
 from .curve import Smooth
 from .reading import ARGUMENTS, parsed, value_of
 
-ERROR = {"impulse": ".impulse", "mean": "", "rms": "", "begins": ".onset", "ends": ".onset"}
-"""Which error of a signal bounds a reading; that of the largest value the others."""
+NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
+"""Norm of a signal's error that bounds a reading; PEAK bounds the others."""
 APART = ("begins", "ends", "peak")
 """Readings of single contacts: a force is zero between them, whatever its error."""
 
@@ -31,9 +32,7 @@ def doubt(text: str, result: Result) -> float:
     """
     tree, names = parsed(text, result.signals)
     signals = {short: result.signals[name] for short, name in names.items()}
-    known = {
-        f"{short}{kind}": _off(result, f"{name}{kind}") for short, name in names.items() for kind in {*ERROR.values(), ".peak"}
-    }
+    known = {(short, norm): _off(result, name, norm) for short, name in names.items() for norm in Norm}
     with np.errstate(all="ignore"):
         exact = value_of(tree, result.time, signals)
         total = abs(exact - value_of(tree, result.time, signals, Smooth))  # what lies between samples
@@ -45,24 +44,23 @@ def doubt(text: str, result: Result) -> float:
     return float(total)
 
 
-def _off(result: Result, name: str) -> float:
-    """By how much a signal, or what is read off it, may err, in its unit."""
-    errors = result.error
-    told = name in errors.sizes and errors.until >= result.time[-1] * (1 - 1e-9)  # of all of the run
-    return errors.signals[name] * errors.sizes[name] if told else nan
+def _off(result: Result, name: str, norm: Norm) -> float:
+    """Error of a signal in its unit; nan where it does not hold to the end of the run."""
+    whole = result.error.until >= result.time[-1] * (1 - 1e-9)
+    return result.error.absolute(name, norm) if whole else nan
 
 
 def _reading(
-    leaf: ast.Call, reading: str, time: Array, signals: dict[str, Array], known: dict[str, float]
+    leaf: ast.Call, reading: str, time: Array, signals: dict[str, Array], known: dict[Key, float]
 ) -> tuple[float, float]:
     """A reading, and by how much its signals may change it."""
-    value, change, kind = value_of(leaf, time, signals), 0.0, ERROR.get(reading, ".peak")
+    value, change, norm = value_of(leaf, time, signals), 0.0, NORMS.get(reading, Norm.PEAK)
     for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
-        x, off = signals[short], known[short + kind]
-        if kind == ".onset":
+        x, off = signals[short], known[short, norm]
+        if norm is Norm.ONSET:
             change += off + float(np.interp(value, time[1:], np.diff(time)))  # it is a sample
             continue
-        off = off / float(time[-1]) if kind == ".impulse" else off
+        off = off / float(time[-1]) if norm is Norm.IMPULSE else off
         ways = (np.sign(x),) if reading in APART else (np.sign(x), np.ones(len(x)))
         others = [value_of(leaf, time, {**signals, short: x + side * off * way}) for way in ways for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(others, value))))

@@ -13,6 +13,7 @@ from ..elements.stop import GRAZE, SLOWEST_ONSET
 from ..geometry import Array
 from ..kinematics.diagnosis import remarks
 from ..laws import BristleLaw, FrictionLaw
+from ..laws.compiled import RAISED
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c, working_time
 from ..record.errors import Status
@@ -43,15 +44,17 @@ ROWS = 2000
 """Steps between looks at the clock."""
 
 
-def takes(mechanism: Mechanism) -> bool:
-    """Whether the compiled solver answers for all kinds of a mechanism, and can compile its functions."""
+def scene_for(mechanism: Mechanism, degree: int | None) -> Scene | None:
+    """The scene of a mechanism; None where this solver does not know a kind of element, or cannot compile its functions.
+
+    Laws of friction that follow a guide's reaction are known, but the energy of their bristles does not add up.
+    """
     if any(isinstance(guide.friction, FrictionLaw | BristleLaw) for guide in mechanism.guides):
-        return False  # it runs them, but the energy of bristles does not add up, and near a wedge it starts wrongly
+        return None
     try:
-        Scene.of(mechanism)
+        return Scene.of(mechanism, degree)
     except (ValueError, NotImplementedError, NumbaError):
-        return False
-    return True
+        return None
 
 
 class State(NamedTuple):
@@ -76,10 +79,10 @@ def memory_at_end(out: Output) -> Array:
 
 def once(
     mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    ends: Array | None = None,
+    ends: Array | None = None, scene: Scene | None = None,
 ) -> Run:  # fmt: skip
-    """Build the scene and integrate it; `ends` as in `integrate`."""
-    scene = Scene.of(mechanism, solver.degree)
+    """Integrate a mechanism, or its scene where that is built; `ends` as in `integrate`."""
+    scene = scene or Scene.of(mechanism, solver.degree)
     start = working_time()
     out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends)
     work = {
@@ -130,12 +133,15 @@ def integrate(
     clock.time, clock.wanted = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
+    RAISED.clear()
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - ARRIVED) and failure is None:
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
             run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
             parts.append(Output(*(x[: counts.samples] for x in out)))
+            if RAISED:
+                parts[-1], failure = _raised(scene, parts[-1])
             if progress is not None:
                 progress(clock.time / end)
             if failure is None and (interrupted() or working_time() > deadline):
@@ -191,3 +197,22 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
     if status == output.TOO_MANY:
         return Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
     return None
+
+
+def _raised(scene: Scene, out: Output) -> tuple[Output, tuple[Status, str]]:
+    """What a run left before a function of the user raised an exception, found by bisection; status and sentence.
+
+    A ValueError of a strut's law means that it is out of its range.
+    """
+    error, low, high = RAISED[0], 0, len(out.time)
+    while low < high:
+        RAISED.clear()
+        middle = (low + high) // 2
+        scene.assemble(out.q[middle], out.v[middle], float(out.time[middle]), tangents=False)
+        low, high = (low, middle) if RAISED else (middle + 1, high)
+    part = Output(*(x[: max(1, low)] for x in out))
+    t = part.time[-1]
+    if isinstance(error, ValueError) and any(link.body.massless for link in scene.mechanism.links):
+        return part, (Status.STRUT_OUT_OF_RANGE, f"after t = {t:.6g} s the law of a strut: {error}")
+    what = "a function of the mechanism"
+    return part, (Status.FUNCTION_FAILED, f"after t = {t:.6g} s {what} raised {type(error).__name__}: {error}")

@@ -49,7 +49,7 @@ def verdicts(result: Result) -> list[Verdict]:
         name, _, said = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(said)
     rows, idle = [], result.provenance.get(IDLE, {})
-    finished = result.status in ("OK", "SUSPECT")
+    finished = result.status.finished
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
         if name == "SOLVERS" and not result.verified >= 0:
             continue

@@ -19,6 +19,7 @@ from buckler.mbs import Controlled, Mechanism, Result, Spectral, Status, simulat
 from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.elements.signal import Kind as SignalKind
 from buckler.mbs.geometry import Array
+from buckler.mbs.record.errors import Norm
 from buckler.mbs.record.signals import axial_period
 
 from ..kit.drawn import Draw
@@ -107,10 +108,11 @@ def read(made: Draw, result: Result) -> Measures:
 
 def find_forces(result: Result) -> dict[str, str]:
     """Find the forces and torques that are judged, each with the vector it belongs to; of what rings the mean."""
+    averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
         for name, trait in result.traits.items()
-        if trait.kind in FORCES and result.units[name] in ("N", "N m") and f"{name}.mean" not in result.traits
+        if trait.kind in FORCES and result.units[name] in ("N", "N m") and name not in averaged
     }
 
 
@@ -118,13 +120,13 @@ def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
     """Collect the errors that a run reports of its places and forces; infinite where it says that ringing is not resolved."""
     found: dict[str, float] = {}
     for kind in {"place", "path"} & set(measures):
-        peaks = [f"{name}.peak" for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE]
-        off = [result.error[x] * result.error.sizes[x] for x in peaks if x in result.error and result.units[x[:-5]] == "m"]
+        places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]
+        off = [result.error.absolute(name, Norm.PEAK) for name in places if (name, Norm.PEAK) in result.error]
         found[kind] = max(off, default=0.0) / np.nanmax(np.abs(measures[kind]))
     for name, owner in find_forces(result).items():
-        for part, what in (("", "force rms of"), (".peak", "force peak of"), (".impulse", "impulse of")):
-            measure, ringing = f"{what} {owner}", name.removesuffix(".mean") in result.error.unresolved
-            found[measure] = max(found.get(measure, 0.0), np.inf if ringing else result.error.get(f"{name}{part}", 0.0))
+        for norm, what in ((Norm.RMS, "force rms of"), (Norm.PEAK, "force peak of"), (Norm.IMPULSE, "impulse of")):
+            measure, ringing = f"{what} {owner}", (result.traits[name].source or name) in result.error.unresolved
+            found[measure] = max(found.get(measure, 0.0), np.inf if ringing else result.error.get((name, norm), 0.0))
     return found
 
 

@@ -114,7 +114,7 @@ def add_output(parser: argparse.ArgumentParser) -> Any:
     group = parser.add_argument_group("input and output")
     group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")
     group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
-    suspect = "accept a SUSPECT run: exit 0, and metrics.json records that its checks were overridden"
+    suspect = "accept a run that is SUSPECT, CHAOTIC, SENSITIVE, UNSTABLE or UNSEEN: exit 0, and metrics.json records it"
     group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
     group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     group.add_argument("-v", "--verbose", action="store_true", help="also print steps, iterations and versions")

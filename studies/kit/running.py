@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from buckler.mbs.process import Interrupted
+from buckler.mbs.record.errors import Status
 
 from .files import write
 from .options import parser_of, subject, writable
@@ -76,7 +77,7 @@ def finish(
     name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, where: str
 ) -> int:
     """Write and print a result and its place, the status always; return the exit status."""
-    trusted = options.trust and result.status == "SUSPECT"
+    trusted = options.trust and result.status in set(Status) and Status(result.status).finished
     try:
         text = write(result, folder, figures, trusted)
     except OSError as error:

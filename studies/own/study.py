@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any
 
+from buckler.mbs.accuracy.demand import key_of
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, wanted
 from buckler.mbs.declare import Flag, Name, Quantity, declared, field
 from buckler.mbs.declare.spec import Anything, Text
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
-from buckler.mbs.sensitivity.doubt import doubt
-from buckler.mbs.sensitivity.reading import check, measure
+from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import labelled
 from buckler.mbs.view.report import page
@@ -121,7 +121,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
     """Return metrics, signals and page of a result; a failed one has its signals only."""
-    metrics = _metrics(parameters, result) if result.status in ("OK", "SUSPECT") else {}
+    metrics = _metrics(parameters, result) if result.status.finished else {}
     empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
         parameters=parameters,
@@ -149,12 +149,12 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Take the readings, each with its error; of an accuracy, the other solver and the ledger what they found."""
     found = {}
     for text in parameters.measure or peaks(result):
-        value, unit = measure(text, result.time, result.signals, result.units)
-        error = doubt(text, result) / abs(value) if value else nan
+        value, off, unit, _ = result.reading(text)
+        error = off / abs(value) if value else nan
         found[text] = Metric(value, unit, error=error if isfinite(error) else None)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
-        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in target_signals(parameters)}
+        found |= {f"relative error of {name}": Metric(result.error[key_of(name)], "1") for name in target_signals(parameters)}
     if parameters.verify:
         found["difference from the other solver"] = Metric(result.verified, "1")
     if parameters.ledger:

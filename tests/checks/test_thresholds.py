@@ -17,7 +17,7 @@ from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import Hertz
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.errors import Status
+from buckler.mbs.record.errors import Norm, Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.view.verdicts import QUESTIONS
 
@@ -74,7 +74,7 @@ def _(wrong):
 
 
 def test_energy_may_be_off_by_what_is_told_of_energies():
-    told = {"energy.kinetic": 0.03, "energy.balance": 0.5}
+    told = {("energy.kinetic", Norm.RMS): 0.03, ("energy.balance", Norm.PEAK): 0.5}
     assert unbalanced(3.5e-2, told=told) and not unbalanced(2.5e-2, told=told)
 
 

@@ -8,13 +8,14 @@ import pytest
 pytest.importorskip("numba")
 
 from buckler.mbs import Beam, Controlled, Exudyn, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
-from buckler.mbs.accuracy import deliver
-from buckler.mbs.accuracy.compare import Functions
-from buckler.mbs.accuracy.deliver import Delivery, disagreement
-from buckler.mbs.accuracy.goal import IMPULSE
+from buckler.mbs.accuracy import second_opinion
+from buckler.mbs.accuracy.demand import STRIKE
+from buckler.mbs.accuracy.refine import Answer
+from buckler.mbs.accuracy.second_opinion import disagreement
+from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.engine.solve import once
 from buckler.mbs.library import slider_crank
-from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.errors import Errors, Norm
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral import recording, registry
 from buckler.mbs.view.verdicts import verdicts
@@ -42,12 +43,12 @@ def flipped(monkeypatch, kind, **values):
 def test_the_difference_allowed_is_the_sum_of_both_errors():
     """Signal by signal; of one that is not known, 5 %, and of what a run without settings is held to."""
     runs = [once(PENDULUM, 0.5, Exudyn(), None, None), once(PENDULUM, 0.5, Exudyn(Controlled(1e-3, 0.1)), None, None)]
-    names = Functions.of(runs[0]).signals
-    errors = {f"{name}{part}": 1.0 for name in names for part in ("", ".peak", ".impulse")} | {"O.ground-rod.fx": 1e-7}
-    mine, other = (Errors(1.0, {name: share * error for name, error in errors.items()}, until=0.5) for share in (1, 2))
+    errors = {(name, norm): 1.0 for name in Trajectory.of(runs[0]).signals for norm in Norm}
+    errors |= {("O.ground-rod.fx", Norm.IMPULSE): 1e-7}
+    mine, other = (Errors(1.0, {key: share * error for key, error in errors.items()}, until=0.5) for share in (1, 2))
     _, found = disagreement(*runs, mine, other)
-    assert found.name == "O.ground-rod.fx" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
-    assert disagreement(*runs, mine, Errors())[1].allowed == IMPULSE
+    assert found.name == "impulse(O.ground-rod.fx)" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
+    assert disagreement(*runs, mine, Errors())[1].allowed == STRIKE
     assert disagreement(*runs, mine, other, least=1.0)[1].ratio < 1
 
 
@@ -96,8 +97,8 @@ def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier,
     made = once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
-    monkeypatch.setattr(deliver, "deliver", lambda *_: Delivery(other, {}, tiny))
-    assert deliver.verified(result, made, PENDULUM, 0.5, once).ok == agree
+    monkeypatch.setattr(second_opinion, "refine", lambda *_: Answer(other, tiny))
+    assert second_opinion.verified(result, made, 0.5, once).ok == agree
 
 
 @pytest.mark.parametrize("accuracy", [None, 1e-3])
@@ -111,7 +112,7 @@ def test_a_reaction_of_the_wrong_sign_is_caught(monkeypatch, accuracy):
     monkeypatch.setattr(recording, "_channels", wrong)
     result = simulate(PENDULUM, 0.5, accuracy, verify=True)
     assert result.verified < 0.01
-    assert result.status == "SUSPECT" and "apart in 'O.ground-rod.f" in result.message
+    assert result.status == "SUSPECT" and "apart in 'impulse(O.ground-rod.f" in result.message
 
 
 def test_a_kind_the_other_does_not_know_is_a_note(monkeypatch):

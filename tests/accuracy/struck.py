@@ -1,10 +1,10 @@
-"""The same of contacts, friction and struts."""
+"""Contacts, friction and struts, each with its signals by another integrator or a closed form."""
 
 from math import pi, sin, sqrt
 
 import numpy as np
+from moved import ROD, G, solved
 from scipy.integrate import solve_ivp
-from told_moved import ROD, G, solved
 
 from buckler.elastica import law as elastica_law
 from buckler.mbs import (

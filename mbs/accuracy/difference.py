@@ -1,0 +1,243 @@
+"""Difference of two runs of one mechanism, signal by signal, in norms that bound the errors of readings.
+
+Both runs are cubics between their samples, compared at the samples of both. Two readings may agree by chance, so that a
+difference of readings tells little; a norm of the difference of two functions bounds it:
+
+    |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
+
+Contacts that begin a little earlier make forces differ wholly for that little while. Onsets of both runs belong together if each
+is the other's nearest. Forces and rates are compared in a time in which such onsets coincide; the shift itself is the norm ONSET.
+The impulse of a contact is compared by Levy's distance of its integrals, which forgives that one blow falls as two.
+
+References
+----------
+P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, Paris 1937: distance of two increasing functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from ..elements.signal import Kind, Signal
+from ..geometry import Array
+from ..record.errors import Key, Norm
+from ..record.lookup import between
+from .trajectory import FORCES, SMALL, STRAIGHT, TINY, Trajectory, sizes_of
+
+GRAZE = 1e-3
+"""Least impulse of a contact that is matched, over the largest of the run: smaller ones enter by their impulse alone. Ten times
+more would ignore small blows, ten times less match noise."""
+SPLIT = 0.1
+"""Gap, over the length of a contact, below which two contacts are one: the force of a bending strip touches zero within a
+blow."""
+NEAR = 0.02
+"""Largest shift of two onsets that belong together, over the run: twice what places may be off. Farther ones are two events."""
+
+
+class Difference:
+    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes."""
+
+    def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf) -> None:
+        self.a, self.b = a, b
+        self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
+        self.time = _merged((a.time, b.time), self.end)
+        self.weights = _trapezoid(self.time)
+
+    def norms(self, signals: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Relative norms of signals of b, and what they are relative to, in the signals' units."""
+        alike = {name: signal for name, signal in signals.items() if name in self.a.signals}
+        sizes, found = sizes_of(self.b, alike), dict[Key, float]()
+        straight = [name for name, signal in alike.items() if signal.kind in STRAIGHT]
+        others = [name for name in alike if name not in straight]
+        with np.errstate(all="ignore"):
+            off = _values(self.a, straight, self.time) - _values(self.b, straight, self.time)
+            self._add(found, straight, np.sqrt(self.weights @ off**2 / self.end), np.abs(off).max(axis=0, initial=0.0))
+            if others:
+                self._add_jumping(found, others)
+            for name in others:
+                if alike[name].kind in FORCES:
+                    self._add_force(found, sizes, name)
+        return {key: _relative(off, sizes[key]) for key, off in found.items()}, {key: sizes[key] for key in found}
+
+    def relative(self, names: list[str]) -> Array:
+        """Magnitudes of the differences of signals that do not jump, over their sizes, (times, signals)."""
+        sizes = sizes_of(self.b, {name: self.b.signals[name] for name in names})
+        off = np.abs(_values(self.a, names, self.time) - _values(self.b, names, self.time))
+        return np.asarray(off / np.array([sizes[name, Norm.RMS] for name in names]))
+
+    def _add(self, found: dict[Key, float], names: list[str], mean: Array, largest: Array) -> None:
+        """Put root mean squares and peaks into a table; energies and rates have no peak that is read."""
+        for name, rms, peak in zip(names, mean.tolist(), largest.tolist(), strict=True):
+            found[name, Norm.RMS] = rms
+            if self.b.signals[name].kind not in (Kind.ENERGY, Kind.RATE, Kind.ACCELERATION):
+                found[name, Norm.PEAK] = peak
+
+    def _add_jumping(self, found: dict[Key, float], names: list[str]) -> None:
+        """Compare what jumps at onsets and kinks, in a time in which onsets coincide and without the moments about them."""
+        mine, theirs = self.onsets
+        times = _merged((self.a.time, np.interp(self.b.time, theirs, mine), mine), self.end)
+        other = np.interp(times, mine, theirs)
+        jumps = np.append(mine[1:-1], [t for t in self.b.kinks if t < self.end])
+        clear = _clear(times, self.a.time, jumps) & _clear(other, self.b.time, np.interp(jumps, mine, theirs))
+        off = np.where(clear[:, None], _values(self.a, names, times) - _values(self.b, names, other), 0.0)
+        self._add(found, names, np.sqrt(_trapezoid(times) @ off**2 / self.end), np.abs(off).max(axis=0, initial=0.0))
+
+    def _add_force(self, found: dict[Key, float], sizes: dict[Key, float], name: str) -> None:
+        """Add what a force's impulse is off, and a contact's onset; a contact that was nearly made counts as a difference."""
+        a, b = self.a.signals[name], self.b.signals[name]
+        missed = self._missed(a, b)
+        first, second = (each.integral(name) for each in (self.a, self.b))
+        through = max(_upto(self.b.time, self.b.integral(name, np.abs), self.end), SMALL * sizes[name, Norm.RMS] * self.end)
+        if b.kind is Kind.CONTACT and not b.group and b.unit == "N":
+            apart = contact_norms((self.a.time, np.abs(a.values)), (self.b.time, np.abs(b.values)), self.end)
+            found[name, Norm.IMPULSE] = apart[Norm.IMPULSE] * through
+            found[name, Norm.PEAK], found[name, Norm.ONSET] = (
+                apart[Norm.PEAK] * sizes[name, Norm.PEAK],
+                apart[Norm.ONSET] * self.end,
+            )
+        else:
+            along = np.interp(self.time, self.a.time, first) - np.interp(self.time, self.b.time, second)
+            found[name, Norm.IMPULSE] = float(np.abs(along).max())
+        sizes[name, Norm.IMPULSE], sizes[name, Norm.ONSET] = through, self.end
+        if len(missed):
+            found[name, Norm.RMS] += float(np.sqrt(self.weights @ missed**2 / self.end))
+            found[name, Norm.IMPULSE] += float(self.weights @ missed)
+            found[name, Norm.PEAK] += float(missed.max())
+
+    @cached_property
+    def onsets(self) -> Array:
+        """Times of a and of b, shape (2, times), that belong together: ends of the run, and onsets near each other."""
+        pairs = [(0.0, 0.0)]
+        found = list[tuple[float, float]]()
+        for name, signal in self.b.signals.items():
+            if len(signal.onsets) and name in self.a.signals:
+                mine, theirs = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))
+                i, j = matched(mine, theirs)
+                near = np.abs(mine[i] - theirs[j]) < NEAR * self.end
+                found += zip(mine[i][near].tolist(), theirs[j][near].tolist(), strict=True)
+        for one, other in sorted(found):
+            if one > pairs[-1][0] and other > pairs[-1][1]:
+                pairs.append((one, other))
+        return np.array([*pairs, (self.end, self.end)]).T
+
+    def _missed(self, a: Signal, b: Signal) -> Array:
+        """Force [N] at the times of contacts that neither run makes but that are within reach of the difference of depths."""
+        if not len(b.depth):
+            return np.empty(0)
+        depths = [between(run.time, each.depth, None, self.time, smooth=True) for run, each in ((self.a, a), (self.b, b))]
+        deeper = np.max(depths, axis=0) + np.abs(depths[0] - depths[1]).max()
+        spell = np.cumsum(np.diff(deeper > 0, prepend=False))
+        touching = np.unique(spell[np.max(depths, axis=0) > 0])
+        return np.asarray(np.where(np.isin(spell, touching), 0.0, b.elastic(np.maximum(deeper, 0.0))))
+
+
+def _relative(off: float, size: float) -> float:
+    """A difference over a size; infinite where it is not finite."""
+    return off / size if np.isfinite(off) else np.inf
+
+
+def _merged(times: Iterable[Array], end: float) -> Array:
+    """Times of all up to an end, once each."""
+    every = np.unique(np.concatenate(list(times)))
+    return np.append(every[every < end * (1 - 1e-12)], end)
+
+
+def _trapezoid(times: Array) -> Array:
+    """Weights of the trapezoidal rule."""
+    steps = np.diff(times)
+    return (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
+
+
+def _upto(time: Array, integral: Array, end: float) -> float:
+    """Value of an integral at an end."""
+    return float(np.interp(end, time, integral))
+
+
+def _values(run: Trajectory, names: list[str], times: Array) -> Array:
+    """Signals of one run at other times, (times, signals), by as few passes as there are kinds of slopes."""
+    found = np.empty((len(times), len(names)))
+    some = slice(int(np.searchsorted(run.time, times[-1])) + 3)  # slopes need two samples more
+    signals = [run.signals[name] for name in names]
+    for known, smooth in ((True, False), (False, True), (False, False)):
+        mine = [k for k, s in enumerate(signals) if (s.rate in run.signals) == known and (known or s.trait.smooth == smooth)]
+        if mine:
+            values = np.stack([signals[k].values[some] for k in mine], axis=1)
+            rates = np.stack([run.signals[signals[k].rate].values[some] for k in mine], axis=1) if known else None
+            found[:, mine] = between(run.time[some], values, rates, times, smooth)
+    return found
+
+
+def _clear(times: Array, samples: Array, jumps: Array) -> Array:
+    """True at times that do not lie between two samples about a jump."""
+    out, near = np.ones(len(times), dtype=bool), 1e-6 * float(samples[-1])
+    last = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
+    first = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
+    for low, high in zip(samples[np.minimum(first, last)], samples[np.maximum(first, last)], strict=True):
+        out[np.searchsorted(times, low) : np.searchsorted(times, high, side="right")] = False
+    return out
+
+
+def matched(a: Array, b: Array) -> tuple[Array, Array]:
+    """Numbers of the times of a and b that are each other's nearest; such pairs never cross."""
+    if not len(a) or not len(b):
+        return np.empty(0, int), np.empty(0, int)
+    there, back = (np.searchsorted((x[1:] + x[:-1]) / 2, y) for x, y in ((b, a), (a, b)))
+    mutual = back[there] == np.arange(len(a))
+    return np.flatnonzero(mutual), there[mutual]
+
+
+def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) -> dict[Norm, float]:
+    """Relative differences of two contact forces, each (time, force >= 0), up to an end [s]: impulse, largest peak, onsets.
+
+    The peak is off by as much as any blow's peak that may be the largest; a blow that only one run has counts wholly.
+    """
+    mine, theirs = blows(*a, end), blows(*b, end)
+    floor = GRAZE * max(each[:, 1].max(initial=0.0) for each in (mine, theirs))
+    mine, theirs = mine[mine[:, 1] > floor], theirs[theirs[:, 1] > floor]
+    if not len(mine) or not len(theirs):
+        lonely = float(len(mine) != len(theirs))
+        return {Norm.IMPULSE: lonely, Norm.PEAK: lonely, Norm.ONSET: lonely}
+    i, j = matched(mine[:, 0], theirs[:, 0])
+    alone = np.delete(mine[:, 2], i), np.delete(theirs[:, 2], j)
+    here = np.concatenate([mine[i, 2], alone[0], np.zeros(len(alone[1]))])
+    there = np.concatenate([theirs[j, 2], np.zeros(len(alone[0])), alone[1]])
+    off, peak = np.abs(here - there), float(there.max())
+    largest = max(float((there + off).max()) - peak, peak - float((there - off).max()))
+    late = float(np.abs(mine[i, 0] - theirs[j, 0]).max(initial=0.0))
+    return {Norm.IMPULSE: levy(a, b, end, end / len(theirs)), Norm.PEAK: largest / peak, Norm.ONSET: late / end}
+
+
+def blows(time: Array, force: Array, end: float) -> Array:
+    """Onset [s], impulse [N s], peak [N] of each contact up to an end, shape (contacts, 3)."""
+    force = np.where(time <= end, force, 0.0)
+    edges = np.flatnonzero(np.diff(force > 0, prepend=False, append=False))
+    if not len(edges):
+        return np.empty((0, 3))
+    first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
+    apart = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
+    first, after = first[np.append(True, apart)], after[np.append(apart, True)]
+    area = np.concatenate([[0.0], np.cumsum(np.diff(time) * (force[1:] + force[:-1]) / 2)])
+    peaks = np.maximum.reduceat(np.append(force, 0.0), np.stack([first, after + 1], axis=1).ravel())[::2]
+    return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks], axis=1)
+
+
+def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
+    """Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
+
+    J_a(t), J_b(t) are the impulses up to t, J is that of b up to the end; `unit` is the mean time between two contacts [s].
+    """
+    (time, along), (times, other) = (
+        (t, np.concatenate([[0.0], np.cumsum(np.diff(t) * (f[1:] + f[:-1]) / 2)])) for t, f in (a, b)
+    )
+    grid = np.append(time[time < end], end)
+    along, whole = np.interp(grid, time, along), float(np.interp(end, times, other))
+    low, high = -9.0, 0.0
+    for _ in range(10):
+        e = 10 ** ((low + high) / 2)
+        least, most = (np.interp(np.minimum(grid + shift * unit, end), times, other) for shift in (-e, e))
+        fits = bool(np.all((least - e * whole <= along) & (along <= most + e * whole)))
+        low, high = (low, (low + high) / 2) if fits else ((low + high) / 2, high)
+    return float(10**high)

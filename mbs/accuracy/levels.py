@@ -1,0 +1,241 @@
+"""Levels of refinement of each solver: one level sets tolerance, longest step, contact tolerance and degree together.
+
+Two runs whose levels differ share none of these, so that no error hides in what they have in common. A compiled run at the
+tolerance tol takes steps ~ tol^(1/4): its errors go by tol^q, q from 1/4 where anything strikes to 3/4 in smooth motions (order
+of the local error of the forces of Radau IIA, three stages: E. Hairer, C. Lubich, M. Roche, Lect. Notes Math. 1409 (1989), doi
+10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, steps ~ tol^(1/3). Loop closure integrates nothing: its
+samples only can be too few.
+
+The degree of a strip follows from the last two coefficients of its deflection: two runs of neighbouring degrees may agree by
+chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import log
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..elements.clearance import clearances
+from ..kinematics.exact import sample_times
+from ..mechanism import Mechanism
+from ..record.run import Run
+from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
+
+FIRST = 1e-3
+"""Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
+mechanisms part from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+DEGREE = 6
+"""Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 would do."""
+FINEST = 5e-10
+"""Least tolerance over the longest link: below it rounding in steps and in Newton's method adds up (double pendulum, 10 s)."""
+RESTING = 1e-3
+"""Deflection, over the thickness, below which a strip needs no further degrees: it is straight to the eye."""
+MOST_DEGREES = 8
+"""Most degrees added at once: the fall of two coefficients tells no more."""
+UNDAMPED = 0.9
+"""Spectral radius of every second level of Exudyn, beside 0.7: what numerical damping takes then differs, and is seen."""
+
+
+Runner = Callable[[Mechanism, float, Any], Run]
+"""Makes one run of a mechanism for a duration [s] by a solver."""
+
+
+class Level(NamedTuple):
+    """Fineness of a run: tolerance of its steps, relative; degree of strips, or how often their elements are doubled."""
+
+    tolerance: float
+    degree: int
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Levels of one solver for one mechanism and duration [s], for errors of some size.
+
+    Attributes
+    ----------
+    share : float
+        Error that is asked for, over that of a run that names none: the first level goes by it.
+    """
+
+    mechanism: Mechanism
+    duration: float
+    solver: Any
+    share: float = 1.0
+
+    ratio = 8.0
+    """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any
+    order."""
+    runs_at_most = 10
+    """Most runs for one result: as many as there are levels above the finest tolerance, and three."""
+    orders = (1 / 4, 3 / 4)
+    """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
+    finest = 0.0
+
+    def first(self) -> Level:
+        """The coarsest level."""
+        raise NotImplementedError
+
+    def settings(self, level: Level) -> tuple[Mechanism, Any]:
+        """Mechanism and solver of a level."""
+        raise NotImplementedError
+
+    def runs(self, run: Runner) -> Callable[[Level, float], Run]:
+        """Return the function that makes a run of a level up to a time [s]."""
+
+        def at(level: Level, end: float) -> Run:
+            mechanism, solver = self.settings(level)
+            return run(mechanism, end, solver)
+
+        return at
+
+    def finer(self, level: Level, ratio: float) -> Level:
+        """A level whose tolerance is so many times smaller, with degrees to match."""
+        tolerance = max(self.finest, level.tolerance / ratio)
+        return Level(tolerance, level.degree + self.more(ratio))
+
+    def left(self, level: Level) -> float:
+        """Refinements that are left above the finest tolerance."""
+        return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
+
+    def more(self, ratio: float) -> int:
+        """Degrees that go with a ratio of tolerances."""
+        return max(1, round(log(ratio) / log(self.ratio)))
+
+    def spanned(self, level: Level, _run: Run, _allowed: float) -> Level:
+        """The level with degrees enough for an error of the deflection, as far as a run tells."""
+        return level
+
+    def resolved(self, _run: Run) -> float:
+        """What the last coefficients of a deflection leave out in a run, over its largest."""
+        return 0.0
+
+    @property
+    def prefix(self) -> float:
+        """Part of the duration after which chaos is looked for: an eighth where pins rattle in their bushes."""
+        return 1 / 8 if clearances(self.mechanism) else 1.0
+
+
+class SpectralLevels(Levels):
+    """Levels of the compiled solver."""
+
+    @property
+    def clearance(self) -> float:
+        """Smallest clearance over the longest link; 1 without."""
+        size = max(self.mechanism.length(link.name) for link in self.mechanism.links)
+        return float(min([1.0, *(joint.gap / size for joint in clearances(self.mechanism))]))
+
+    @property
+    def finest(self) -> float:  # type: ignore[override]
+        """Least tolerance, over the smallest clearance or the longest link."""
+        return FINEST / self.clearance
+
+    def first(self) -> Level:
+        """The coarsest level."""
+        return Level(FIRST * min(1.0, self.share), self.solver.degree or DEGREE)
+
+    def more(self, ratio: float) -> int:
+        """Two degrees a level."""
+        return 2 * super().more(ratio)
+
+    def settings(self, level: Level) -> tuple[Mechanism, Any]:
+        """Longest step and contact tolerance go with the tolerance, at the usual ones one level above the first."""
+        share = level.tolerance / FIRST * self.ratio
+        longest = self.duration / COARSEST * share ** (1 / 4)
+        steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
+        contact = min(0.5, self.solver.contact_tolerance * share ** (2 / 3))
+        meshed = any(link.body.meshed for link in self.mechanism.links)
+        degree = min(60, level.degree) if meshed else self.solver.degree
+        return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
+
+    def spanned(self, level: Level, run: Run, allowed: float) -> Level:
+        """The level with degrees enough for an error of the deflection, by the fall of a run's coefficients."""
+        last, fall = _tail(run)
+        more = log(max(1.0, last / allowed)) / -log(fall)
+        return (
+            level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, run.solver.degree + round(more + 0.5))))
+            if last
+            else level
+        )
+
+    def resolved(self, run: Run) -> float:
+        """The larger of the last two coefficients of a deflection, over the largest."""
+        return _tail(run)[0]
+
+
+class ExudynLevels(Levels):
+    """Levels of Exudyn; the second is a run at its defaults, but for strips of one element."""
+
+    orders = (1 / 3, 2 / 3)
+    runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
+
+    def first(self) -> Level:
+        """The coarsest level: half the elements, or those there are where one has no half."""
+        fewest = min([link.body.count for link in self.mechanism.links if link.body.meshed], default=2)
+        return Level(self.ratio * min(1.0, self.share), -1 if fewest > 1 else 0)
+
+    def settings(self, level: Level) -> tuple[Mechanism, Any]:
+        """Tolerance over the usual one; half the elements at the first level, twice as many at each further one."""
+        finer, number = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))
+        steps = _finer(finer, Controlled().longest(self.duration))
+        steps = replace(steps, tolerance=usual_tolerance(self.mechanism) * level.tolerance)
+        damped = is_loose(self.mechanism) or number % 2 == 0
+        radius = self.solver.spectral_radius if damped else UNDAMPED
+        return _meshed(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
+
+
+class ClosureLevels(Levels):
+    """Levels of loop closure; the second has the usual samples."""
+
+    ratio, orders = 2.0, (1.0, 1.0)
+
+    def first(self) -> Level:
+        """Half as many samples as usual."""
+        return Level(2.0, 0)
+
+    def settings(self, level: Level) -> tuple[Mechanism, Any]:
+        """Samples at steps so many times longer."""
+        if level.tolerance == 1.0:
+            return self.mechanism, self.solver
+        each = self.duration / len(sample_times(self.mechanism, self.duration, Controlled()))
+        return self.mechanism, Closure(_finer(1 / level.tolerance, each))
+
+
+KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLevels, Exudyn: ExudynLevels}
+"""Levels by the type of the solver."""
+
+
+def _finer(times: float, step: float) -> Controlled:
+    """Steps so many times finer than a step [s], and than those a contact takes usually."""
+    resolution = max(1, min(10_000, round(Controlled().contact_resolution * times)))
+    return Controlled(max_step=step / times, contact_resolution=resolution)
+
+
+def _meshed(mechanism: Mechanism, times: float) -> Mechanism:
+    """The mechanism with so many times its elements."""
+    bodies: list[Any] = [link.body for link in mechanism.links]
+    finer = [replace(b, elements=max(1, min(1000, round(times * b.count)))) if b.meshed else b for b in bodies]
+    links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
+    return replace(mechanism, links=links) if times != 1 else mechanism
+
+
+def _tail(run: Run) -> tuple[float, float]:
+    """The larger of the last two coefficients of a deflection over the largest, and by how much coefficients fall a degree.
+
+    Largest values over time across the chord, of the strip that needs most degrees; (0, 0.5) where none is bent.
+    """
+    found = (0.0, 0.5)
+    for link in run.record.mechanism.links:
+        motion = run.record.links.get(link.name)
+        for piece in motion.pieces if motion is not None and link.body.meshed else ():
+            x, y = (motion.q[:, piece.places[axis]] for axis in (0, 1))
+            chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
+            sizes = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
+            largest = sizes.max(axis=0)
+            if largest.max() > RESTING * link.body.section.thickness:
+                last = float(largest[-2:].max() / largest.max())
+                found = max(found, (last, min(0.9, max(last, 1e-9) ** (1 / max(1, len(largest) - 1)))))
+    return found

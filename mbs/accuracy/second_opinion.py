@@ -1,0 +1,93 @@
+"""A result compared with a run of another solver: Exudyn and the compiled solver share the elements and none of the equations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+from time import perf_counter
+
+import numpy as np
+
+from ..elements.clearance import clearances
+from ..elements.signal import Kind
+from ..mechanism import Mechanism
+from ..record.errors import Errors, Norm
+from ..record.result import Result
+from ..record.run import Run
+from ..solvers import Closure, Exudyn, Spectral
+from .demand import PLACE, STRIKE, Asked, Usual, Worst
+from .difference import Difference
+from .estimate import LEAST, Parting
+from .levels import KINDS, Runner
+from .refine import Answer, refine
+from .trajectory import Trajectory
+
+NEGLIGIBLE = 0.1
+"""Difference of two solvers that is not asked about, over the accuracy that was."""
+NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
+
+
+def verified(result: Result, first: Run, duration: float, run: Runner) -> Result:
+    """Run another solver and put the largest relative difference of places into the result's `verified`.
+
+    A difference beyond the sum of both errors makes the result SUSPECT, SOLVERS in the message. A failed result is given back as
+    it is; where the other solver does not know the mechanism or does not finish, with a note.
+    """
+    if not result.status.finished:
+        return result
+    other: Exudyn | Spectral = Exudyn() if isinstance(first.solver, Spectral) else Spectral()
+    mine, theirs = NAMES[type(first.solver)], NAMES[type(other)]
+    start = perf_counter()
+    try:
+        answer = _opinion(result, first.record.mechanism, duration, other, run)
+    except (ValueError, NotImplementedError, ImportError) as reason:
+        return noted(result, f"not verified: {theirs} does not take this mechanism: {reason}")
+    result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
+    second = answer.run
+    if second.failure is not None:
+        return noted(result, f"not verified: {theirs} ended as {second.failure[0]}: {second.failure[1]}")
+    if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
+        return noted(result, "not verified: a signal is not finite")
+    least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST
+    motion, worst = disagreement(first, second, result.error, answer.errors, least)
+    result = replace(result, verified=motion)
+    why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
+    said = f"SOLVERS: {mine} and {theirs} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
+    return result.suspect(said) if worst.ratio > 1 else result
+
+
+def _opinion(result: Result, mechanism: Mechanism, duration: float, other: Exudyn | Spectral, run: Runner) -> Answer:
+    """One run of the other solver, or as many as the accuracy that was asked for takes."""
+    if not result.asked > 0:
+        return Answer(run(mechanism, duration, other))
+    levels = KINDS[type(other)](mechanism, duration, other, result.asked / PLACE)
+    return refine(levels.runs(run), levels, Asked(result.asked), duration)
+
+
+def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEAST) -> tuple[float, Worst]:
+    """Largest relative difference of places of two runs, and the signal that is farthest beyond what is allowed.
+
+    Compared are places, contacts and reactions as long as both runs are one trajectory. Allowed is the sum of both errors, or
+    `least`, or where one is not known, as much as of impulses.
+    """
+    first, second = Trajectory.of(a), Trajectory.of(b)
+    limits = Usual().limits(second)
+    limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
+    known = mine.known and other.known
+    ends = [each.until for each in (mine, other) if each.known]
+    chaotic = min(ends, default=inf) < first.time[-1] or bool(clearances(a.record.mechanism))
+    until = min([Parting(Difference(first, second), limits).within(), *ends]) if chaotic else inf
+    apart, _ = Difference(first, second, until).norms(second.signals)
+    motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]
+    sums = {
+        key: max(least, mine.signals.get(key, 0.0) + other.signals.get(key, 0.0)) if known else STRIKE
+        for key in limits if key in apart
+    }  # fmt: skip
+    farthest = [Worst(key, apart[key], allowed) for key, allowed in sums.items()]
+    return max(motion, default=0.0), max(farthest, key=lambda each: each.ratio)
+
+
+def noted(result: Result, *notes: str) -> Result:
+    """The result with notes."""
+    every = [*result.provenance.get("notes", ()), *notes]
+    return replace(result, provenance=result.provenance | ({"notes": every} if every else {}))

@@ -1,0 +1,137 @@
+"""A run as functions of time, and the sizes its signals are measured by.
+
+A place is measured by its range, a force or a rate by its root mean square and its peak, a component by the largest of its
+vector. All are measured at least by a share of the largest signal of the same kind and unit, places by a share of the mechanism:
+what is smaller rests. Energies are measured by the energy that is put through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..elements.clearance import clearances
+from ..elements.element import kinks_of
+from ..elements.signal import Kind, Signal
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..record.energy import put_through
+from ..record.errors import Key, Norm
+from ..record.run import Run
+from ..record.signals import follows, mechanism_mass
+
+SMALL = 1e-2
+"""Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise beside it. A convention."""
+RESTING = 1e-3
+"""Least range of a place, over the mechanism's size or in rad: what moves less rests. A convention."""
+FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
+STRAIGHT = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
+"""Kinds that do not jump, so that a contact which begins a little later changes them little."""
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Signals of a run as functions of time.
+
+    Attributes
+    ----------
+    time : array [s], shape (times,)
+    signals : mapping of str to Signal
+    size : float
+        Length of the longest link [m].
+    kinks : tuple of float
+        Times [s] at which what drives or loads the mechanism jumps or has a kink.
+    push : float
+        Force [N] that moves the mechanism by its size, or its clearance, in the time of the run: the least size of a force.
+    """
+
+    time: Array
+    signals: Mapping[str, Signal]
+    size: float
+    kinks: tuple[float, ...] = ()
+    push: float = 0.0
+
+    @classmethod
+    def of(cls, run: Run) -> Trajectory:
+        """Signals of a run but counts, and forces that no equation determines."""
+        mechanism, end = run.record.mechanism, float(run.record.time[-1])
+        found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
+        size = max(mechanism.length(link.name) for link in mechanism.links)
+        push = mechanism_mass(mechanism) * min([size, *(joint.gap for joint in clearances(mechanism))]) / end**2
+        return cls(run.record.time, found, size, kinks_of(mechanism, end), push)
+
+    @cached_property
+    def strikes(self) -> bool:
+        """Whether a contact or friction acts at some time: motions then begin and end suddenly."""
+        return any(s.kind in (Kind.CONTACT, Kind.FRICTION) and bool(np.any(s.values)) for s in self.signals.values())
+
+    @cached_property
+    def unresolved(self) -> list[str]:
+        """Forces that ring in periods that the steps do not follow, so that both runs damp the ringing away."""
+        followed = {period: follows(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
+        return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
+
+    def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
+        """Integral of a signal, or of a function of it, since the start at the samples, by the trapezoidal rule."""
+        values = of(self.signals[name].values)
+        return np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (values[1:] + values[:-1]) / 2)])
+
+
+def energies_of(run: Run) -> tuple[Trajectory, float]:
+    """Energies of a run's ledger as signals `energy.kinetic` and so on, and what they do not add up by, both over the throughput.
+
+    Sizes are the energy put through, and a hundred times what vibrations that nobody sees may hold.
+    """
+    record, energies = run.record, dict(run.ledger)
+    through, unseen = put_through(record, energies, run.values)
+    missing = float(np.abs(energies.pop("error")).max()) / through
+    del energies["throughput"]
+    whole = through * (1 + unseen / SMALL)
+    found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
+    return Trajectory(record.time, found, 1.0), max(0.0, missing - unseen)
+
+
+def turn_of(mechanism: Mechanism) -> float:
+    """Time of the longest turn of the drives of links at constant speeds [s]; 0 where there is none."""
+    links = {link.name for link in mechanism.links}
+    speeds = [drive.speed for drive in mechanism.drives if drive.target in links and isinstance(drive.speed, int | float)]
+    return max((2 * np.pi / abs(speed) for speed in speeds if speed), default=0.0)
+
+
+def sizes_of(run: Trajectory, signals: Mapping[str, Signal]) -> dict[Key, float]:
+    """Sizes of signals of a run, for the norms RMS and PEAK, in the signals' units; forces need all forces of the run."""
+    jumping = any(signal.kind not in STRAIGHT for signal in signals.values())
+    every = run.signals if jumping else {n: s for n, s in run.signals.items() if s.kind in STRAIGHT}
+    own = {name: own_size(run.time, signal) for name, signal in every.items()}
+    vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
+    for name, signal in every.items():
+        group, family = signal.group or name, _family(signal)
+        vectors[group] = np.maximum(vectors.get(group, TINY), own[name])
+        families[family] = np.maximum(families.get(family, TINY), own[name])
+    force, torque = ("force", "N"), ("force", "N m")
+    families[force] = np.maximum(families.get(force, run.push), np.maximum(families.get(torque, TINY) / run.size, run.push))
+    families[torque] = families[force] * run.size
+    found = dict[Key, float]()
+    for name, signal in signals.items():
+        resting = RESTING * (run.size if signal.unit == "m" else 1.0)
+        least = resting if signal.trait.smooth else SMALL * families[_family(signal)]
+        size = own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
+        found[name, Norm.RMS], found[name, Norm.PEAK] = size.tolist()
+    return found
+
+
+def own_size(time: Array, signal: Signal) -> Array:
+    """Size of one signal by itself, for RMS and PEAK: range of what does not jump, else root mean square and peak."""
+    if signal.kind in STRAIGHT:
+        return np.full(2, signal.scale or np.ptp(signal.values))
+    square = np.trapezoid(signal.values**2, time) / max(np.ptp(time), TINY)
+    return np.array([np.sqrt(square), np.abs(signal.values).max()])
+
+
+def _family(signal: Signal) -> tuple[str, str]:
+    """Kind and unit of signals that are large or small beside each other; all forces are one kind."""
+    return ("force" if signal.kind in FORCES else signal.kind), signal.unit

@@ -1,0 +1,82 @@
+"""Pendulums and blocks, each with its signals in closed form or by another integrator."""
+
+from math import pi, sqrt
+
+import numpy as np
+import simulations
+from moved import solved
+from simulations import BAR, FEATHER, MASS, SPAN, exact_swing, pendulum_frequency
+
+from buckler.mbs import Force, Guide, GuideFriction, Link, Mechanism, Spring, States, Stop
+from buckler.mbs.laws import KelvinVoigt
+
+
+def pendulum():
+    """A bar let go level: elliptic functions; place, rate and reaction."""
+    mass = BAR.inertia(SPAN)[0]
+
+    def swing(t):
+        return exact_swing(pi / 2, np.asarray(t))
+
+    def reaction(t):
+        angle, rate = swing(t)
+        turning = -(pendulum_frequency() ** 2) * np.sin(angle)
+        return mass * SPAN / 2 * (-np.sin(angle) * rate**2 + np.cos(angle) * turning)
+
+    return simulations.pendulum(pi / 2), 1.5, {
+        "A.x": lambda t: SPAN * np.sin(swing(t)[0]), "A.vx": lambda t: SPAN * np.cos(swing(t)[0]) * swing(t)[1],
+        "O.ground-bar.fx": reaction,
+    }  # fmt: skip
+
+
+def block(**more):
+    return Mechanism(
+        points={"A": (0, 0), "B": (0.1, 0)} | more.pop("points", {}), links=[Link("bar", "A", "B", FEATHER)],
+        guides=[Guide("A", "bar", (1, 0), 0.5, more.pop("friction", None)), Guide("B", "bar", (1, 0))], **more,
+    )  # fmt: skip
+
+
+def oscillator():
+    """A block on a spring, let go stretched: a cosine."""
+    stiffness, stretch = 80.0, 0.05
+    mechanism = block(points={"F": (-0.3, 0)}, loads=[Spring("A", "ground:F", stiffness, free_length=0.3 - stretch)])
+    w = sqrt(stiffness / MASS)
+    (spring,) = (name for name in mechanism.elements() if "spring" in name)
+    return mechanism, 1.2, {
+        "A.x": lambda t: stretch * np.cos(w * t) - stretch, "A.vx": lambda t: -w * stretch * np.sin(w * t),
+        f"{spring}.force": lambda t: stiffness * stretch * np.cos(w * t),
+    }  # fmt: skip
+
+
+def bouncer():
+    """A block that falls on an undamped stop: parabolas and sines."""
+    stiffness, gap, pull = 2e4, 0.02, 20.0
+    mechanism = block(stops=[Stop("A", at=gap, law=KelvinVoigt(stiffness, 0.0))], gravity=(pull, 0))
+    y = solved(lambda _t, y: [y[1], pull - stiffness / MASS * max(y[0] - gap, 0.0)], 0.3, [0, 0], 1e-4)
+    return mechanism, 0.3, {
+        "A.x": lambda t: y(t)[0], "A.contact_force": lambda t: stiffness * np.maximum(y(t)[0] - gap, 0.0),
+    }  # fmt: skip
+
+
+def braked():
+    """A block pushed against smoothed friction."""
+    law = GuideFriction(1.0, 1.5)
+    y = solved(lambda _t, y: [y[1], -float(law.force(np.array([y[1]]))[0]) / MASS], 0.25, [0, 0.6], 1e-4)
+    return block(friction=law, velocities={"A": (0.6, 0.0)}), 0.25, {
+        "A.x": lambda t: y(t)[0], "A.vx": lambda t: y(t)[1], "A.friction_force": lambda t: law.force(y(t)[1]),
+    }  # fmt: skip
+
+
+def piped():
+    """A block that a pressure pushes, which its speed lets down: a state of a law, place, rate, internal force."""
+    push, fill = "0.02*state1 - 80*x, 0".split(","), "(400*(1 - exp(-t/0.05)) - state1)/0.03 - 2000*vx"
+    mechanism = block(loads=[Force("A", push, states=States(fill))])
+
+    def rates(t, y):
+        return [y[1], (0.02 * y[2] - 80 * y[0]) / MASS, (400 * (1 - np.exp(-t / 0.05)) - y[2]) / 0.03 - 2000 * y[1]]
+
+    y = solved(rates, 0.6, [0, 0, 0], 1e-3)
+    return mechanism, 0.6, {
+        "A.x": lambda t: y(t)[0], "A.vx": lambda t: y(t)[1], "force.A.state1": lambda t: y(t)[2],
+        "force.A.fx": lambda t: 0.02 * y(t)[2] - 80 * y(t)[0],
+    }  # fmt: skip
