@@ -198,12 +198,12 @@ def test_signals_are_drawn_with_their_units(pendulum):
     ("solver", "status", "said"),
     [
         (Exudyn(), "FUNCTION_FAILED", "the function of 'torque.arm' raised SystemExit: 3"),
-        (Spectral(), "NOT_FINITE", "a law or a motion returned nan"),
+        (Spectral(), "FUNCTION_FAILED", "a function of the mechanism raised SystemExit: 3"),
     ],
     ids=["engine", "compiled"],
 )
 def test_a_function_that_ends_the_program_fails_the_run(solver, status, said):
-    """Python's `sys.exit` in a torque: named by the engine, a number that is none to the compiled solver, each with its time."""
+    """Python's `sys.exit` in a torque: named by either solver, with its time."""
 
     def leaving(t, _angle, _speed):
         return sys.exit(3) if t > 0.05 else 0.1
