@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import inf, isfinite
-from typing import NamedTuple
+from math import inf
 
 import numpy as np
+from scipy.stats import qmc
 
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -18,16 +18,15 @@ from ..units import behind
 from ..validate import positive, whole
 from .derivatives import Reading, readings_of
 from .numbers import Family, Source
+from .residuals import STEADY
 from .runs import RunFailedError, needs_compiler
-from .searching import descend, search
-from .wants import EnoughError, Task, Want, rounded, wanted
+from .searching import EnoughError, Task, point_of
+from .wants import BINDS, Want, wanted
 
-BINDS = 1e-3
-"""Share of its width, or of its value, within which a constraint or a range binds."""
 BUDGET = 1000
-"""Runs of a search, by default."""
+"""Largest number of runs of a search, by default."""
 CORRECTED = 2
-"""How often a search goes on from what a finer run says."""
+"""Number of times a search goes on from what a finer run says."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ def optimise(
     readings : dict of str to text or callable, optional
         Names for readings, which the others may use: texts, or functions of the mechanism that return a number.
     solver : Spectral, optional
-        What chooses the steps.
+        By default with a tolerance of 1e-8.
     start : dict of str to float, optional
         Where the search begins: numbers by the names of ranges, SI; the middle of those that are not named.
     starts : int
@@ -121,7 +120,7 @@ def optimise(
     seed : int
         Of the starts.
     budget : int
-        Runs that a search may take, neighbours for derivatives among them; then the best design so far is returned, with
+        Largest number of runs of a search, those for derivatives among them; then the best design so far is returned, with
         `complete` False. Each combination of values of lists, and each point of a front, is a search.
 
     Returns
@@ -139,7 +138,6 @@ def optimise(
     References
     ----------
     D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988 (SLSQP of SciPy).
-    C. G. Broyden, Math. Comput. 19 (1965) 577, doi 10.1090/S0025-5718-1965-0198670-6 (where nothing is minimised).
     Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, IEEE Trans. Syst. Man Cybern. 1 (1971) 296, doi 10.1109/TSMC.1971.4308298 (fronts).
     """
     needs_compiler()
@@ -159,15 +157,17 @@ def optimise(
         if not low < high:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
-    first, starts = _first(ranges, start or {}), whole("starts", starts, 1, 10**9)
-    task = Task(family, used, aims, wants, ranges, {}, span, solver, first, starts, seed, whole("budget", budget, 1, 10**9))
-    if len(aims) < 2:
-        return _best(task, lists)
-    return _front(task, lists, points)
+    count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
+    points_of_start = [
+        _first(ranges, start or {}),
+        *(qmc.Halton(len(ranges), rng=np.random.default_rng(seed)).random(count - 1) if ranges else ()),
+    ]
+    task = Task(family, used, aims, wants, ranges, span, solver or replace(STEADY, degree=8), points_of_start, budget)
+    return _best(task, lists) if len(aims) < 2 else _front(task, lists, points)
 
 
 def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]) -> Array:
-    """Where a search begins, in the unit cube."""
+    """Place the start in the unit cube."""
     if unknown := [name for name in start if name not in ranges]:
         raise ValueError(f"start['{unknown[0]}']: free has no range of that name")
     for name, value in start.items():
@@ -178,102 +178,77 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
 
 
 def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
-    """The best design over all values of the lists."""
-    found, runs = list[tuple[Task, Array]](), 0
+    """Find the best design over all values of the lists."""
+    found, runs = list[tuple[tuple[float, float], Task, Array]](), 0
     for values in product(*lists.values()):
-        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0)
+        each = replace(task, kept=dict(zip(lists, values, strict=True)), cache={}, runs=0)
         with suppress(EnoughError):
-            search(each)
-        x = each.best()
-        if x is not None:
-            found.append((each, x))
+            each.search()
+        if (x := each.best()) is not None:
+            found.append((each.merit(each.cache[point_of(x)]), each, x))
         runs += each.runs
     if not found:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {each.failed}")
-    best, x = min(found, key=lambda item: item[0].better(item[1]))
+    _, best, x = min(found, key=lambda item: item[0])
     before = best.runs
-    told = _checked(best, x)
-    return replace(told, runs=runs + told.runs - before)
+    design = _checked(best, x)
+    return replace(design, runs=runs + design.runs - before)
 
 
 def _checked(task: Task, x: Array) -> Design:
-    """Hold a design against a finer run. Where that breaks a constraint, the search goes on with what it differs by."""
-    tried = [_finer(task, x)]
-    while len(tried) <= CORRECTED and task.broken(tried[-1].checked) and np.isfinite(tried[-1].checked).all():
-        x, found, checked = tried[-1]
-        task.offset, task.cache = checked - found, {rounded(x): task.cache[rounded(x)]}
-        with suppress(EnoughError):
-            descend(task, x)
-        best = task.best()
-        if best is None or rounded(best) == rounded(x):
+    """Compare with a finer run; where that misses a constraint, go on with its difference."""
+    tried: list[tuple[Array, Array, Array]] = []
+    for _ in range(1 + CORRECTED):
+        found, fine = task.cache[point_of(x)], task.check(x)
+        tried.append((x, found, fine))
+        if not task.missed(fine) or not np.isfinite(fine).all():
             break
-        tried.append(_finer(task, best))
-    return _told(task, min(tried, key=lambda one: task.rank(one.checked)))
+        task.offset, task.cache = fine - found, {point_of(x): found}
+        with suppress(EnoughError):
+            task.descend(x)
+        new = task.best()
+        if new is None or point_of(new) == point_of(x):
+            break
+        x = new
+    return _design(task, *min(tried, key=lambda one: task.merit(one[2])))
 
 
-class _Held(NamedTuple):
-    """A point, its readings, and those of a finer run."""
-
-    x: Array
-    found: Array
-    checked: Array
-
-
-def _finer(task: Task, x: Array) -> _Held:
-    """Run a point with smaller tolerances, strips of higher degree."""
-    found = task.cache[rounded(x)]
-    return _Held(x, found, task.read(x, fine=True) if task.moving else found)
-
-
-def _told(task: Task, held: _Held) -> Design:
-    """Say what binds, and what is broken."""
-    x, found, checked = held
-    broken = task.broken(checked)
-    complete = task.runs < task.budget or not (task.aims or broken)
+def _design(task: Task, x: Array, found: Array, fine: Array) -> Design:
+    """Say what binds, and what is missed."""
+    missed = task.missed(fine)
+    complete = task.runs < task.budget or not (task.aims or missed)
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
-    binding += [want.text for want, value in task.of(found + task.offset) if _binds(want, value)]
-    wrong = [(want, value, behind(task.units, want.name)) for want, value in task.of(checked) if want in broken]
-    missed = "; ".join(f"{want.text}: {want.told(value, unit)}" for want, value, unit in wrong)
-    message = f"none of the designs tried keeps {missed}" if broken else ""
+    binding += [want.text for want, value in task.pairs(fine) if want.binds(value)]
+    wrong = "; ".join(
+        f"{want.text}: {want.describe(value, behind(task.units, want.name))}"
+        for want, value in task.pairs(fine)
+        if want in missed
+    )
+    message = f"none of the designs tried keeps {wrong}" if missed else ""
     if not complete:
-        best = f"; the best so far misses {missed}" if broken else ": this is the best so far"
+        best = f"; the best so far misses {wrong}" if missed else ": this is the best so far"
         message = f"the budget of {task.budget} runs was used up{best}"
-    names = list(task.readings)
-    return Design(
-        task.values(x), binding, dict(zip(names, map(float, checked), strict=True)),
-        dict(zip(names, map(float, checked - found), strict=True)), not broken, message, task.runs, task.units, complete,
-    )  # fmt: skip
-
-
-def _binds(want: Want, value: float) -> bool:
-    """Whether a reading lies at an end of what is wanted; of a band both ends are one."""
-    if want.band:
-        return True
-    end = want.low if isfinite(want.low) else want.high
-    return abs(value - end) <= BINDS * want.scale
+    readings, changes = (dict(zip(task.readings, map(float, each), strict=True)) for each in (fine, fine - found))
+    return Design(task.values(x), binding, readings, changes, not missed, message, task.runs, task.units, complete)
 
 
 def _front(task: Task, lists: Mapping[str, Sequence[float]], points: int) -> Design:
-    """Designs of two aims: the first is least while the second does not exceed values between its own extremes."""
+    """Find designs of two aims: the first is least while the second does not exceed values between its own extremes."""
     first, second = task.aims
-    ends = [_best(replace(task, aims=[name]), lists) for name in (first, second)]
-    limits = np.linspace(ends[1].readings[second], ends[0].readings[second], points)[1:-1]
-    made = [ends[1]]
-    for limit in limits:
+    low, high = (_best(replace(task, aims=[name]), lists) for name in (second, first))
+    made = [low]
+    for limit in np.linspace(low.readings[second], high.readings[second], points)[1:-1]:
         want = Want(f"{second} <= {limit:.6g}", second, -inf, float(limit))
         made.append(_best(replace(task, aims=[first], wants=[*task.wants, want]), lists))
-    made.append(ends[0])
-    kept = [
-        one for one in made if one.possible and not any(_dominates(other, one, task.aims) for other in made if other.possible)
-    ]
+    made.append(high)
+
+    def is_better(a: Design, b: Design) -> bool:
+        pairs = [(a.readings[name], b.readings[name]) for name in task.aims]
+        return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
+
+    kept = [one for one in made if one.possible and not any(is_better(other, one) for other in made if other.possible)]
     apart = {tuple(f"{value:.6g}" for value in one.values.values()): one for one in kept}  # those that read the same are one
     runs, complete = sum(one.runs for one in made), all(one.complete for one in made)
-    return replace(ends[0], front=list(apart.values()), runs=runs, complete=complete)
-
-
-def _dominates(a: Design, b: Design, aims: Sequence[str]) -> bool:
-    """Whether a is better in one aim and not worse in the other."""
-    pairs = [(a.readings[name], b.readings[name]) for name in aims]
-    return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
+    return replace(high, front=list(apart.values()), runs=runs, complete=complete)

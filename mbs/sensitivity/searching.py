@@ -1,111 +1,198 @@
-"""How a design is sought from its starts: towards all constraints, then along their ends.
+"""Search for a design: readings over the unit cube of its numbers, and how SciPy's methods are led through them.
 
 References
 ----------
-C. G. Broyden, Math. Comput. 19 (1965) 577, doi 10.1090/S0025-5718-1965-0198670-6.
-D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988.
+D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988 (SLSQP).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import isfinite, nan
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
-from scipy.stats import qmc
 
 from ..geometry import Array
-from .wants import FAR, INSET, SAME, Task, Want
+from ..mechanism import Mechanism
+from ..solvers import Spectral
+from .derivatives import Reading, read
+from .numbers import Family
+from .reading import WrongReadingError, statical
+from .residuals import WIDTH
+from .runs import RunFailedError, finer
+from .wants import FAR, KEPT, Want
 
+FINER, DEGREES = 32.0, 4
+"""Factor by which the finer run's tolerance is smaller, and the degree by which its strips' is higher."""
 POLISHED = 3
-"""Starts, of the best, from which a minimum is sought."""
-TRIED, MET = 60, 15
-"""Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs."""
-LITTLE = 1e-2
-"""Of the squares of what is missed: where a step lessens them by less, they are told as they are."""
-WIDE, REACH = 0.02, 0.25
-"""Of a range: differences by which readings show where they tend, across their waves; longest step towards what is wanted."""
+"""Number of the best starts from which a minimum is sought."""
+ITERATIONS, MET = 60, 15
+"""Most iterations of a search with an aim, and of one that only meets constraints: further on it would follow noise."""
+SAME = 1e-7
+"""Share of a range within which points are the same one, as between them there is the noise of runs."""
+HALF = 0.5
+"""Share of half the width of a band within which nothing more is sought."""
+WIDE = 0.02
+"""Share of a range over which differences show where a reading tends, across its waves, as those of an impact's force."""
 
 
-def search(task: Task) -> None:
-    """Run the best of some starts downhill, until there is nothing more to find or to spend."""
-    d = len(task.ranges)
-    random = qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(task.starts - 1) if d else []
-    for starts in ([task.first], list(random)):
-        alive = [x for x in starts if task.valued(task.evaluate(x))]
-        for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
-            descend(task, x)
-    best = task.best()
-    if d and best is not None and not task.aims and task.better(best)[1] <= len(task.wants):
-        _descend_along_ends(task, best)  # where all ends are kept no residual is above 1, nor is what is least above this sum
+class EnoughError(Exception):
+    """A search is over: it has what is asked for, or no more runs."""
 
 
-def descend(task: Task, x: Array) -> None:
-    """Where nothing is minimised towards all constraints, then to their least squares; else along their ends."""
-    if task.aims:
-        return _descend_along_ends(task, x)
-    _meet(task, x)
-    least_squares(
-        task.residuals, task.best(x), task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=LITTLE, max_nfev=MET
-    )
+@dataclass
+class Task:
+    """Readings over the unit cube of the free numbers, and what is asked of them.
 
-
-def _meet(task: Task, x: Array) -> None:
-    """Broyden's method for all constraints that are missed; those without a value wait until they have one, as the force of a
-    contact that is not there yet.
+    `kept` are values of lists; `offset` is the difference of a finer run, `failed` the reason of the first run's failure.
     """
-    here = task.missing(x)
-    slopes = np.full((len(here), len(x)), nan)
-    for _ in range(MET):
-        some = np.isfinite(here) & (here != 0.0)
-        if not np.isfinite(slopes[some]).all():
-            sides = np.where(x < 0.5, WIDE, -WIDE)
-            slopes = np.stack([(task.missing(x + d) - here) / d.sum() for d in np.diag(sides)], axis=1)
-            slopes[some] = np.nan_to_num(slopes[some])
-        step = np.linalg.lstsq(slopes[some], -here[some])[0]
-        step = np.clip(x + step * min(1.0, REACH / max(np.abs(step).max(), SAME)), 0.0, 1.0) - x
-        if not np.abs(step).max() > SAME:
-            break
-        x, before = x + step, here
-        here = task.missing(x)
-        known = some & np.isfinite(here)
-        slopes[known] += np.outer((here - before)[known] - slopes[known] @ step, step) / (step @ step)
+
+    family: Family
+    readings: Mapping[str, Reading]
+    aims: list[str]
+    wants: list[Want]
+    ranges: dict[str, tuple[float, float]]
+    duration: float | Callable[[Mechanism], float] | None
+    solver: Spectral
+    starts: list[Array]
+    budget: int
+    kept: dict[str, float] = field(default_factory=dict)
+    runs: int = 0
+    failed: str = "readings have no value there"
+    units: dict[str, str] = field(default_factory=dict)
+    offset: float | Array = 0.0
+    cache: dict[tuple[float, ...], Array] = field(default_factory=dict)
+
+    def values(self, x: Array) -> dict[str, float]:
+        """Compute the numbers at a point of the cube."""
+        found = {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
+        return self.kept | found
+
+    def read(self, x: Array, solver: Spectral) -> Array:
+        """Take the readings at a point; nan where the run fails."""
+        self.runs += 1
+        try:
+            made = self.family.make(self.values(x))
+            found = read(self.readings, made, self.duration(made) if callable(self.duration) else self.duration, solver)
+            if not self.units.keys() >= self.readings.keys():
+                self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
+                for want in self.wants:
+                    want.check_unit(self.units[want.name])
+            return found.values
+        except WrongReadingError:
+            raise
+        except (RunFailedError, ArithmeticError, ValueError) as error:
+            self.failed = str(error) if self.runs == 1 else self.failed
+            return np.full(len(self.readings), np.nan)
+
+    def evaluate(self, x: Array) -> Array:
+        """Take the readings at a point once, as a finer run would have them.
+
+        Raises
+        ------
+        EnoughError
+            If the runs are used up, or nothing is minimised and all is as it is wanted.
+        """
+        key = point_of(x)
+        if key not in self.cache:
+            if self.runs >= self.budget:
+                raise EnoughError
+            self.cache[key] = self.read(np.array(key), self.solver)
+            if not self.aims and all(abs(r) <= HALF for r in self.residuals(x)):
+                raise EnoughError
+        return self.cache[key] + self.offset
+
+    def slopes(self, x: Array, width: float = WIDTH) -> Array:
+        """Take central differences of the readings over the cube, shape (readings, numbers); 0 where they have no value.
+
+        At an end of the cube, and where a run fails on one side, they are one-sided.
+        """
+        here, columns = self.evaluate(x), []
+        for axis in np.eye(len(x)):
+            sides = [x + width * side * axis for side in (-1.0, 1.0)]
+            ends = [(point, self.evaluate(point)) for point in sides if 0.0 <= point @ axis <= 1.0]
+            ends = [end for end in ends if np.isfinite(end[1]).any()]
+            ends = ends if len(ends) == 2 else [*ends, (x, here)]
+            (first, before), (last, behind) = ends[0], ends[-1]
+            columns.append((behind - before) / ((last - first) @ axis or 1.0))
+        return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
+
+    def row(self, name: str) -> int:
+        """Find the place of a reading."""
+        return list(self.readings).index(name)
+
+    def pairs(self, found: Array) -> list[tuple[Want, float]]:
+        """Pair each constraint with its reading."""
+        return [(want, float(found[self.row(want.name)])) for want in self.wants]
+
+    def residuals(self, x: Array) -> Array:
+        """Compute the residuals of the constraints at a point."""
+        return np.array([want.residual(value)[0] for want, value in self.pairs(self.evaluate(x))])
+
+    def jacobian(self, x: Array, width: float) -> Array:
+        """Compute their derivatives over the cube."""
+        found, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
+        return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in found])
+
+    def missed(self, found: Array) -> list[Want]:
+        """List the constraints that readings do not keep."""
+        return [want for want, value in self.pairs(found) if want.miss(value) > KEPT]
+
+    def merit(self, found: Array) -> tuple[float, float]:
+        """Compare readings: by the misses of the constraints first, then by what is minimised."""
+        miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.missed(found) else 0.0
+        aim = float(found[self.row(self.aims[0])]) if self.aims else 0.0
+        return miss, aim if isfinite(aim) else inf
+
+    def best(self) -> Array | None:
+        """Find the best point that was run; None where no run has a value."""
+        useful = np.all if self.aims else np.any
+        ended = [np.array(key) for key, found in self.cache.items() if useful(np.isfinite(found))]
+        return min(ended, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if ended else None
+
+    def search(self) -> None:
+        """Descend from the start, then from the best of the other starts."""
+        for starts in (self.starts[:1], self.starts[1:]):
+            found = [(self.merit(self.evaluate(x)), k) for k, x in enumerate(starts)]
+            for (_, aim), k in sorted(found)[:POLISHED] if self.ranges else ():
+                if isfinite(aim):
+                    self.descend(starts[k])
+
+    def descend(self, x: Array) -> None:
+        """Minimise along the constraints; without an aim meet them by least squares, over wide differences at first."""
+        if not self.aims:
+            for width in (WIDE, WIDTH):
+                found = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
+                                      method="dogbox", xtol=SAME, ftol=1e-2, max_nfev=MET)  # fmt: skip
+                x = found.x
+            return
+        row, start = self.row(self.aims[0]), self.merit(self.evaluate(x))[1]
+        scale = abs(start) or 1.0
+        ends = [(self.row(want.name), *end) for want in self.wants for end in want.ends]
+        minimize(
+            lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x,
+            jac=lambda x: self.slopes(x)[row] / scale, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
+            options={"maxiter": ITERATIONS, "ftol": 1e-9},
+            constraints=[{
+                "type": "ineq",
+                "fun": lambda x: self.inside(x, ends),
+                "jac": lambda x: np.array([side * self.slopes(x)[k] / size for k, side, end, size in ends]),
+            }] if ends else (),
+        )  # fmt: skip
+
+    def inside(self, x: Array, ends: Sequence[tuple[int, float, float, float]]) -> Array:
+        """Compute how far readings are inside the ends of the constraints, relative; far outside where they have no value."""
+        found = self.evaluate(x)
+        return np.nan_to_num([side * (found[k] - end) / size for k, side, end, size in ends], nan=-FAR)
+
+    def check(self, x: Array) -> Array:
+        """Take the readings at a point from a finer run."""
+        moving = any(isinstance(each, str) and not statical(each) for each in self.readings.values())
+        return self.read(x, finer(self.solver, FINER, DEGREES)) if moving else self.cache[point_of(x)]
 
 
-def _descend_along_ends(task: Task, x: Array) -> None:
-    """Sequential quadratic programming from a point."""
-    start = task.evaluate(x)
-    scale = (abs(task.aim(start)) or 1.0) if task.aims else 1.0
-
-    def constrained(x: Array) -> Array:
-        found = task.evaluate(x)
-        off = [side * (found[task.row(want.name)] - end) / want.scale for want, side, end in _sides(task)]
-        return np.asarray(np.nan_to_num(off, nan=-FAR))
-
-    def pushed(x: Array) -> Array:
-        slopes = task.slopes(x)
-        return np.array([side * slopes[task.row(want.name)] / want.scale for want, side, _ in _sides(task)])
-
-    def objective(x: Array) -> float:
-        value = task.aim(task.evaluate(x)) / scale if task.aims else 0.0
-        return value if isfinite(value) else FAR
-
-    def slope(x: Array) -> Array:
-        return np.asarray(task.slopes(x)[task.row(task.aims[0])] / scale if task.aims else np.zeros(len(x)))
-
-    minimize(
-        objective, x, jac=slope, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
-        options={"maxiter": TRIED if task.aims else MET, "ftol": 1e-9},
-        constraints=[{"type": "ineq", "fun": constrained, "jac": pushed}] if task.wants else (),
-    )  # fmt: skip
-
-
-def _sides(task: Task) -> Iterator[tuple[Want, float, float]]:
-    """Each finite end of each constraint: side * (reading - end) >= 0."""
-    for want in task.wants:
-        inset = INSET * (want.high - want.low) if want.band else 0.0
-        if isfinite(want.low):
-            yield want, 1.0, want.low + inset
-        if isfinite(want.high):
-            yield want, -1.0, want.high - inset
+def point_of(x: Array) -> tuple[float, ...]:
+    """Round a point to the one that stands for those near it."""
+    return tuple((np.round(x / SAME) * SAME).tolist())

@@ -108,6 +108,9 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
     about = f"largest number of runs, after which the best so far is shown; default {BUDGET}"
     parser.add_argument("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the new file; default results"
+    )
 
 
 def _optimise(options: argparse.Namespace, file: Opened) -> int:
@@ -117,11 +120,13 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     with count_runs():
         found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
                          starts=options.starts, budget=options.budget)  # fmt: skip
+    chosen = Mechanism.from_dict(changed(file.document, found.values))
+    path = chosen.save(writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         content = {each.name: getattr(found, each.name) for each in fields(found) if each.name != "front"}
         print_json(content | {"front": [one.values | one.readings for one in found.front]})
     else:
-        print("\n\n".join(map(str, found.front or [found])))
+        print("\n\n".join(map(str, found.front or [found])), f"mechanism with these numbers: {path}", sep="\n")
     return 0 if found.possible else 1
 
 

@@ -15,9 +15,11 @@ from buckler.mbs import (
     Stop,
     frequencies,
     optimise,
+    sensitivities,
 )
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.sensitivity.design import wanted
+from buckler.mbs.sensitivity.runs import RunFailedError
+from buckler.mbs.sensitivity.wants import wanted
 
 K, F = "loads[0].stiffness", "loads[1].value[0]"
 
@@ -54,7 +56,9 @@ def test_a_budget_of_runs():
     short, whole = (optimise(pushed(150.0), 0.3, **asked, starts=2, budget=budget) for budget in (3, 100))
     assert whole.complete and whole.possible and not whole.message and 4 < whole.runs < 30
     assert not short.complete and not short.possible and short.runs == 4  # the finer one among them
-    assert short.message.startswith("the budget of 3 runs was used up; the best so far misses max(O.x) = 40 mm: 0.04048")  # 2 F/k
+    way = 2 * short.values[F] / short.values[K]
+    said = f"the budget of 3 runs was used up; the best so far misses max(O.x) = 40 mm: {str(way)[:6]}"
+    assert short.message.startswith(said)
     assert short.message.endswith("% off")
     least = optimise(pushed(150.0), 0.4, free={K: (100.0, 180.0)}, minimise="max(O.x)", starts=2, budget=2)
     assert least.possible and not least.complete and least.message == "the budget of 2 runs was used up: this is the best so far"
@@ -97,6 +101,34 @@ def test_what_a_finer_run_says_is_met():
     rough = Spectral(Controlled(tolerance=3e-2))
     found = optimise(pushed(150.0), 5.0, free={F: (1.0, 20.0)}, subject_to=["end(O.x) = 20 mm ± 0.1 %"], starts=2, solver=rough)
     assert found.possible and abs(found.changes["end(O.x)"]) > 0.05 * 0.02
+
+
+@pytest.mark.parametrize("high", [1.2, 1e2, 1e5, np.inf])
+def test_a_bound_is_kept_whatever_the_other_end_of_its_band(high):
+    """The lightest block that is slow enough, m = k (T/pi)^2 for half an oscillation in T: 1e-6, not a share of the band."""
+    bound, readings = (
+        np.pi * 0.05,
+        {"mass": lambda m: m.guides[0].mass, "time": lambda m: np.pi * (m.guides[0].mass / 200) ** 0.5},
+    )
+    found = optimise(lambda mass: pushed(200.0, mass), free={"mass": (0.1, 2.0)}, minimise="mass",
+                     subject_to=[("time", bound, high)], readings=readings, starts=3)  # fmt: skip
+    assert found.possible and found.complete and len(found.binding) == 1
+    assert found.readings["time"] >= bound * (1 - 1e-6)
+    assert found.values["mass"] == pytest.approx(0.5, rel=3e-6)
+
+
+def test_an_unstable_rest_has_no_frequency_to_choose_by():
+    """A strip pressed beyond its load: only thicknesses that carry it are designs; P = pi^2 E b h^3/12 L^2."""
+
+    def column(thickness):
+        strip = slim(thickness)
+        return Mechanism.from_dict(strip.to_dict() | {"loads": [{"kind": "Force", "point": "B", "value": [-3.0, 0.0]}]})
+
+    critical = (3.0 * 12 * 0.3**2 / (np.pi**2 * 210e9 * 0.02)) ** (1 / 3)
+    found = optimise(column, free={"thickness": [0.9 * critical, 1.1 * critical, 1.3 * critical]}, minimise="frequency(1)")
+    assert found.values["thickness"] == pytest.approx(1.1 * critical)
+    with pytest.raises(RunFailedError, match="UNSTABLE"):
+        sensitivities(column, by=["thickness"], at={"thickness": 0.9 * critical}, of="frequency(1)")
 
 
 def test_a_thickness_that_can_be_bought():
