@@ -19,12 +19,12 @@ class Entry(NamedTuple):
 
 _LISTED = (
     ("strips", "elastica-law", "load of the pinned strip against shortening: exact, quartic, fast law"),
-    ("strips", "contact-force-table", "largest contact force for three strip thicknesses"),
-    ("striking", "slider-crank", "flexible slider-crank striking its stop at constant speed"),
+    ("strips", "contact-force-table", "largest contact force for three strip thicknesses, with and without dry friction"),
+    ("striking", "slider-crank", "flexible slider-crank striking its stop: constant speed, rising speed, voltages"),
     ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
     ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
     ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
-    ("striking", "design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"),
+    ("striking", "design", "slider-crank designed backwards: forces and angle in, strip, stop and speed out"),
     (
         "error_against_run_time",
         "error-against-run-time",

@@ -25,8 +25,8 @@ from ..kit.parameters import choice, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
 from ..kit.style import Figure, plain_ticks, subplots
 from .assumptions import StrikeParameters
-from .impact import ModelRun, read
-from .impact_models import COUPLERS, coupler, simulated, striking
+from .impact import MODELS, ModelRun, read
+from .impact_models import simulated, striking
 from .inverse import Design, Given, Wish, binding, design, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
@@ -57,7 +57,7 @@ class Parameters(StrikeParameters):
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     speed: float = quantity(0, "rad/s", 0, 1e3, "speed of the crank; 0: solved for", "drive")
     fastest: float = quantity(10, "rad/s", 1e-3, 1e3, "fastest the drive can run", "drive")
-    model: str = choice("strut", tuple(COUPLERS), "model that the design is checked with", "check")
+    model: str = choice("strut", MODELS[1:], "model that the design is checked with", "check")
 
     def check(self) -> None:
         """One of each group is 0."""
@@ -81,10 +81,9 @@ def check(model: str, d: Design, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
     given = d.given
     section = Section(d.width, d.thickness, Material(float(given.modulus), STEEL.density))
-    body = coupler(COUPLERS[model], section, given.coupler, p.damping, p.imperfection, p.elements)
     made = striking(
-        body, p, stiffness=d.stiffness, restitution=given.restitution, mass=d.mass, friction=given.friction, speed=d.speed,
-        stop=d.stop, lengths=given.lengths,
+        model, section, p, stiffness=d.stiffness, restitution=given.restitution, mass=d.mass, friction=given.friction,
+        speed=d.speed, elements=p.elements, stop=d.stop, lengths=given.lengths,
     )  # fmt: skip
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / d.speed))
     return simulated(model, made, p.lasts((2 * pi - d.angle + AFTER_RELEASE) / d.speed), solver, p.timeout)

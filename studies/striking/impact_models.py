@@ -16,18 +16,17 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from buckler import mbs
-from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
+from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 from ..kit.published import IMPACT_FORCE, IMPACT_SPEED
 from ..kit.report import Metric
-from .assumptions import StrikeAssumptions, crank_angle
+from .assumptions import StrikeParameters, crank_angle
 from .impact import ImpactParameters, ModelRun, read
 from .stitched import Stitched, follow
 
-COUPLERS: dict[str, type[Beam | Strut]] = {"strut": Strut, "beam": Beam}
 AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force [s]: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
@@ -40,40 +39,39 @@ TRIALS = 12
 """Runs that a calibration may take; five are enough as a rule."""
 
 
-def coupler(
-    kind: type[Beam | Cable | Strut], section: Section, length: float, damping: float, bow: float, elements: int | None = None
-) -> Beam | Cable | Strut:
-    """Make a coupler of this kind: a strut damped along its axis, or bowed to the side its inertia bends it."""
-    if issubclass(kind, Strut):
-        return Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
-    return kind(section.damped(damping, length), elements=elements, imperfection=-bow * length)
-
-
 def striking(
-    body: Beam | Cable | Strut,
-    assumed: StrikeAssumptions,
+    model: str,
+    section: Section,
+    p: StrikeParameters,
     *,
     stiffness: float,
     restitution: float,
     mass: float,
     friction: float,
     speed: float | Ramp,
+    elements: int | None,
     stop: float = PAPER_STOP,
     lengths: SliderCrank = PAPER,
 ) -> Mechanism:
-    """Make the slider-crank with a coupler and a linear stop, in SI units; friction is that of the slider [N]."""
+    """Make the slider-crank with a linear stop, in SI units; friction is that of the slider [N].
+
+    A strut is damped along its axis, a beam is bowed to the side to which its inertia bends it.
+    """
+    if model == "strut":
+        body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
+    else:
+        damped = section.damped(p.damping, lengths.coupler)
+        body = Beam(damped, elements=elements, imperfection=-p.imperfection * lengths.coupler)
     law = CarvalhoMartins(stiffness, restitution, exponent=1.0)
     guide = GuideFriction(friction) if friction else None
-    return assumed.under(slider_crank(body, law=law, mass=mass, speed=speed, friction=guide, stop=stop, lengths=lengths))
+    return p.under(slider_crank(body, law=law, mass=mass, speed=speed, friction=guide, stop=stop, lengths=lengths))
 
 
-def mechanism(kind: type[Beam | Cable | Strut], parameters: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
-    """Make the slider-crank with a coupler of this kind, and a stop of this stiffness [N/m]."""
-    p = parameters
-    elements = None if p.accuracy else p.elements
-    body = coupler(kind, p.section, PAPER.coupler, p.damping, p.imperfection, elements)
+def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
+    """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
     return striking(
-        body, p, stiffness=stiffness, restitution=p.restitution, mass=p.mass, friction=p.friction_force, speed=speed
+        model, p.section, p, stiffness=stiffness, restitution=p.restitution, mass=p.mass, friction=p.friction_force, speed=speed,
+        elements=None if p.accuracy else p.elements,
     )  # fmt: skip
 
 
@@ -107,7 +105,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         return _run_stitched(parameters, stop, speed, duration)
     p, fastest = parameters, max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     solver = None if p.accuracy else mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
-    return simulated(model, mechanism(COUPLERS[model], p, stop, speed), duration, solver, p.timeout, p.accuracy)
+    return simulated(model, mechanism(model, p, stop, speed), duration, solver, p.timeout, p.accuracy)
 
 
 def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:

@@ -65,7 +65,7 @@ def test_every_study_states_gravity_and_motor(name):
 def test_a_motor_turns_the_crank_at_the_speed_it_is_given_without_load():
     """Ramp: the voltage follows it; a strut's crank lags by its own inertia, (J + J_rotor) w'/slope, and little else."""
     p = ImpactParameters(motor=2.0, mass=0.02, friction=0.0)
-    made = impact_models.mechanism(mbs.Strut, p, 7.2e4, mbs.Ramp(1.0, 2.0, 0.5))
+    made = impact_models.mechanism("strut", p, 7.2e4, mbs.Ramp(1.0, 2.0, 0.5))
     assert not made.drives and made.velocities["crank"] == 1.0
     result = mbs.simulate(made, 0.5)
     angle = impact_models.crank_angle(result.signals)
