@@ -179,11 +179,7 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
     With S(a) b = a x b the tilde matrices stack S(phi_k): S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
     """
-    m = len(model)
-    axis = np.diag([0.0, 0.0, 1.0])
-    x, y = model.translation
-    tilde = np.zeros((3, 3 * m))
-    tilde[0, 2::3], tilde[1, 2::3], tilde[2, 0::3], tilde[2, 1::3] = y, -x, -y, x
+    m, axis = len(model), np.diag([0.0, 0.0, 1.0])
     return {
         "massMatrixReduced": _container(np.eye(m)),
         "stiffnessMatrixReduced": _container(np.diag(model.stiffness)),
@@ -193,9 +189,9 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
         "centerOfMass": [0.0, 0.0, 0.0],
         "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),
         "mPsiTildePsiTilde": np.kron(model.gram, axis),
-        "mPhitTPsi": np.pad(model.translation, ((0, 1), (0, 0))),
-        "mPhitTPsiTilde": tilde,
-        "mXRefTildePsi": np.vstack([np.zeros((2, m)), -model.turning]),
+        "mPhitTPsi": np.zeros((3, m)),  # mean axes: modes carry no momentum of the whole
+        "mPhitTPsiTilde": np.zeros((3, 3 * m)),
+        "mXRefTildePsi": np.zeros((3, m)),
         "mXRefTildePsiTilde": np.kron(model.radial, axis),
     }
 

@@ -55,8 +55,6 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
         frequency=frequency,
         damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
         shapes=np.stack([along[ends], across[ends], turns[ends]], axis=1),
-        translation=np.array([line @ along, line @ across]),
-        turning=(line * bar.x) @ across + spin @ turns,
         radial=(line * bar.x) @ along,
         gram=along.T @ (line[:, None] * along) + across.T @ (line[:, None] * across) + turns.T @ (spin[:, None] * turns),
         gyration=swirl - swirl.T,

@@ -44,10 +44,8 @@ class PlanarModel:
         Angular frequency, rad/s, and damping ratio.
     shapes : array, shape (3, 3, m)
         At the `STATIONS` (first index): phi_x, phi_y, 1/sqrt(kg), and the turn of the section, 1/(m sqrt(kg)).
-    translation : array, shape (2, m)
-        Integral of phi_i dm; zero but for rounding, as the modes are orthogonal to rigid motion.
-    turning, radial : arrays, shape (m,)
-        Integrals of X x phi_i dm (zero likewise) and of X . phi_i dm.
+    radial : array, shape (m,)
+        Integrals of X . phi_i dm. Those of phi_i dm and of X x phi_i dm are zero, as modes are orthogonal to rigid motion.
     gram, gyration : arrays, shape (m, m)
         Integrals of phi_i . phi_j dm and of phi_i x phi_j dm, in-plane components. The modal masses are 1; the diagonal
         of `gram` is less by the lateral contraction out of the plane.
@@ -63,8 +61,6 @@ class PlanarModel:
     frequency: Array
     damping: Array
     shapes: Array
-    translation: Array
-    turning: Array
     radial: Array
     gram: Array
     gyration: Array
@@ -84,7 +80,7 @@ class PlanarModel:
         return {"start": 0.0, "end": 1.0, "centre": 0.5}[station] * np.array([self.length, 0.0]) - self.centre
 
     def kinetic(self, q: Array, q_t: Array) -> Array:
-        """Kinetic energy, J, shape (times,): mean axes, so `translation` and `turning` do not appear."""
+        """Return the kinetic energy [J], shape (times,), about mean axes."""
         own, spin = self._own_angular_momentum(q, q_t), q_t[:, 2]
         swirl = np.einsum("ti,ij,tj->t", q[:, 3:], self.gyration, q_t[:, 3:])
         return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + spin * (own + swirl) + (q_t[:, 3:] ** 2).sum(axis=1))

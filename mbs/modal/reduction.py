@@ -39,8 +39,10 @@ class ReducedModel:
         Shares of kinetic energy by `buckler.mbs.modal.MOTIONS`.
     length, mass, centre
         Distance of the joints, m; kg; centre of mass in link axes, m, shape (3,).
-    second, first, mixed, coupled : arrays, shape (3, 3), (m, 3), (m, 3, 3), (m, m, 3, 3)
-        Integrals of X_a X_b, phi_ka, X_a phi_kb, phi_ka phi_lb over the mass, X from the centre of mass.
+    inertia : float
+        About the centre of mass, in the plane [kg m^2].
+    radial, gram, gyration : arrays, shape (m,), (m, m), (m, m)
+        Integrals over the mass of X . phi_k, phi_k . phi_l and phi_k x phi_l, in-plane parts, X from the centre of mass.
     at_stations : array, shape (3 stations, m, 6)
         Translation and rotation at start, end and centre, which lie at x = 0, length and length/2 on the link's axis.
     line, line_modes : arrays, shape (p,) and (m, p, 2)
@@ -57,10 +59,10 @@ class ReducedModel:
     length: float
     mass: float
     centre: Array
-    second: Array
-    first: Array
-    mixed: Array
-    coupled: Array
+    inertia: float
+    radial: Array
+    gram: Array
+    gyration: Array
     at_stations: Array
     line: Array
     line_modes: Array
@@ -89,21 +91,18 @@ class ReducedModel:
     def planar(self) -> PlanarModel:
         """What the plane of motion sees: in-plane modes and inertia."""
         k = self.moves_in_plane
-        mixed, coupled = self.mixed[k], self.coupled[k][:, k]
         return PlanarModel(
             length=self.length,
             mass=self.mass,
-            inertia=float(self.second[0, 0] + self.second[1, 1]),
+            inertia=self.inertia,
             centre=self.centre[:2],
             numbers=self.numbers[k],
             frequency=self.omega[k],
             damping=self.damping[k],
             shapes=self.at_stations[:, k][:, :, [0, 1, 5]].transpose(0, 2, 1),
-            translation=self.first[k, :2].T,
-            turning=mixed[:, 0, 1] - mixed[:, 1, 0],
-            radial=mixed[:, 0, 0] + mixed[:, 1, 1],
-            gram=coupled[:, :, 0, 0] + coupled[:, :, 1, 1],
-            gyration=coupled[:, :, 0, 1] - coupled[:, :, 1, 0],
+            radial=self.radial[k],
+            gram=self.gram[np.ix_(k, k)],
+            gyration=self.gyration[np.ix_(k, k)],
             line=np.column_stack([self.line, np.zeros_like(self.line)]) - self.centre[:2],
             line_shapes=self.line_modes[k].transpose(1, 2, 0),
         )
@@ -152,14 +151,16 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     places = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
     at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in places])
     line, line_modes = _line(solid, modes, at_stations)
-    arms = solid.nodes - solid.centre
-    heavy = np.array([solid.mass @ mode for mode in modes]).reshape(-1, *arms.shape)
+    arms = (solid.nodes - solid.centre)[:, :2]
+    plane = modes[..., :2]
+    heavy = np.array([solid.mass @ mode for mode in plane]).reshape(-1, *arms.shape)
+    swirl = np.einsum("kn,ln->kl", plane[..., 0], heavy[..., 1])
     return ReducedModel(
         solid.nodes, solid.cells, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
-        second=arms.T @ (solid.mass @ arms),
-        first=heavy.sum(axis=1),
-        mixed=np.einsum("na,knb->kab", arms, heavy),
-        coupled=np.einsum("kna,lnb->klab", modes, heavy),
+        inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
+        radial=np.einsum("na,kna->k", arms, heavy),
+        gram=np.einsum("kna,lna->kl", plane, heavy),
+        gyration=swirl - swirl.T,
         at_stations=at_stations,
         line=line,
         line_modes=line_modes,

@@ -59,8 +59,7 @@ class Particles:
         cross = phi[:, 0, :, None] * phi[:, 1, None, :] - phi[:, 1, :, None] * phi[:, 0, None, :]
         return PlanarModel(
             length, w.sum(), float(w @ (x**2).sum(1)), np.array([length / 2, 0.0]), np.arange(1, self.m + 1), self.frequency,
-            self.damping, self.sections, translation=np.einsum("p,pci->ci", w, phi),
-            turning=np.einsum("p,pi->i", w, x[:, :1] * phi[:, 1] - x[:, 1:] * phi[:, 0]),
+            self.damping, self.sections,
             radial=np.einsum("p,pc,pci->i", w, x, phi), gram=np.einsum("p,pci,pcj->ij", w, phi, phi),
             gyration=np.einsum("p,pij->ij", w, cross), line=x, line_shapes=phi,
         )  # fmt: skip
