@@ -17,6 +17,7 @@ from made_up_study import Parameters, figure, metrics_of, run
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.cli import COMMANDS, main
+from buckler.studies.kit.options import parser_of, subject
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -75,6 +76,15 @@ def test_there_are_at_most_fifteen_commands(capsys):
     assert len(COMMANDS) <= 15
     assert main(argv=["shwo", "x.toml"]) == 2
     assert capsys.readouterr().err == "error: unknown command 'shwo'; did you mean show?\n"
+
+
+@pytest.mark.parametrize("name", registry.STUDIES)
+def test_parameters_written_as_options_are_read_again(name):
+    study = subject(name)
+    usual = study.module.Parameters()
+    texts = {key: ",".join(map(str, value)) if isinstance(value, tuple) else str(value) for key, value in vars(usual).items()}
+    words = [f"--{key.replace('_', '-')}={text}" for key, text in texts.items()]
+    assert study.parameters(parser_of(study, "run").read(words)) == usual
 
 
 def test_python_m_studies_is_the_command_line():
