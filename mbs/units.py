@@ -158,7 +158,7 @@ class Measured(float):
     """A number in SI that was given with a unit, and is compared with the unit wanted of it when it is checked."""
 
     given: str
-    """What was written."""
+    """Text that was given."""
     dimension: tuple[float, ...]
 
     def __new__(cls, value: float, given: str, dimension: tuple[float, ...]) -> Measured:
@@ -174,7 +174,7 @@ class Measured(float):
         return float, (float(self),)
 
     def fits(self, unit: str) -> bool:
-        """Whether it may stand for a quantity in a unit; `unit` may name several, as `rad/s or m/s`, or leave a power open."""
+        """Return True if it may stand for a quantity in a unit; `unit` may be `rad/s or m/s`, or leave a power open."""
         return any(_fits(self.dimension, one.strip()) for one in unit.split(" or "))
 
 
@@ -192,7 +192,7 @@ def _fits(dimension: tuple[float, ...], unit: str) -> bool:
 
 
 def fits(given: str, unit: str) -> bool:
-    """Whether a unit is of the kind of another one."""
+    """Return True if a unit is of the kind of another one."""
     return Measured(1.0, given, parse_unit(given).dimension).fits(unit)
 
 
@@ -225,7 +225,7 @@ def behind(units: Mapping[str, str], name: str) -> str:
 
 
 def is_measured(text: str) -> bool:
-    """Whether a text is, or looks like, a number with a unit, and is no formula."""
+    """Return True if a text is, or looks like, a number with a unit, and is no formula."""
     if MULTIPLIED.search(text):
         return False
     try:

@@ -1,4 +1,4 @@
-"""What a modal link is made of: material and size, a solid mesh, two interfaces, chosen modes, damping."""
+"""Modal links: material and size, a mesh, two interfaces, chosen modes, damping."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class BarModes(Declared):
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """From 1 on."""
+        """Numbers of its modes, from 1."""
         return tuple(range(1, self.bending + self.axial + 1))
 
 
@@ -215,7 +215,7 @@ class Modal(Body):
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
     def planar(self, length: float) -> Any:
-        """What the plane of motion sees of a link this long [m]: a `PlanarModel`."""
+        """Reduce a link of this length [m] to the plane of motion: a `PlanarModel`."""
         return offered("planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:

@@ -19,7 +19,7 @@ STUCK = "the step is rejected again and again: no step is short enough for this 
 
 
 class NoStepError(RuntimeError):
-    """No step is short enough."""
+    """Raised where no step is short enough for a law."""
 
 
 def user_function(kernel: Kernel, memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callback:

@@ -63,21 +63,21 @@ class PlacedModal(Placed):
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
     def weights(self) -> Array:
-        """How far one unit of each coordinate moves the link at most, m, shape (1, 3 + m): a norm for step errors."""
+        """Return the largest displacement by one unit of each coordinate [m], shape (1, 3 + m): a norm for step errors."""
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
     def motion(self, states: States) -> ModalHistory:
-        """Of its frame and modes."""
+        """Return the motion of its frame and modes."""
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
     def direction(self, _point: str) -> float:
-        """Of the link: it starts undeformed."""
+        """Return the direction of the link, which starts undeformed [rad]."""
         return float(self.reference[0, 2])
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Of its mass, inertia and modes, in the direction in which it is lightest."""
+        """Return one over the effective mass of a point, in the direction in which it is least [1/kg]."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
@@ -146,7 +146,7 @@ def _position_marker(system: System, model: PlanarModel, body: int, station: str
 
 
 def _add_rigid(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
-    """No mode moves in the plane: a rigid body with the solid's inertia."""
+    """Add a rigid body with the solid's inertia, where no mode moves in the plane."""
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place], initialVelocities=[*velocity]))
     body = system.AddObject(eii.ObjectRigidBody2D(mass=model.mass, inertia=model.inertia, nodeNumber=node))
     return (node,), body

@@ -1,4 +1,4 @@
-"""Where a function of time that nobody described jumps, has a kink, or changes quickly: found by looking, before a run.
+"""Jumps, kinks and quick changes of a function of time, found by sampling it before a run.
 
 It is looked at every `WIDTH` of the run. Where its second difference stands out is a jump or a kink, found closely by halving.
 What is left is parted until a polynomial fits each piece, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
@@ -73,7 +73,7 @@ _kept = lru_cache(maxsize=64)(_found)
 
 
 def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
-    """The same of time alone."""
+    """Make it a function of time alone, its other arguments zero."""
     for others in range(MOST_OTHERS):
         try:
             function(0.0, *[0.0] * others)
@@ -161,7 +161,7 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
 
 
 def _left(values: Array) -> float:
-    """What the polynomial through points near Chebyshev's leaves of all samples, at most."""
+    """Return the largest error at all samples of the polynomial through points near Chebyshev's."""
     degree = min(DEGREE, len(values) // FEWEST)  # most looks are to be between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))

@@ -103,7 +103,7 @@ class Function(Callables):
         Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
 
     def made(self, name: str, given: object) -> Any:
-        """What was given as a function, which nobody has called yet."""
+        """Make a function of what was given, without calling it."""
         return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
 
     def written(self, name: str, value: object) -> Any:
@@ -116,7 +116,7 @@ class Function(Callables):
 
 
 class Law(Function):
-    """The same of a load that may have states: the load calls it, as it alone knows them."""
+    """A function of a load that may have states: the load tries it, as it alone knows them."""
 
     @property
     def words(self) -> str:  # type: ignore[override]

@@ -54,7 +54,7 @@ DERIVATIVES = {
     "min": "((1-sign(a-b))*da+(1+sign(a-b))*db)/2", "max": "((1+sign(a-b))*da+(1-sign(a-b))*db)/2",
     "step": "6*(e-c)*min(max((a-b)/(d-b),0),1)*(1-min(max((a-b)/(d-b),0),1))/(d-b)*da",
 }  # fmt: skip
-"""By the arguments a, b, c, d, e and their derivatives da, db; of `step` by its first argument only."""
+"""Derivatives of functions, by their arguments a, b, c, d, e and the derivatives da, db; of `step` by its first argument."""
 OPERATORS: dict[type[ast.operator], tuple[str, str, str]] = {
     ast.Add: ("da", "db", "da+db"), ast.Sub: ("da", "-db", "da-db"), ast.Mult: ("da*b", "a*db", "da*b+a*db"),
     ast.Div: ("da/b", "-a*db/b**2", "da/b-a*db/b**2"),

@@ -57,7 +57,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
 
 
 class Given:
-    """What formulas and tables share: they are pickled by what they were made from."""
+    """Base of formulas and tables, which are pickled by what they were made from."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
@@ -118,12 +118,12 @@ class Expression(Given, Declared):
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
 
     def derivative(self) -> Expression:
-        """By its first variable."""
+        """Return the derivative by its first variable."""
         first = self.variables[0]  # type: ignore[attr-defined]
         return Expression(derivative(parse(self.text, self.variables), first))  # type: ignore[attr-defined]
 
     def integral(self) -> Integral:
-        """From 0, by Gauss quadrature."""
+        """Return the integral from 0, by Gauss quadrature."""
         return Integral(self)
 
 
@@ -136,7 +136,7 @@ class Table(Given, Declared):
     smooth: bool = flag(doc="joined by a cubic spline rather than by straight lines", default=False)
 
     def agree(self) -> None:
-        """As many values as times, which increase."""
+        """Refuse other than as many values as times, which increase."""
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -162,13 +162,13 @@ class Table(Given, Declared):
         return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
     def derivative(self) -> Slope:
-        """By time; ValueError unless the table is smooth."""
+        """Return the derivative by time; ValueError unless the table is smooth."""
         if not self.smooth:
             raise ValueError("a table of straight lines has no rate at its points; add smooth = true")
         return Slope(self)
 
     def integral(self) -> Integral:
-        """From 0."""
+        """Return the integral from 0."""
         return Integral(self)
 
 
@@ -190,7 +190,7 @@ class Slope(Given):
         return self.of.kinks
 
     def integral(self) -> Callable[..., Any]:
-        """From 0: the table, where it starts at zero."""
+        """Return the integral from 0: the table, where it starts at zero."""
         return self.of if abs(self.of(0.0)) == 0.0 else Integral(self)
 
 
@@ -204,14 +204,14 @@ class Integral(Given):
         self.span(0.0)
 
     def span(self, duration: float) -> None:
-        """What is asked for lies within so many s: what is integrated is looked at, and parted, by that."""
+        """Set the span of times [s], by which the integrand is searched for kinks and parted."""
         if duration != getattr(self, "_span", None):
             object.__setattr__(self, "_span", duration)
             object.__setattr__(self, "_sums", [0.0])
 
     @property
     def made_of(self) -> tuple[Any, ...]:
-        """What was integrated."""
+        """Integrand."""
         return (self.of,)
 
     def _piece(self, start: float, end: float) -> float:
@@ -239,7 +239,7 @@ class Integral(Given):
         return sums[count] + self._piece(count * width, t)
 
     def derivative(self) -> Callable[..., Any]:
-        """What was integrated."""
+        """Integrand."""
         return self.of
 
 
@@ -256,7 +256,7 @@ class Components(Given, Declared):
 
     @property
     def made_of(self) -> tuple[Any, ...]:
-        """All parts."""
+        """Parts."""
         return tuple(self.parts)
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
@@ -265,7 +265,7 @@ class Components(Given, Declared):
 
 
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """What a function of these variables returns, number by number: `size` of them, where it does not say.
+    """Return functions of these variables, one for each number that a function returns: `size` of them, where it does not say.
 
     Raises
     ------
@@ -295,7 +295,7 @@ def _known() -> str:
 
 
 def own_functions(value: object) -> bool:
-    """Whether anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
+    """Return True if anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
     if is_dataclass(value) and not isinstance(value, type):
         return not type(value).__module__.startswith(OURS) or any(own_functions(getattr(value, f.name)) for f in fields(value))
     if isinstance(value, dict):

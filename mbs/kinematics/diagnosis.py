@@ -1,4 +1,4 @@
-"""What is wrong with a linkage in a pose: which links are in line, what is redundant, what contradicts what."""
+"""Diagnosis of a linkage in a pose: links in line, redundant and contradicting constraints."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _constraints(mechanism: Mechanism) -> tuple[Linkage, list[str], Array]:
 
 
 def stuck(record: Record) -> tuple[Status, str] | None:
-    """What is wrong with the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is."""
+    """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is wrong."""
     mechanism = record.mechanism
     linkage = Linkage(mechanism)
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
@@ -111,7 +111,7 @@ def independent_rows(matrix: Array) -> list[int]:
 
 
 def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
-    """What is worth knowing of a mechanism, in sentences: what is redundant, and what looks forgotten."""
+    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
     found = []
     if redundant_ones:
         shared = ", ".join(map(repr, undetermined(mechanism)))

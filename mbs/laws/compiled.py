@@ -129,7 +129,7 @@ def _once(key: tuple[Any, ...], made: Callable[[], Pointer | None]) -> Pointer |
 
 
 def _value(thing: object, depth: int = 0) -> Hashable:
-    """What compiled code makes of a thing: code and values of what it uses, for a function; None if that is not known."""
+    """Return a key of equal machine code: of a function its code and the values it uses; None where that is not known."""
     if isinstance(thing, types.FunctionType):
         used = {name: thing.__globals__[name] for name in _names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
@@ -187,7 +187,7 @@ def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
 
 
 def _compiled_array(function: Callable[..., object], arguments: int) -> Pointer | None:
-    """The same of a function of a pointer to so many floats."""
+    """Return the address of a function of a pointer to so many floats; None if it cannot be compiled."""
     if not compiler():
         return None
     import numba

@@ -23,7 +23,7 @@ from .pieces import Reals
 
 Both = tuple[Reals, Reals] | Array
 Law = Callable[..., float]
-"""Of a joint's row of numbers and of its state."""
+"""Function of a joint's row of numbers and of its state."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
 """Columns reported of each joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], direction of contact."""

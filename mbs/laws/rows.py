@@ -68,7 +68,7 @@ def add_friction(builder: Rows, law: laws.FrictionLaw | laws.BristleLaw) -> int:
 
 
 def _ours(law: object) -> bool:
-    """Whether a law is this package's own, or a hysteresis law that changes nothing but chi: no derived class may differ."""
+    """Return True for a law of this package, or a hysteresis law that changes nothing but chi; a derived class may differ."""
     kind = type(law)
     if isinstance(law, laws.HysteresisLaw):
         return type(law).force is laws.HysteresisLaw.force

@@ -34,4 +34,4 @@ __all__ = [
 __getattr__ = on_demand(
     __name__, {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
 )
-"""What needs SciPy's sparse solvers."""
+"""Names that need SciPy's sparse solvers, imported on demand."""

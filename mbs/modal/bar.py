@@ -126,5 +126,5 @@ MAKERS: dict[type, Callable[[Modal, float], PlanarModel]] = {
 
 
 def planar_model(modal: Modal, length: float) -> PlanarModel:
-    """What the plane of motion sees of a link this long [m]."""
+    """Reduce a link of this length [m] to the plane of motion."""
     return MAKERS[type(modal.modes)](modal, length)

@@ -14,7 +14,7 @@ from ..geometry import Array
 from .solid import Solid, rigid_motions
 
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
-"""What a mode may do; the first two move the link in the plane."""
+"""Motions of a mode; the first two move the link in the plane."""
 SLABS = 24
 """Slices across the link by which a mode's motion is read."""
 IN_PLANE = 1e-6
@@ -24,7 +24,7 @@ CLUSTER = 1e-3
 
 
 def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
-    """The lowest flexible modes of the unsupported link.
+    """Compute the lowest flexible modes of the unsupported link.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
 
 
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
-    """All flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static (3 in the plane) and vibrating ones.
+    """Compute flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static (3 in the plane) and vibrating ones.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def participation(solid: Solid, shapes: Array) -> Array:
 
 
 def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[Array, Array]:
-    """Mean motion of some nodes: mass-weighted least squares of a translation of the point `about` and a rotation.
+    """Fit the mean motion of some nodes: mass-weighted least squares of a translation of the point `about` and a rotation.
 
     Returns
     -------

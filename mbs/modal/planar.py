@@ -18,7 +18,7 @@ STATIONS = ("start", "end", "centre")
 
 
 class FrameMotion(NamedTuple):
-    """Of a station: position, velocity, acceleration (times, 2); angle, angular velocity and acceleration (times,)."""
+    """Motion of a station: position, velocity, acceleration (times, 2); angle, angular velocity and acceleration (times,)."""
 
     position: Array
     velocity: Array
@@ -72,7 +72,7 @@ class PlanarModel:
 
     @property
     def stiffness(self) -> Array:
-        """Of each mode, frequency squared, as the modal masses are 1, shape (m,)."""
+        """Modal stiffnesses, frequencies squared, as the modal masses are 1, shape (m,)."""
         return self.frequency**2
 
     def place(self, station: str) -> Array:
@@ -199,7 +199,7 @@ class ModalHistory:
         return self.q[:, 3:] @ (shapes[2] - (shapes[0] + shapes[1]) / 2)
 
     def foreshortening(self) -> Array:
-        """How much nearer to each other its bending brings the joints, m, shape (times,); linear modes leave it out."""
+        """Return the foreshortening of the chord by bending [m], shape (times,); linear modes leave it out."""
         x, w = self.model.line[:, 0], self.q[:, 3:] @ self.model.line_shapes[:, 1].T
         slopes = np.diff(w, axis=1) / np.diff(x)
         lift = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])

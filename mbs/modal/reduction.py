@@ -1,4 +1,4 @@
-"""From a `Modal` link's specification to its reduced model: inertia, chosen modes, what they do at the joints."""
+"""Reduction of a `Modal` link: inertia, chosen modes, their motion at the joints."""
 
 from __future__ import annotations
 
@@ -74,12 +74,12 @@ class ReducedModel:
 
     @property
     def kinds(self) -> list[str]:
-        """What each mode does most."""
+        """Dominant motion of each mode, of `MOTIONS`."""
         return [MOTIONS[k] for k in np.argmax(self.participation, axis=1)]
 
     @property
     def moves_in_plane(self) -> Array:
-        """Which modes the plane of motion sees, shape (m,); the others a planar mechanism cannot excite."""
+        """Mask of the modes in the plane, shape (m,); a planar mechanism cannot excite the others."""
         return plane_part(self.participation)
 
     def table(self) -> list[tuple[int, float, str, float, bool]]:
@@ -89,7 +89,7 @@ class ReducedModel:
         return [(int(n), float(f), kind, float(share), bool(seen)) for n, f, kind, share, seen in rows]
 
     def planar(self) -> PlanarModel:
-        """What the plane of motion sees: in-plane modes and inertia."""
+        """Return the in-plane modes and inertia."""
         k = self.moves_in_plane
         return PlanarModel(
             length=self.length,
@@ -109,7 +109,7 @@ class ReducedModel:
 
 
 def plane_part(shares: Array) -> Array:
-    """Which modes move in the plane: with half of their sections' kinetic energy at least, shape (modes,)."""
+    """Find the modes with half of their sections' kinetic energy in the plane at least, a mask of shape (modes,)."""
     return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
 
 
@@ -168,7 +168,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
 
 
 def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
-    """All modes the numbers may choose from; of free ones no more than needed."""
+    """Compute all modes the numbers may choose from; of free ones no more than needed."""
     if isinstance(wanted, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if wanted.fixed > most:
