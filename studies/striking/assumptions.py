@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Motion, Motor, Ramp
+from buckler.mbs import Mechanism, Motor, Ramp
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import Gravity, integer, quantity
 
 SLOWED = 1.2
-"""How much longer a run takes whose crank a motor turns."""
-CONSTANT = 1.0
-"""Torque constant of the motor, N m/A; only the slope of torque over speed matters, its square over the resistance."""
+"""Factor on the time of a run whose crank a motor turns: no motor that explains the forces is slower by more."""
 
 
 @dataclass(frozen=True)
@@ -29,39 +27,33 @@ class StrikeAssumptions(Gravity):
     motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "of the motor's rotor at the crank", "left open")
 
     def under(self, made: Mechanism) -> Mechanism:
-        """The same mechanism under gravity, and with its crank turned by the motor instead of driven at its speed.
+        """Put the mechanism under gravity, and let the motor turn its crank instead of the drive.
 
-        The voltage is the one at which the motor without load has that speed; it starts with it.
+        The voltage is the one at which the motor without load has the drive's speed; it starts with that speed. The torque
+        constant is 1 N m/A: only the slope of torque over speed matters, its square over the resistance.
         """
         if self.gravity:
             made = replace(made, gravity=self.pull)
         if not self.motor:
             return made
-        (drive,) = made.drives
-        speed = drive.speed
-        if isinstance(speed, int | float):
-            voltage: Any = CONSTANT * speed
-            first = voltage
-        elif isinstance(speed, Ramp | Motion):
-            voltage, first = (lambda t: CONSTANT * speed.speed(t)), CONSTANT * speed.speed(0.0)
-        else:
-            raise ValueError(f"drive = {speed!r}: a motor takes a speed, Ramp or Motion instead")
-        motor = Motor("crank", voltage, resistance=CONSTANT**2 / self.motor, constant=CONSTANT, inertia=self.motor_inertia)
-        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first) / CONSTANT})
+        speed: Any = made.drives[0].speed
+        voltage, first = (lambda t: speed.speed(t), speed.speed(0.0)) if isinstance(speed, Ramp) else (speed, speed)
+        motor = Motor("crank", voltage, resistance=1 / self.motor, constant=1.0, inertia=self.motor_inertia)
+        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first)})
 
     def lasts(self, duration: float) -> float:
-        """Time, s, in which the crank surely turns as far as it would at the speed without load in `duration`."""
+        """Bound the time [s] in which the crank turns as far as it would at the speed without load in `duration` [s]."""
         return duration * (SLOWED if self.motor else 1.0)
 
     def stated(self) -> str:
-        """One sentence for a table."""
+        """State gravity and motor in one sentence."""
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
         return f"Left open by the paper: gravity {self.down}; crank: {drive}"
 
 
 @dataclass(frozen=True)
 class StrikeParameters(StrikeAssumptions):
-    """How the strip is simulated, too."""
+    """Gravity and motor, and how the strip is simulated."""
 
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
     imperfection: float = quantity(
@@ -73,7 +65,7 @@ class StrikeParameters(StrikeAssumptions):
 
 
 def crank_angle(signals: Mapping[str, Array]) -> Array:
-    """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
+    """Return the crank angle from 0 at the start [rad]: of the drive, or where a motor has turned the crank."""
     if "drive.position" in signals:
         return np.asarray(signals["drive.position"])
     return np.unwrap(np.arctan2(signals["crank.y"], signals["crank.x"]))
