@@ -84,7 +84,8 @@ class Tree:
         out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(out, 1)
         os.dup2(out, 2)
-        sys.path[:] = [os.environ["PYTHONPATH"], str(self.root / "tests"), *(p for p in sys.path if not p.startswith(str(ROOT)))]
+        own = [str(self.root / "tests"), str(self.root / "tests" / "support")]
+        sys.path[:] = [os.environ["PYTHONPATH"], *own, *(p for p in sys.path if not p.startswith(str(ROOT)))]
         import pytest
 
         code = 99

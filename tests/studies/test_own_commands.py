@@ -113,7 +113,7 @@ def test_a_sweep_from_python():
 
 def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "made_up_study.py").read_text())
+    (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "support" / "made_up_study.py").read_text())
     assert main(argv=["run", "./my_own_study.py", "--thickness", "1mm"]) == 0
     assert metrics(tmp_path / "results" / "my_own_study")["status"] == "OK"
     (tmp_path / "no_study_at_all.py").write_text("x = 1\n")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from buckler.studies.sweeping.sweep import read
 
-ROOT = Path(__file__).resolve().parent.parent
-ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")]), "PYTHONWARNINGS": ""}
+ROOT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests" / "support")]), "PYTHONWARNINGS": ""}
 
 
 def start(*words, **options):
     """Start `python -m studies ...` with the toy study in the registry, in a session of its own."""
-    command = [sys.executable, str(ROOT / "tests" / "sweep_toy.py"), *map(str, words)]
+    command = [sys.executable, str(ROOT / "tests" / "support" / "sweep_toy.py"), *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | options
     return subprocess.Popen(command, env=ENVIRONMENT, start_new_session=True, **pipes)
 
