@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cache, reduce
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial, reduce
 from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any, TypeVar
@@ -107,7 +107,15 @@ def inner(function: F, compiler: type[Compiler] = _Drafting, **options: object) 
     """Compile a function that only compiled ones call: no door for Python, nothing kept on disk."""
     DRAFTED.append(function.__name__)
     doors = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
+    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
+    made._compiler.fold_argument_types = partial(_widened, made._compiler.fold_argument_types)
+    return made
+
+
+def _widened(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
+    """Take a constant for an argument as its type: Numba compiles a function anew for each number that it is called with."""
+    signature, found = fold(args, kws)
+    return signature, tuple(map(types.unliteral, found))
 
 
 def aside(function: F) -> F:

@@ -134,3 +134,15 @@ def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:
 
     assert root(2.0) == 16.0
     assert cube.overloads[(numba.float64,)].library.get_pointer_to_function("any") == 0
+
+
+def test_a_constant_argument_is_no_reason_to_compile_anew():
+    @compiling.inner
+    def scaled(x, k):
+        return k * x
+
+    @numba.njit
+    def called(x, k):
+        return scaled(x, 2) + scaled(x, 3) + scaled(x, k)
+
+    assert called(1.0, 4) == 9.0 and len(scaled.signatures) == 1
