@@ -215,7 +215,8 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     normal = np.cross(edge.T, (face[:, 2] - face[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
     middle, off = face.mean(axis=1), straight.p[:, straight.t].mean(axis=1)
     side = np.stack([(normal * (off[:, cells] - middle)).sum(axis=0) for cells in pair])
-    over = side[0] * side[1] > 0
+    flat = ON * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
+    over = (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)
     share = np.bincount(pair[:, over].ravel(), minlength=len(folded)) / np.bincount(pair.ravel(), minlength=len(folded)).clip(1)
     folded[pair[:, over][share[pair[:, over]] >= share[pair[::-1][:, over]]]] = True
     if folded.any():

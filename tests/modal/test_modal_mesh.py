@@ -10,6 +10,7 @@ pytest.importorskip("skfem")
 
 import meshio
 from meshed import LENGTH, STEEL, TALL, THIN, WIDE
+from scipy.spatial import Delaunay
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, BarModes, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
@@ -148,6 +149,38 @@ def test_a_node_pulled_across_a_face_is_named(kind, tmp_path):
     points[inside[0], 0] += 1.3 * LENGTH / 6
     with pytest.raises(ValueError, match=r"mesh '.*pulled.vtu': inverted cells = \d+, the first is number \d+"):
         read_mesh(written(tmp_path / "pulled.vtu", kind, points, cells))
+
+
+def drawn_mesh(seed):
+    """A box of simplices between nodes drawn by chance, one of which was pulled somewhere."""
+    chance, dim = np.random.default_rng(seed), 2 + seed % 2
+    size = np.array([0.2, 0.02, 0.01][:dim])
+    grid = np.meshgrid(*(np.linspace(0, s, n) for s, n in zip(size, (10, 5, 4), strict=False)), indexing="ij")
+    points = np.stack(grid, axis=-1).reshape(-1, dim)
+    inside = np.flatnonzero(((points > 0) & (points < size)).all(axis=1))
+    points[inside] += chance.normal(size=(len(inside), dim)) * 3e-4
+    cells = Delaunay(points).simplices
+    volumes = np.abs(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]))
+    cells = cells[volumes > 1e-6 * volumes.max()]
+    points[chance.choice(inside)] += chance.normal(size=dim) * np.array([8e-3, 2e-3, 1.5e-3])[:dim] * chance.uniform(0.2, 1.5)
+    return np.clip(points, 0, size), cells, float(size.prod())
+
+
+def test_inverted_cells_are_told_from_sound_ones():
+    """Cells that lie over each other have more volume together than their box: no such mesh passes, and no other is refused."""
+    seen = []
+    for seed in range(60):
+        points, cells, whole = drawn_mesh(seed)
+        dim = points.shape[1]
+        volume = np.abs(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]])).sum() / (2 if dim == 2 else 6)
+        try:
+            grid_of("triangle" if dim == 2 else "tetra", np.pad(points, ((0, 0), (0, 3 - dim))), cells)
+            refused = False
+        except ValueError as error:
+            refused = "inverted cells = " in str(error)
+        assert refused == (volume > whole * (1 + 1e-6)), seed
+        seen.append(refused)
+    assert 15 < sum(seen) < 45
 
 
 def test_what_meshio_cannot_read_is_named_with_its_file(tmp_path):
