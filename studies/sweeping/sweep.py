@@ -174,8 +174,12 @@ def run_case(job: Job) -> Row:
 
 
 def _provenance() -> dict[str, Any]:
-    ended = datetime.now(UTC).isoformat(timespec="seconds")
-    return {"versions": versions(), "sources": hash_sources(), "host": socket.gethostname(), "ended": ended}
+    return {**_origin(), "sources": hash_sources(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+
+
+@cache
+def _origin() -> dict[str, Any]:
+    return {"versions": versions(), "host": socket.gethostname()}
 
 
 @cache

@@ -51,6 +51,12 @@ def test_the_engine_gives_the_same_bits_in_a_process_as_here():
     assert forces[1] / forces[0] == pytest.approx(1.5**3, rel=1e-3)  # the load of a pinned strip grows as its thickness cubed
 
 
+def test_store_and_engine_take_little_beside_a_case(tmp_path):
+    begin = time.process_time()
+    sweep(sweep_toy, [Parameters(length=i / 400) for i in range(400)], store=tmp_path / "s.sqlite")
+    assert time.process_time() - begin < 400 * 5e-3  # 0.5 ms a case where nothing else runs
+
+
 def test_wrong_cases_are_refused():
     with pytest.raises(ValueError, match="case 1 is Parameters, not the Parameters of sweep_toy"):
         sweep(sweep_toy, [Parameters(), slider_crank.Parameters()])
