@@ -47,6 +47,7 @@ from .solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 if TYPE_CHECKING:
     from .engine.build import build
+    from .ensembles.ensemble import ensemble
     from .sensitivity.derivatives import sensitivities
     from .sensitivity.design import optimise
     from .sensitivity.fitting import fit
@@ -57,14 +58,14 @@ __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
     "Force", "Gear", "Guide", "GuideFriction", "LineLoad", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor",
     "Profile", "Rack", "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring",
-    "States", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit",
-    "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
+    "States", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "ensemble", "equilibrium",
+    "fit", "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
 __getattr__ = on_demand(__name__, {
-    "simulate": "simulation", "build": "engine.build", "equilibrium": "statics", "path": "statics", "frequencies": "statics",
-    "periodic": "statics", "response": "statics", "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting",
-    "optimise": "sensitivity.design",
+    "simulate": "simulation", "build": "engine.build", "ensemble": "ensembles.ensemble", "equilibrium": "statics",
+    "path": "statics", "frequencies": "statics", "periodic": "statics", "response": "statics",
+    "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting", "optimise": "sensitivity.design",
 })  # fmt: skip
 """What needs a solver."""
 

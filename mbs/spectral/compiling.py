@@ -30,6 +30,7 @@ Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 COMPILED = (
     "compiling", "tables", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
     "output", "contacts", "room", "radau", "newton", "samples", "doors", "implicit", "explicit", "recording",
+    "channels", "statistics",
 )  # fmt: skip
 """Files that hold compiled functions."""
 DRAFTED: list[str] = []

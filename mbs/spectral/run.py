@@ -109,12 +109,13 @@ def _contradiction(scene: Scene, out: Output) -> tuple[Status, str] | None:
 
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    state: State | None = None, ends: Array | None = None, every: int = 1,
+    state: State | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
     `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. One
-    step in `every` is written, and samples within steps only where that is 1.
+    step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only the
+    last row is kept then.
     """
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -139,9 +140,14 @@ def integrate(
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
             run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
-            parts.append(Output(*(x[: counts.samples] for x in out)))
+            part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
-                parts[-1], failure = _raised(scene, parts[-1])
+                part, failure = _raised(scene, part)
+            if take is None:
+                parts.append(part)
+            elif len(part.time):
+                take(part)
+                parts = [Output(*(x[-1:].copy() for x in part))]
             if progress is not None:
                 progress(clock.time / end)
             if failure is None and (interrupted() or working_time() > deadline):

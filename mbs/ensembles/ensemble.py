@@ -1,0 +1,194 @@
+"""Run an ensemble, and its statistics.
+
+    found = ensemble(
+        mechanism, 2.0, members=1000, vary={"joints[0].gap": uniform(1e-4, 4e-4)}, of=["rms(B.normal_force)"], each=0.2
+    )
+    found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
+
+A member is a run; each window of it gives every reading once. Members are independent, the windows of one member are not:
+standard errors are those of the members' means.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from math import floor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from ..geometry import Array
+from ..kinematics.linkage import turning_speed
+from ..mechanism import Mechanism
+from ..solvers import Spectral
+from ..spectral.channels import Channels
+from ..spectral.run import State, integrate
+from ..spectral.scene import Scene
+from ..spectral.start import begin
+from ..spectral.statistics import Accumulator
+from ..validate import one_of, positive, whole
+from .members import Members, split
+from .readings import Reading
+from .result import Ensemble
+
+CHUNK = 16
+"""Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all members share; it can be sent to another process.
+
+    Attributes
+    ----------
+    members : Members
+    duration : float [s]
+    solver : Spectral
+    readings : tuple of str
+    edges : array, shape (windows + 1,) [s]
+    """
+
+    members: Members
+    duration: float
+    solver: Spectral
+    readings: tuple[str, ...]
+    edges: Array
+
+    def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
+        """Run members; of each its number, values (windows, readings), nan where it failed, and why it failed."""
+        return [(k, *self._one(k)) for k in members]
+
+    def _one(self, k: int) -> tuple[Array, str]:
+        readings = [Reading.of(text) for text in self.readings]
+        nothing = np.full((len(self.edges) - 1, len(readings)), np.nan)
+        try:
+            scene = Scene.of(self.members.mechanism(k), self.solver.degree)
+            names = list(dict.fromkeys(name for each in readings for name in each.signals.values()))
+            channels = Channels.of(scene, names)
+            found = Accumulator.over(self.edges, len(names))
+            q, v = begin(scene)
+            state = State(0.0, q + self.members.shift(scene, k), v, scene.memory())
+            _, failure, _ = integrate(
+                scene, self.duration, self.solver, state=state, take=lambda out: found.add(out.time, channels.values(scene, out))
+            )
+        except (ValueError, KeyError) as error:
+            return nothing, f"{type(error).__name__}: {error}"
+        if failure is not None:
+            return nothing, f"{failure[0]}: {failure[1]}"
+        lengths = np.diff(self.edges)
+        values = [each.value(found.found, channels.names, lengths) for each in readings]
+        return np.stack(values, axis=-1), ""
+
+
+def ensemble(
+    mechanism: Mechanism, duration: float, members: int = 1000, *, vary: Mapping[str, Any] | None = None,
+    of: Sequence[str], skip: int = 1, each: float | None = None, solver: Spectral | None = None, seed: int = 1,
+    executor: Executor | None = None, store: str | Path | None = None, progress: bool | None = None,
+) -> Ensemble:  # fmt: skip
+    """Run a mechanism many times, with other numbers and other starts, and gather readings of each window of time.
+
+    Members start with their journals anywhere in their bushes; without clearance, with an offset of 1e-9. Nothing is recorded:
+    the statistics are accumulated by compiled code. A member that fails is counted and named; its values are nan.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    duration : float [s]
+    members : int
+        Of each combination of given values.
+    vary : dict, optional
+        By the path of a number, as in files (`joints[0].gap`): a frozen distribution of `scipy.stats`, or a list of values. All
+        combinations of the lists are run.
+    of : list of str
+        Readings, such as `rms(B.normal_force)`, `max(rocker.ax)`, `share(B.normal_force)`, `onsets(B.normal_force)`; see
+        `buckler.mbs.ensembles.readings`.
+    skip : int
+        Windows at the start that statistics leave out.
+    each : float, optional [s]
+        Length of a window; by default a turn of the first drive, or the duration where none turns steadily.
+    solver : Spectral, optional
+        Explicit for links that hang together by joints with clearance, by default.
+    seed : int
+        Of numbers and starts. A member's depend on the seed and its number only, not on how members are shared out.
+    executor : concurrent.futures.Executor, optional
+        Runs chunks of members; by default threads, one a core.
+    store : path, optional
+        File (.npz) that keeps what was run; the same call goes on from it.
+    progress : bool, optional
+        A progress bar; by default where standard error is a terminal.
+
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    ValueError
+        If a reading, a path or a number makes no sense.
+    """
+    positive("duration", duration, "s"), whole("skip", skip, 0, 10**6)
+    solver = one_of("solver", solver or Spectral(), (Spectral,))
+    if not of:
+        raise ValueError("of: give one reading or more, as ['rms(B.normal_force)']")
+    for text in of:
+        Reading.of(text)
+    length = each or _turn(mechanism, duration)
+    windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))
+    if windows <= skip:
+        raise ValueError(f"skip = {skip}: the run has {windows} windows of {length:g} s; skip fewer, or run longer")
+    task = Task(Members.draw(mechanism, members, vary or {}, seed), duration, solver, tuple(of), length * np.arange(windows + 1))
+    _try_first(task)
+    found = Ensemble.blank(task.members, tuple(of), task.edges, skip)
+    found = found.resumed(store) if store and Path(store).exists() else found
+    return _gather(task, found, executor, store, progress)
+
+
+def _turn(mechanism: Mechanism, duration: float) -> float:
+    """A turn of the drive [s], or the duration."""
+    speed = turning_speed(mechanism, duration)
+    return min(duration, 2 * np.pi / speed) if speed > 0 else duration
+
+
+def _try_first(task: Task) -> None:
+    """Raise the error of a reading or a number that makes no sense before all members run into it.
+
+    Raises
+    ------
+    ValueError
+        If the first member cannot be made, or lacks a signal.
+    """
+    short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
+    (_, _, said), = short.run([0])  # fmt: skip
+    if said.startswith(("ValueError", "KeyError")):
+        raise ValueError(said.partition(": ")[2])
+
+
+def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None, progress: bool | None) -> Ensemble:
+    """Run what has not run, and keep what there is if it is interrupted."""
+    left = [k for k in range(len(task.members)) if not found.done[k]]
+    chunks = [[left[k] for k in part] for part in split(len(left), CHUNK)]
+    bar = tqdm(total=len(left), unit="member", disable=None if progress is None else not progress)
+    own = executor is None
+    pool = executor or ThreadPoolExecutor(os.cpu_count())
+    futures: list[Future[list[tuple[int, Array, str]]]] = [pool.submit(task.run, chunk) for chunk in chunks]
+    try:
+        for future in as_completed(futures):
+            for k, values, said in future.result():
+                found.take(k, values, said)
+                bar.update()
+            if store:
+                found.save(store)
+    except KeyboardInterrupt:
+        for future in futures:
+            future.cancel()
+        found = replace(found, interrupted=True)
+    finally:
+        bar.close()
+        if own:
+            pool.shutdown(cancel_futures=True)
+    return found

@@ -1,0 +1,146 @@
+"""Members of an ensemble: which numbers each has, and where it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ..documents.document import changed
+from ..elements.clearance import Clearance
+from ..geometry import Array
+from ..mechanism import Mechanism
+from ..sensitivity.numbers import Family
+from ..spectral.ensembles import offset
+from ..spectral.scene import Scene
+from ..validate import whole
+
+WIDEST = 0.9
+"""Largest eccentricity of a journal at the start, of the clearance: a pin that touches its bush would start with an impact."""
+TINY = 1e-9
+"""Standard deviation of the start's offset where nothing has clearance, lengths or rad."""
+
+
+@dataclass(frozen=True)
+class Members:
+    """The numbers of all members.
+
+    Attributes
+    ----------
+    source : Mechanism or dict
+        The mechanism, where no number varies, or its description.
+    paths : tuple of str
+        Paths of the numbers that vary.
+    numbers : array, shape (members, paths)
+    cells : array of int, shape (members,)
+        Which combination of given values a member has.
+    grid : dict of str to array
+        The given values, by path.
+    seed : int
+    """
+
+    source: Mechanism | dict[str, Any]
+    paths: tuple[str, ...]
+    numbers: Array
+    cells: Array
+    grid: dict[str, Array]
+    seed: int
+
+    @classmethod
+    def draw(cls, mechanism: Mechanism, members: int, vary: Mapping[str, Any], seed: int) -> Members:
+        """Draw numbers.
+
+        Parameters
+        ----------
+        members : int
+            Of each combination of the given values.
+        vary : dict of str to distribution or sequence of float
+            By path: a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol' sequence, or values, all
+            of whose combinations are run.
+
+        Raises
+        ------
+        ValueError
+            If there is no number at a path, or it is given neither a distribution nor values.
+        """
+        whole("members", members, 1, 10**8)
+        grid = {path: np.asarray(given, dtype=float) for path, given in vary.items() if not hasattr(given, "ppf")}
+        for path, values in grid.items():
+            if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+                raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
+        drawn = {path: given for path, given in vary.items() if path not in grid}
+        Family.of(mechanism, vary, {})  # it refuses paths that lead to no number
+        combined = list(product(*grid.values()))
+        cells = np.array(combined).reshape(len(combined), len(grid))
+        shares = _sobol(members * len(cells), len(drawn), seed)
+        columns = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
+        columns |= {path: np.asarray(given.ppf(shares[:, k]), dtype=float) for k, (path, given) in enumerate(drawn.items())}
+        numbers = np.column_stack([columns[path] for path in vary]) if vary else np.empty((members, 0))
+        source = mechanism.to_dict() if vary else mechanism
+        return cls(source, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self.numbers)
+
+    def mechanism(self, k: int) -> Mechanism:
+        """Make the mechanism of a member."""
+        if isinstance(self.source, Mechanism):
+            return self.source
+        return Mechanism.from_dict(changed(self.source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
+
+    def shift(self, scene: Scene, k: int) -> Array:
+        """Draw a member's start: journals anywhere in their bushes, or a tiny offset where there are none, shape (n,)."""
+        random = np.random.default_rng([self.seed, k])
+        shift = journals_anywhere(scene, random)
+        return offset(scene, TINY, int(random.integers(2**31))) if shift is None else shift
+
+
+def _sobol(count: int, dimensions: int, seed: int) -> Array:
+    """The first points of a scrambled Sobol' sequence, shape (count, dimensions)."""
+    if not dimensions:
+        return np.empty((count, 0))
+    from scipy.stats import qmc
+
+    power = int(np.ceil(np.log2(max(count, 2))))
+    return np.asarray(qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random_base2(power)[:count])
+
+
+def journals_anywhere(scene: Scene, random: np.random.Generator) -> Array | None:
+    """Shift the start so that each journal is anywhere in its bush, uniformly over the circle; None without clearance.
+
+    The shift of the coordinates is the least one that gives these eccentricities and meets the constraints, to first order.
+    """
+    elements = scene.mechanism.elements()
+    joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
+    if not joints:
+        return None
+    markers = [scene.tables.forces[k, 1:3] for k, _ in joints]
+    apart = np.vstack([_slope(scene, int(a)) - _slope(scene, int(b)) for a, b in markers])
+    radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
+    angle = random.uniform(0.0, 2 * np.pi, len(joints))
+    wanted = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()
+    rows = scene.assemble(scene.q0, tangents=False).jacobian
+    matrix, units = np.vstack([apart, rows]), scene.units
+    return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ np.concatenate([wanted, np.zeros(len(rows))])))
+
+
+def _slope(scene: Scene, marker: int) -> Array:
+    """Derivative of a marker's place by all coordinates at the start, shape (2, n)."""
+    step, columns = 1e-6, []
+    for k, unit in enumerate(scene.units):
+        ends = []
+        for sign in (step, -step):
+            q = scene.q0.copy()
+            q[k] += sign * unit
+            ends.append(scene.read(marker, q).position)
+        columns.append((ends[0] - ends[1]) / (2 * step * unit))
+    return np.column_stack(columns)
+
+
+def split(count: int, into: int) -> Sequence[range]:
+    """Chunks of members."""
+    return [range(first, min(first + into, count)) for first in range(0, count, into)]

@@ -1,0 +1,230 @@
+"""What an ensemble found: readings by member and window, their means with standard errors, maps, histograms, sections."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from ..geometry import Array
+from .members import Members
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
+
+COVERED = 0.95
+"""Probability with which an interval covers the mean: a convention."""
+
+
+class Cell(NamedTuple):
+    """Mean of a reading over the members with the same given values: values by path, mean, standard error, members."""
+
+    values: dict[str, float]
+    mean: float
+    error: float
+    members: int
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Readings of an ensemble.
+
+    Attributes
+    ----------
+    members : Members
+        Their numbers, by path.
+    readings : tuple of str
+    edges : array, shape (windows + 1,) [s]
+        Of the windows.
+    skip : int
+        Windows that statistics leave out.
+    values : array, shape (members, windows, readings)
+        nan where a member failed or has not run.
+    done : array of bool, shape (members,)
+    said : list of str
+        Why members failed; '' of the others.
+    interrupted : bool
+        True after Ctrl-C.
+    """
+
+    members: Members
+    readings: tuple[str, ...]
+    edges: Array
+    skip: int
+    values: Array
+    done: Array
+    said: list[str]
+    interrupted: bool = False
+
+    @classmethod
+    def blank(cls, members: Members, readings: tuple[str, ...], edges: Array, skip: int) -> Ensemble:
+        """Make an ensemble of which nothing has run."""
+        values = np.full((len(members), len(edges) - 1, len(readings)), np.nan)
+        return cls(members, readings, edges, skip, values, np.zeros(len(members), dtype=bool), [""] * len(members))
+
+    def take(self, k: int, values: Array, said: str) -> None:
+        """Take over a member."""
+        self.values[k], self.done[k], self.said[k] = values, True, said
+
+    @property
+    def failed(self) -> Array:
+        """Members that failed, shape (members,)."""
+        return np.array([bool(said) for said in self.said])
+
+    @property
+    def message(self) -> str:
+        """How many ran, how many failed, and why most often."""
+        ran, failed = int(self.done.sum()), int(self.failed.sum())
+        found = f"{ran} of {len(self.members)} members"
+        if failed:
+            why, count = Counter(filter(None, self.said)).most_common(1)[0]
+            found += f", {failed} of them failed, {count} by {why}"
+        return found + (" (interrupted)" if self.interrupted else "")
+
+    def of(self, reading: str, cell: int | None = None) -> Array:
+        """Values of a reading that statistics take, shape (members, windows), of members that ran well.
+
+        Raises
+        ------
+        KeyError
+            If there is no such reading.
+        """
+        if reading not in self.readings:
+            raise KeyError(f"no reading '{reading}'; there are: {', '.join(self.readings)}")
+        good = self.done & ~self.failed
+        if cell is not None:
+            good = good & (self.members.cells == cell)
+        return self.values[good][:, self.skip :, self.readings.index(reading)]
+
+    def mean(self, reading: str) -> float:
+        """Mean over members and windows."""
+        return float(self.of(reading).mean())
+
+    def error(self, reading: str) -> float:
+        """Standard error of the mean: that of the members' means, which are independent; nan of a single member."""
+        return _error(self.of(reading))
+
+    def interval(self, reading: str) -> tuple[float, float]:
+        """Interval that covers the mean with a probability of 95 %, by Student's distribution of the members' means."""
+        values = self.of(reading)
+        half = float(stdtrit(max(len(values) - 1, 1), 0.5 + COVERED / 2)) * _error(values)
+        return self.mean(reading) - half, self.mean(reading) + half
+
+    def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:
+        """Quantiles over members and windows, shape (len(at),)."""
+        return np.asarray(np.quantile(self.of(reading), at))
+
+    def cells(self, reading: str) -> list[Cell]:
+        """Mean and standard error for each combination of given values."""
+        paths = list(self.members.grid)
+        places = [self.members.paths.index(path) for path in paths]
+        found = []
+        for cell in np.unique(self.members.cells):
+            values = self.of(reading, int(cell))
+            numbers = self.members.numbers[self.members.cells == cell][0, places]
+            mean = float(values.mean()) if values.size else float("nan")
+            found.append(Cell(dict(zip(paths, numbers.tolist(), strict=True)), mean, _error(values), len(values)))
+        return found
+
+    def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
+        """Draw the mean of a reading over two numbers that were given as lists."""
+        from matplotlib.pyplot import subplots
+
+        if {x, y} - set(self.members.grid):
+            raise ValueError(
+                f"{x}, {y}: give both as lists of values in vary; lists are {', '.join(self.members.grid) or 'none'}"
+            )
+        grid, cells = [self.members.grid[path] for path in (x, y)], self.cells(reading)
+        found = np.full((len(grid[1]), len(grid[0])), np.nan)
+        for i, b in enumerate(grid[1]):
+            for j, a in enumerate(grid[0]):
+                found[i, j] = np.mean([cell.mean for cell in cells if cell.values[x] == a and cell.values[y] == b])
+        ax = ax or subplots(layout="constrained")[1]
+        drawn = ax.pcolormesh(grid[0], grid[1], found, shading="nearest")
+        ax.figure.colorbar(drawn, ax=ax, label=f"mean of {reading}")
+        ax.set(xlabel=x, ylabel=y)
+        return ax
+
+    def histogram(self, reading: str, bins: int = 40, ax: Axes | None = None) -> Axes:
+        """Draw how a reading is distributed over members and windows, with its mean and the mean's 95 % interval."""
+        from matplotlib.pyplot import subplots
+
+        ax = ax or subplots(layout="constrained")[1]
+        ax.hist(self.of(reading).ravel(), bins=bins, color="0.7")
+        ax.axvspan(*self.interval(reading), alpha=0.4, label="mean, 95 % interval")
+        ax.axvline(self.mean(reading))
+        ax.set(xlabel=reading, ylabel="windows")
+        ax.legend()
+        return ax
+
+    def section(self, x: str, y: str, ax: Axes | None = None) -> Axes:
+        """Draw a Poincaré section: two readings at the ends of all windows, such as `end(B.x)` and `end(B.vx)`."""
+        from matplotlib.pyplot import subplots
+
+        ax = ax or subplots(layout="constrained")[1]
+        ax.plot(self.of(x).ravel(), self.of(y).ravel(), ".", ms=1)
+        ax.set(xlabel=x, ylabel=y)
+        return ax
+
+    def frame(self) -> DataFrame:
+        """Table of all values as a data frame: a row a member and window."""
+        import pandas as pd
+
+        members, windows = self.values.shape[:2]
+        columns: dict[str, Any] = {
+            "member": np.repeat(np.arange(members), windows), "window": np.tile(np.arange(windows), members),
+            **{path: np.repeat(self.members.numbers[:, k], windows) for k, path in enumerate(self.members.paths)},
+            **{name: self.values[..., k].ravel() for k, name in enumerate(self.readings)},
+        }  # fmt: skip
+        return pd.DataFrame(columns)
+
+    def __str__(self) -> str:
+        """Means with their standard errors, a line a reading."""
+        lines = [self.message]
+        for name in self.readings:
+            low, middle, high = self.quantiles(name)
+            lines.append(f"{name}: {self.mean(name):.6g} ± {self.error(name):.2g}; quantiles {low:.4g}, {middle:.4g}, {high:.4g}")
+        return "\n".join(lines)
+
+    def save(self, path: str | Path) -> Path:
+        """Write everything to one .npz file."""
+        target = Path(path)
+        scratch = target.with_name(f".{target.name}.part.npz")
+        np.savez_compressed(
+            scratch, values=self.values, done=self.done, said=np.array(self.said), edges=self.edges,
+            readings=np.array(self.readings),
+            paths=np.array(self.members.paths), numbers=self.members.numbers, seed=self.members.seed,
+        )  # fmt: skip
+        scratch.replace(target)
+        return target
+
+    def resumed(self, path: str | Path) -> Ensemble:
+        """Take over from a file what the same call has run before.
+
+        Raises
+        ------
+        ValueError
+            If the file is of another ensemble.
+        """
+        with np.load(path) as kept:
+            same = (
+                tuple(kept["readings"].tolist()) == self.readings and np.array_equal(kept["edges"], self.edges)
+                and np.array_equal(kept["numbers"], self.members.numbers) and int(kept["seed"]) == self.members.seed
+            )  # fmt: skip
+            if not same:
+                raise ValueError(
+                    f"{path}: holds another ensemble (members, numbers, readings or windows differ); name another file"
+                )
+            self.values[:], self.done[:], self.said[:] = kept["values"], kept["done"], kept["said"].tolist()
+        return self
+
+
+def _error(values: Array) -> float:
+    """Standard error of the mean of independent rows."""
+    rows = values.mean(axis=1) if values.size else np.empty(0)
+    return float(rows.std(ddof=1) / np.sqrt(len(rows))) if len(rows) > 1 else float("nan")

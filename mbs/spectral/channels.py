@@ -1,0 +1,173 @@
+"""Columns of the compiled solver's states that signals are, so that statistics need no record of a run.
+
+A column is a component of a force's report, of a marker's state or second rates, or a multiplier. Signals that are none of these
+are made from the record of a stretch of the run, as those of a single run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..elements.clearance import Clearance
+from ..elements.drive import Drive
+from ..elements.stop import Stop
+from ..geometry import Array
+from ..record.signals import collect
+from .compiling import aside, jit, lend
+from .forces import add_forces
+from .frame_body import FrameBody
+from .markers import place_markers
+from .output import Output
+from .recording import record_of
+from .scene import Scene
+from .tables import AX, COUNT, FASTEST, FIRST, FRICTION, LENGTH, SLIP, VALUE, VX, X
+
+REPORT, MARKER, ACCELERATION, MULTIPLIER = range(4)
+"""Sources of a column."""
+PLAIN, MAGNITUDE, POSITIVE = range(3)
+"""Transforms of a column: none, its magnitude, its part above zero."""
+
+
+@jit
+def evaluate(s, w, time, q, v, a, lam, memory, columns, scales, values):
+    """Fill values (times, columns) from the rows of a run."""
+    _evaluate(lend(s), lend(w), time, q, v, a, lam, memory, columns, scales, values)
+
+
+@aside
+def _evaluate(s, w, time, q, v, a, lam, memory, columns, scales, values):
+    f, forces = np.zeros(q.shape[1]), False
+    for c in range(columns.shape[0]):
+        forces = forces or columns[c, 0] == REPORT
+    for i in range(time.size):
+        place_markers(s, w, q[i], v[i])
+        if forces:
+            since = time[i] - memory[i, 0, FASTEST] if memory.shape[1] > 0 else 0.0
+            add_forces(s, w, time[i], lam[i], memory[i], since, f)
+        for c in range(columns.shape[0]):
+            source, index, component, transform = columns[c]
+            if source == REPORT:
+                value = w.reports[index, component]
+            elif source == MARKER:
+                value = w.state[index, component]
+            elif source == MULTIPLIER:
+                value = lam[i, index]
+            else:
+                value = w.state[index, AX + component]
+                first, count = s.markers[index, FIRST], s.markers[index, COUNT]
+                for j in range(first, first + count):
+                    value += w.slope[component, j] * a[i, s.places[j]]
+            value *= scales[c]
+            if transform == MAGNITUDE:
+                value = abs(value)
+            elif transform == POSITIVE:
+                value = max(value, 0.0)
+            values[i, c] = value
+
+
+Column = tuple[int, int, int, int, float]
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Signals by name, as columns of the compiled solver or of records.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Those that are columns come first.
+    columns : array of int, shape (columns, 4)
+        Source, index, component, transform.
+    scales : array, shape (columns,)
+    """
+
+    names: tuple[str, ...]
+    columns: Array
+    scales: Array
+
+    @classmethod
+    def of(cls, scene: Scene, names: Sequence[str]) -> Channels:
+        """Find the columns of signals in a scene; markers that it lacks are added to it."""
+        known = {name: column for name in names if (column := _column(scene, name)) is not None}
+        order = tuple(sorted(names, key=lambda name: name not in known))
+        columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
+        return cls(order, columns, np.array([known[name][4] for name in order if name in known]))
+
+    def values(self, scene: Scene, out: Output) -> Array:
+        """Values of all signals at the rows of a run, shape (times, signals)."""
+        values, fast = np.empty((len(out.time), len(self.names))), len(self.columns)
+        if fast:
+            found = np.empty((len(out.time), fast))
+            rows = (out.time, out.q, out.v, out.a, out.lam, out.memory)
+            evaluate(scene.tables, scene.work, *rows, self.columns, self.scales, found)
+            values[:, :fast] = found
+        if fast < len(self.names):
+            signals = collect(record_of(scene, out), " ".join(self.names[fast:]))
+            for k, name in enumerate(self.names[fast:], fast):
+                values[:, k] = signals[name].values
+        return values
+
+
+def _column(scene: Scene, name: str) -> Column | None:
+    """Find the column of a signal; None where it is made from records."""
+    owner, _, what = name.rpartition(".")
+    for find in (_of_contact, _of_point, _of_link, _of_drive):
+        if (found := find(scene, owner, what)) is not None:
+            return found
+    return None
+
+
+def _of_contact(scene: Scene, owner: str, what: str) -> Column | None:
+    """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
+    elements = scene.mechanism.elements()
+    for k, name in enumerate(scene.force_names):
+        element = elements.get(name)
+        if isinstance(element, Clearance) and element.point == owner:
+            columns: dict[str, Column] = {
+                "normal_force": (REPORT, k, VALUE, PLAIN, 1.0), "friction_force": (REPORT, k, FRICTION, PLAIN, 1.0),
+                "penetration": (REPORT, k, LENGTH, POSITIVE, 1.0), "sliding_speed": (REPORT, k, SLIP, PLAIN, 1.0),
+            }  # fmt: skip
+            return columns.get(what)
+        if isinstance(element, Stop) and name == owner:
+            stop: dict[str, Column] = {
+                "contact_force": (REPORT, k, VALUE, MAGNITUDE, 1.0), "penetration": (REPORT, k, LENGTH, POSITIVE, 1.0),
+            }  # fmt: skip
+            return stop.get(what)
+    return None
+
+
+PLACES = {"x": X, "y": X + 1, "vx": VX, "vy": VX + 1}
+
+
+def _of_point(scene: Scene, owner: str, what: str) -> Column | None:
+    """Place and velocity of a point, as part of the first link that has it."""
+    links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
+    if owner not in scene.mechanism.points or what not in PLACES or not links:
+        return None
+    return (MARKER, scene.marker(links[0].name, owner), PLACES[what], PLAIN, 1.0)
+
+
+def _of_link(scene: Scene, owner: str, what: str) -> Column | None:
+    """Motion of a rigid link's centre of mass."""
+    body = scene.builder.bodies.get(owner)
+    if not isinstance(body, FrameBody) or body.model is not None or what not in (*PLACES, "ax", "ay"):
+        return None
+    link = scene.mechanism.link(owner)
+    _, _, (x, y) = link.body.inertia(scene.mechanism.length(owner))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    marker = body.marker_at(scene.builder, body.start + np.array([c * x - s * y, s * x + c * y]), turned=True)
+    if len(scene.builder.markers) > len(scene.tables.markers):
+        scene.refresh()
+    if what in PLACES:
+        return (MARKER, marker, PLACES[what], PLAIN, 1.0)
+    return (ACCELERATION, marker, ("ax", "ay").index(what), PLAIN, 1.0)
+
+
+def _of_drive(scene: Scene, owner: str, what: str) -> Column | None:
+    """Torque or force of a drive."""
+    if what not in ("torque", "force") or not isinstance(scene.mechanism.elements().get(owner), Drive):
+        return None
+    return (MULTIPLIER, scene.row_names.index(owner), 0, PLAIN, -1.0) if owner in scene.row_names else None

@@ -1,0 +1,171 @@
+"""Ensembles: starts, members that do not hang on how they are shared out, means with errors, resuming, failures."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from scipy.stats import norm, uniform
+from test_statistics import rattling
+
+from buckler import mbs
+from buckler.mbs.ensembles.members import WIDEST, Members, journals_anywhere
+from buckler.mbs.spectral.scene import Scene
+
+FORCE = "rms(B.normal_force)"
+
+
+def pendulum(angle=0.3):
+    return mbs.Mechanism(
+        {"O": (0, 0), "A": (0.5 * np.sin(angle), -0.5 * np.cos(angle))},
+        [mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1.0, inertia=0.02))],
+        [mbs.Revolute("O", "ground", "bar")],
+        gravity=(0, -9.81),
+    )
+
+
+def test_journals_start_anywhere_in_their_bushes():
+    scene = Scene.of(rattling())
+    places = []
+    for seed in range(200):
+        q = scene.q0 + journals_anywhere(scene, np.random.default_rng(seed))
+        apart = scene.read(scene.marker("coupler", "B"), q).position - scene.read(scene.marker("rocker", "B"), q).position
+        places.append(np.hypot(*apart) / (WIDEST * 2.5e-4))
+        assert np.abs(scene.assemble(q, tangents=False).residual).max() < 1e-6
+    assert max(places) < 1.001
+    assert np.mean(places) == pytest.approx(2 / 3, abs=0.06)  # of a uniform circle
+
+
+def test_numbers_follow_their_distributions_and_lists_are_combined():
+    vary = {"gravity[1]": norm(-9.81, 0.1), "links.bar.body.mass": [0.5, 1.0, 2.0], "links.bar.body.inertia": [0.01, 0.03]}
+    drawn = Members.draw(pendulum(), 64, vary, seed=3)
+    assert len(drawn) == 64 * 6 and len(np.unique(drawn.cells)) == 6
+    assert drawn.numbers[:, 0].mean() == pytest.approx(-9.81, abs=0.02) and drawn.numbers[:, 0].std() == pytest.approx(
+        0.1, rel=0.1
+    )
+    made = drawn.mechanism(70)
+    assert made.gravity[1] == drawn.numbers[70, 0] and made.to_dict()["links"]["bar"]["body"]["mass"] == drawn.numbers[70, 1]
+
+
+def test_a_regular_motion_has_its_own_readings():
+    """The speed of a pendulum at its lowest place by energy; masses that only scale change nothing."""
+    found = mbs.ensemble(pendulum(), 1.4, members=3, of=["max(A.vx)"], skip=0, seed=2)
+    height = 0.25 * (1 - np.cos(0.3))
+    exact = 0.5 * np.sqrt(2 * 9.81 * height / (0.02 + 0.25**2))
+    assert found.mean("max(A.vx)") == pytest.approx(exact, rel=1e-4)
+    assert found.error("max(A.vx)") < 1e-6 * exact
+
+
+@pytest.fixture(scope="module")
+def chaotic():
+    return mbs.ensemble(
+        rattling(),
+        1.0,
+        members=12,
+        of=[FORCE, "onsets(B.normal_force)", "end(B.x)"],
+        each=0.2,
+        seed=5,
+        vary={"joints[2].gap": uniform(1e-4, 4e-4)},
+    )
+
+
+def test_members_do_not_depend_on_who_runs_them(chaotic):
+    with ThreadPoolExecutor(1) as one:
+        again = mbs.ensemble(
+            rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, executor=one,
+            vary={"joints[2].gap": uniform(1e-4, 4e-4)},
+        )  # fmt: skip
+    assert np.array_equal(again.values, chaotic.values)
+
+
+def test_another_process_runs_the_same(chaotic):
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        again = mbs.ensemble(
+            rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, executor=pool,
+            vary={"joints[2].gap": uniform(1e-4, 4e-4)},
+        )  # fmt: skip
+    assert np.array_equal(again.values, chaotic.values)
+
+
+def test_means_have_the_errors_of_independent_members(chaotic):
+    values = chaotic.of(FORCE)
+    assert values.shape == (12, 4)
+    assert chaotic.mean(FORCE) == pytest.approx(values.mean())
+    assert chaotic.error(FORCE) == pytest.approx(values.mean(axis=1).std(ddof=1) / np.sqrt(12))
+    low, high = chaotic.interval(FORCE)
+    assert low < chaotic.mean(FORCE) < high
+    assert FORCE in str(chaotic) and "12 of 12 members" in chaotic.message
+
+
+def test_intervals_cover_as_often_as_they_say():
+    """1000 draws of 20 members with windows that hang together, from a known distribution."""
+    random, covered = np.random.default_rng(0), 0
+    for _ in range(1000):
+        drawn = Members.draw(pendulum(), 20, {}, 1)
+        found = mbs.ensembles.result.Ensemble.blank(drawn, ("r",), np.arange(6.0), 0)
+        own = random.normal(3.0, 1.0, (20, 1, 1))
+        found.values[:], found.done[:] = own + random.normal(0.0, 0.5, (20, 5, 1)), True
+        low, high = found.interval("r")
+        covered += low < 3.0 < high
+    assert 930 <= covered <= 970
+
+
+def test_an_ensemble_goes_on_from_its_file(tmp_path, chaotic):
+    store = tmp_path / "ensemble.npz"
+    half = replace(chaotic, done=chaotic.done.copy(), values=chaotic.values.copy())
+    half.done[5:] = False
+    half.values[5:] = np.nan
+    half.save(store)
+    again = mbs.ensemble(
+        rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, store=store,
+        vary={"joints[2].gap": uniform(1e-4, 4e-4)},
+    )  # fmt: skip
+    assert np.array_equal(again.values, chaotic.values)
+    with pytest.raises(ValueError, match="holds another ensemble"):
+        mbs.ensemble(rattling(), 1.0, members=12, of=[FORCE], each=0.2, seed=5, store=store)
+
+
+def test_members_that_fail_are_counted_by_name():
+    found = mbs.ensemble(
+        rattling(), 0.4, members=2, of=[FORCE], each=0.1, solver=mbs.Spectral(mbs.Controlled(tolerance=1e-6, max_steps=200))
+    )
+    assert found.failed.all() and "TOO_MANY_STEPS" in found.message and np.isnan(found.values).all()
+
+
+def test_tables_and_figures(chaotic):
+    frame = chaotic.frame()
+    assert (
+        list(frame.columns) == ["member", "window", "joints[2].gap", FORCE, "onsets(B.normal_force)", "end(B.x)"]
+        and len(frame) == 60
+    )
+    assert chaotic.histogram(FORCE).get_xlabel() == FORCE
+    assert len(chaotic.section("end(B.x)", FORCE).lines[0].get_xdata()) == 48
+
+
+def test_a_map_over_two_lists():
+    found = mbs.ensemble(
+        pendulum(),
+        0.5,
+        members=1,
+        of=["max(A.vx)"],
+        skip=0,
+        vary={"gravity[1]": [-9.0, -10.0], "links.bar.body.mass": [1.0, 2.0, 3.0]},
+    )
+    cells = found.cells("max(A.vx)")
+    assert len(cells) == 6 and {cell.values["gravity[1]"] for cell in cells} == {-9.0, -10.0}
+    drawn = found.map("gravity[1]", "links.bar.body.mass", "max(A.vx)")
+    assert drawn.collections[0].get_array().shape == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"of": []}, "one reading"), ({"of": ["max(B.nothing)"]}, "nothing"),
+        ({"vary": {"links.bar.body.colour": [1.0]}}, "colour"),
+        ({"skip": 9}, "skip = 9"), ({"vary": {"gravity[1]": [float("nan")]}}, "finite values"), ({"members": 0}, "members = 0"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_before_any_run(given, said):
+    with pytest.raises(ValueError, match=said):
+        mbs.ensemble(pendulum(), 0.5, **{"of": ["max(A.vx)"], "members": 2, "skip": 0, **given})

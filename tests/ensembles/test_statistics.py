@@ -1,0 +1,82 @@
+"""Accumulated statistics against closed forms, and signals as columns of the compiled solver against those of a record."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from buckler import mbs
+from buckler.mbs.ensembles.readings import Reading
+from buckler.mbs.laws import AdamsFriction, Impact
+from buckler.mbs.library import crank_rocker
+from buckler.mbs.record.signals import collect
+from buckler.mbs.spectral.channels import Channels
+from buckler.mbs.spectral.recording import record_of
+from buckler.mbs.spectral.run import integrate
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.statistics import Accumulator
+
+
+def rattling(speed=10 * pi):
+    law, friction = Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), AdamsFriction(0.3, 0.1)
+    return crank_rocker(
+        mbs.Rigid(mbs.Section(0.02, 0.005)), speed=speed,
+        play=lambda point, a, b: mbs.Clearance(point, a, b, pin=5e-3, gap=2.5e-4, law=law, friction=friction),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def accumulated():
+    """sin(t) and a straight line over windows of two turns, in stretches, on uneven rows."""
+    time = np.unique(np.concatenate([np.linspace(0.0, 4 * pi, 1999), np.linspace(3.0, 3.2, 400)]))
+    values = np.column_stack([np.sin(time), time - 3.0])
+    found = Accumulator.over(np.array([0.0, 2 * pi, 4 * pi]), 2)
+    for part in np.array_split(np.arange(len(time)), 7):
+        found.add(time[part], values[part])
+    return found
+
+
+def reading(accumulated, text):
+    return Reading.of(text).value(accumulated.found, ("a.sine", "a.line"), np.diff(accumulated.edges))
+
+
+@pytest.mark.parametrize(
+    ("text", "exact"),
+    [
+        ("rms(a.sine)", [sqrt(0.5)] * 2), ("max(a.sine)", [1.0] * 2), ("min(a.sine)", [-1.0] * 2), ("share(a.sine)", [0.5] * 2),
+        ("onsets(a.sine)", [1.0] * 2), ("mean(a.line)", [pi - 3.0, 3 * pi - 3.0]), ("end(a.line)", [2 * pi - 3, 4 * pi - 3]),
+        ("impulse(a.line)", [2 * pi * (pi - 3), 2 * pi * (3 * pi - 3)]), ("onsets(a.line)", [1.0, 0.0]),
+        ("max(a.line) - 2*abs(min(a.sine))", [2 * pi - 5, 4 * pi - 5]), ("share(a.line)", [(2 * pi - 3) / (2 * pi), 1.0]),
+    ],
+)  # fmt: skip
+def test_statistics_of_a_sine_and_a_line(accumulated, text, exact):
+    assert reading(accumulated, text) == pytest.approx(exact, abs=2e-5)
+
+
+def test_a_peak_between_rows_is_found():
+    """Of cos(t) sampled every 0.2 rad, off its peak: to the fourth power of the step."""
+    time = np.arange(-1.07, 1.0, 0.2)
+    found = Accumulator.over(np.array([time[0], time[-1]]), 1)
+    found.add(time, np.cos(time)[:, None])
+    assert float(found.found[0, 0, 3]) == pytest.approx(1.0, abs=1e-3) and np.cos(time).max() < 0.998
+
+
+@pytest.mark.parametrize("text", ["B.normal_force", "max(B.x + B.y)", "median(B.x)", "rms()", "max(B.x"])
+def test_what_is_no_reading_is_refused(text):
+    with pytest.raises(ValueError, match=r"statistics are max, min, mean"):
+        Reading.of(text)
+
+
+def test_columns_are_the_signals_of_a_record():
+    names = [
+        "B.normal_force", "B.friction_force", "B.penetration", "O.sliding_speed", "rocker.ax", "coupler.y", "A.x", "B.vy",
+        "drive.torque", "B.journal_x",
+    ]  # fmt: skip
+    scene = Scene.of(rattling())
+    channels = Channels.of(scene, names)
+    out, failure, _ = integrate(scene, 0.03, mbs.Spectral())
+    assert failure is None and len(channels.columns) == len(names) - 1  # the journal's place is made from the record
+    values, signals = channels.values(scene, out), collect(record_of(scene, out))
+    for k, name in enumerate(channels.names):
+        exact = signals[name].values
+        assert values[:, k] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
