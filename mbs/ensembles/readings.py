@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..expressions import CONSTANTS, parse
+from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..sensitivity.reading import OPERATORS, TOKEN
 from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM
