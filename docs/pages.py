@@ -20,7 +20,7 @@ MADE = "made"
 ORDER = (
     "buckling_slider_crank", "six_bar_with_strip", "rattling_crank_rocker", "straight_line_linkage", "snapping_truss",
     "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block", "net_of_strips",
-    "uncertain_contact_force", "two_causes_told_apart", "bifurcation",
+    "uncertain_contact_force", "two_causes_told_apart", "fitted_recording", "bifurcation",
 )  # fmt: skip
 """Scripts of the gallery."""
 
