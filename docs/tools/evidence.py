@@ -112,8 +112,7 @@ def _cells_agree(was: object, now: object) -> bool:
 
 def rerun(study: str, store: bool) -> list[str]:
     """Run a study with the options of its item; store result and pictures, or list what differs from the stored ones."""
-    item, old = ITEMS[study], stored(study)
-    run = item.get("study", study)
+    run, item, old = ITEMS[study].get("study", study), ITEMS[study], {} if store else stored(study)
     with TemporaryDirectory() as out:
         if buckler(argv=["run", run, *shlex.split(item.get("options", "")), "--quiet", "--out", out]) not in (0, 1):
             return [f"{study}: does not run; see its options in docs/evidence/items.toml"]
