@@ -44,6 +44,7 @@ def fine():
     return made, ensembles.ensemble(made, TURN, [0], lambda member: member, solver=solver(made, 1e-9))[0]
 
 
+@pytest.mark.slow
 def test_velocities_and_accelerations_are_those_of_the_places(fine):
     """Differentiated by hand; the mid-point is half-way between the joints but for what the bending adds."""
     _, found = fine
@@ -59,6 +60,7 @@ def test_velocities_and_accelerations_are_those_of_the_places(fine):
     assert abs(v[:, 2] - v[:, 1]).max() > 0.1 * abs(v[:, 1]).max()  # or the mid-point's own part went untested
 
 
+@pytest.mark.slow
 def test_curves_are_what_a_fine_drawing_shows(fine):
     made, member = fine
     found, times = curves(made)(member, 1, 0), np.linspace(0, TURN, 200_001)
@@ -72,6 +74,7 @@ def test_curves_are_what_a_fine_drawing_shows(fine):
         assert found["travel_a"][0, column] == pytest.approx(np.abs(np.diff(a[::100, column])).sum(), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_turns_are_kept_apart_and_starts_are_at_any_angle():
     """Ideal joints, but for clearances of 1 µm: whatever the start, hardly any fluctuation about the ideal motion."""
     found = ensemble(made := FourBarParameters().bars(), 2, [0], measure=curves(made)).turns
@@ -263,6 +266,7 @@ def test_closed_joints_buffer_forces_not_velocities():
         assert velocity == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.05)
 
 
+@pytest.mark.slow
 def test_rocker_stiffened_without_end_is_the_rigid_one():
     """Forces of the first impacts: of ever stiffer rockers they tend to the rigid one's, and the real one's are not there."""
 

@@ -52,6 +52,7 @@ def test_published_kilohertz_of_bending_4_to_6_are_those_without_shear():
     assert found == pytest.approx(beam_frequencies(20e-3)[BENDING][3:6], rel=0.012)
 
 
+@pytest.mark.slow
 def test_sets_hold_the_modes_they_name():
     hertz = {depth: beam_frequencies(depth) for depth in (20e-3, 5e-3)}
     for depth, known in hertz.items():
