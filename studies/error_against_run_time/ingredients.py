@@ -24,7 +24,7 @@ DESCRIBING = {"buckler.mbs.modal.planar"}
 """Modules of these that a description of any mechanism loads."""
 SHARE = 0.01
 """Part of a work's duration that is run."""
-COUNTED = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors")
+COUNTED = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
 """Entries of a scene's summary that are sums, not kinds of objects."""
 LIMIT = 600.0
 """Longest time of a scene's process [s]: its first run compiles."""

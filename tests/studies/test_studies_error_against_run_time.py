@@ -104,7 +104,6 @@ def test_a_scene_holds_what_it_needs_and_no_more(scene):
     objects, unknowns, integrator, packages, rooms = MADE_OF[scene]
     found = ingredients(*scene)
     assert found.status == "OK"
-    assert {kind: n for kind, n in found.objects.items() if kind != "forces"} == objects
-    assert found.unknowns == unknowns
+    assert (found.objects, found.unknowns) == (objects, unknowns)
     assert set(found.kernels) == (integrator | ALONE if integrator else set())
     assert set(found.packages) == packages and set(found.rooms) == rooms
