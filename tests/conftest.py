@@ -8,6 +8,8 @@ import pytest
 # A user's own Exudyn settings must not reach the tests; the engine reads this when it is imported.
 os.environ["EXUDYN_NO_USER_SETTINGS"] = "1"
 os.environ["MPLBACKEND"] = "Agg"
+# Two workers whose linear algebra has a thread for each core wait for each other; matrices here are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # A shell that starts the tests in the background has Ctrl-C ignored, and their processes inherit that; tests send it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
