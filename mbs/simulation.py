@@ -34,6 +34,12 @@ from .validate import listed, number, one_of, positive, short
 from .view.movie import Film
 from .view.verdicts import IDLE
 
+GRAPHICS = (
+    "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
+    "'dnf install mesa-libGL libX11', conda packages libgl and xorg-libx11"
+)
+"""Cure of a server that lacks graphics."""
+
 
 def _compiled(*arguments: Any, **known: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
@@ -45,8 +51,17 @@ def _compiled(*arguments: Any, **known: Any) -> Run:
 
 
 def _on_engine(*arguments: Any) -> Run:
-    """Run with the engine, which is loaded only where it runs."""
-    from .engine.solve import once as run
+    """Run with the engine, which is loaded only where it runs.
+
+    Raises
+    ------
+    ImportError
+        If it cannot be loaded, with the cure.
+    """
+    try:
+        from .engine.solve import once as run
+    except ImportError as error:
+        raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; what needs no engine runs without it") from error
 
     return run(*arguments)
 

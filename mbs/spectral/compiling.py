@@ -20,9 +20,9 @@ from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
 from ..laws.calls import call1, call2, call3, called
-from ..laws.compiled import kept, sums
+from ..laws.compiled import compile_plain, kept, sums
 
-__all__ = ["aside", "call1", "call2", "call3", "called", "close", "copy", "inner", "jit", "lend", "part"]
+__all__ = ["aside", "call1", "call2", "call3", "called", "close", "compile_below", "copy", "inner", "jit", "lend", "part"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
@@ -223,6 +223,11 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
 def part(array, first, count):
     """So many elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
     return carray(_place(array, first), (count,))
+
+
+def compile_below(function: F) -> F:
+    """Compile a function that stands with the laws, below the kernel, and those that it calls."""
+    return compile_plain(function, inner)  # type: ignore[no-any-return]
 
 
 @inner

@@ -7,7 +7,22 @@ from typing import TypeVar
 from ..geometry import Array
 from ..laws.calls import call1, call2, call3, called
 
-__all__ = ["aside", "call1", "call2", "call3", "called", "close", "copy", "inner", "jit", "lend", "owned", "part", "plain"]
+__all__ = [
+    "aside",
+    "call1",
+    "call2",
+    "call3",
+    "called",
+    "close",
+    "compile_below",
+    "copy",
+    "inner",
+    "jit",
+    "lend",
+    "owned",
+    "part",
+    "plain",
+]
 
 T = TypeVar("T")
 
@@ -22,7 +37,7 @@ def owned(thing: T) -> T:
     return thing
 
 
-jit = inner = aside = close = plain
+jit = inner = aside = close = compile_below = plain
 lend = owned
 
 

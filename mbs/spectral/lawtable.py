@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from ..laws import table
-from ..laws.compiled import compile_plain
 from ..laws.table import BRISTLE_CALLED, LUGRE
-from .compiling import aside, call1, inner
+from .compiling import aside, call1, compile_below, inner
 from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
-normal_force, friction = compile_plain(table.normal_force, inner), compile_plain(table.friction, inner)
-bristle_rate, bristle_after = compile_plain(table.bristle_rate, inner), compile_plain(table.bristle_after, inner)
+normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
+bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
 AFTER, BEFORE = 1e-6, -1e-6
 """Step, s, of the difference that gives a drive's acceleration just after a time or just before it: short beside any motion."""
 
