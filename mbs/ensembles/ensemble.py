@@ -164,7 +164,7 @@ def _try_first(task: Task) -> None:
     """
     short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
     (_, _, said), = short.run([0])  # fmt: skip
-    if said.startswith(("ValueError", "KeyError")):
+    if said.startswith(("ValueError", "KeyError", "UnknownSignalError")):
         raise ValueError(said.partition(": ")[2])
 
 

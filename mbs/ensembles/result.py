@@ -148,6 +148,7 @@ class Ensemble:
         drawn = ax.pcolormesh(grid[0], grid[1], found, shading="nearest")
         ax.figure.colorbar(drawn, ax=ax, label=f"mean of {reading}")
         ax.set(xlabel=x, ylabel=y)
+        ax.ticklabel_format(scilimits=(-3, 4))
         return ax
 
     def histogram(self, reading: str, bins: int = 40, ax: Axes | None = None) -> Axes:

@@ -65,9 +65,12 @@ def _declared(document: Mapping[str, object], path: str) -> Declaration | None:
     way = steps(document, path)
     for step in way:
         if way[0] == "links" and found.__class__ is tuple and isinstance(step, str):
-            found = {link.name: link for link in found}[step]
-        elif isinstance(step, int) or isinstance(found, Mapping):
-            found = found[step]
+            found = {link.name: link for link in found}
+        if isinstance(step, int) or isinstance(found, Mapping):
+            try:
+                found = found[step]
+            except (KeyError, IndexError):
+                raise ValueError(f"{path}: not in the file") from None
         elif step == "kind":
             return None
         else:

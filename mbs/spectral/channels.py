@@ -15,6 +15,7 @@ from ..elements.clearance import Clearance
 from ..elements.drive import Drive
 from ..elements.stop import Stop
 from ..geometry import Array
+from ..record.lookup import unknown
 from ..record.signals import collect
 from .compiling import aside, jit, lend
 from .forces import add_forces
@@ -105,8 +106,11 @@ class Channels:
             evaluate(scene.tables, scene.work, *rows, self.columns, self.scales, found)
             values[:, :fast] = found
         if fast < len(self.names):
-            signals = collect(record_of(scene, out), " ".join(self.names[fast:]))
+            record = record_of(scene, out)
+            signals = collect(record, " ".join(self.names[fast:]))
             for k, name in enumerate(self.names[fast:], fast):
+                if name not in signals:
+                    raise unknown(name, list(collect(record)))
                 values[:, k] = signals[name].values
         return values
 

@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.turning:sensitivity"),
     "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
     "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.turning:optimise"),
+    "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.ensemble:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
 """Help of each command, and the place of its `Command`, or of its function (name, words, prog) for those of `BY_NAME`."""
