@@ -52,11 +52,6 @@ def find_largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-def find_mean(values: Array) -> float:
-    """Find the root of the mean square over the samples, of the row where it is largest."""
-    return float(np.sqrt((values**2).mean(axis=-1)).max())
-
-
 class Kind(NamedTuple):
     """Error allowed of a measure over its scale, and the norm of the error."""
 
@@ -64,12 +59,13 @@ class Kind(NamedTuple):
     norm: Callable[[Array], float] = find_largest
 
 
-KINDS = {"force": Kind(0.05), "impulse": Kind(0.05), "place": Kind(1e-3), "path": Kind(5e-3), "journal": Kind(0.1, find_mean)}
+KINDS = {"force": Kind(0.05), "impulse": Kind(0.05), "place": Kind(1e-3), "path": Kind(5e-3)}
+KINDS["journal"] = Kind(0.1, lambda off: float(np.sqrt((off**2).mean(axis=-1)).max()))
 """Kinds of measures; a measure is called `kind` or `kind of what`.
 
 Contact laws are known no better than forces to 5 %, and an impulse changes speeds as a restitution wrong by 5 % does. Places are
 relative to the longest link: 1e-3 is what a drawing shows, `path`, where something strikes, what a rebound wrong by 5 % errs by.
-A journal is a place relative to the clearance: at 0.1 the pin is on the right side of its bush.
+A journal is a place relative to the clearance, by its root mean square: at 0.1 the pin is on the right side of its bush.
 """
 
 
