@@ -95,7 +95,8 @@ def tabulate(solved: Iterable[Solved]) -> list[str]:
         groups.setdefault(each.known.group, []).append(each)
     rows = [f"| {' | '.join(HEADERS)} |", "|---" * len(HEADERS) + "|"]
     for group, some in groups.items():
-        worst = max(some, key=lambda each: each.answer.ratio)
+        compared = [each for each in some if each.answer.verdict is not Verdict.NO_REFERENCE] or some
+        worst = max(compared, key=lambda each: each.answer.ratio)
         answer, count = worst.answer, Counter(each.answer.verdict for each in some)
         verdicts = ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict if count[verdict])
         unit = "" if answer.unit == "1" else f" {answer.unit}"
