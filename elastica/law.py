@@ -50,7 +50,7 @@ def quartic(shortening: ArrayLike) -> Reals:
     B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, equation (11),
     doi 10.1115/IMECE2008-68796.
     """
-    return _polynomial(QUARTIC, _checked(shortening))
+    return _polynomial(QUARTIC, _require_range(shortening))
 
 
 def quartic_error(shortening: ArrayLike) -> Reals:
@@ -83,7 +83,7 @@ def fast(shortening: ArrayLike) -> Reals:
 
 
 def _rational(shortening: ArrayLike) -> Reals:
-    x = _checked(shortening) - 0.5
+    x = _require_range(shortening) - 0.5
     load = _polynomial(_NUMERATOR, x)
     load /= _polynomial(_DENOMINATOR, x)
     return load
@@ -96,7 +96,7 @@ def fast_stiffness(shortening: ArrayLike) -> Reals:
     -------
     float or array, dP/dU times L^3/(E I), relative error below 1e-10
     """
-    x = _checked(shortening) - 0.5
+    x = _require_range(shortening) - 0.5
     denominator = _polynomial(_DENOMINATOR, x)
     load = _polynomial(_NUMERATOR, x) / denominator
     return (_polynomial(_NUMERATOR_SLOPE, x) - load * _polynomial(_DENOMINATOR_SLOPE, x)) / denominator
@@ -121,13 +121,13 @@ def _polynomial(coefficients: Sequence[float], x: Reals) -> Reals:
     return value
 
 
-def _checked(shortening: ArrayLike) -> Reals:
-    """The shortening itself, float for a scalar and array otherwise, if it lies within 0 to 1."""
+def _require_range(shortening: ArrayLike) -> Reals:
+    """Return the shortening, float for a scalar and array otherwise; raise ValueError if it is outside 0 to 1."""
     if isinstance(shortening, (float, int)):
         if 0.0 <= shortening <= 1.0:
             return float(shortening)
         raise ValueError(f"shortening = {shortening} is outside 0 to 1 (end shortening/L)")
     u = np.asarray(shortening, dtype=float)
     if u.size and not (u.min() >= 0.0 and u.max() <= 1.0):  # the comparisons fail for NaN as well
-        _checked(float(u[~((u >= 0.0) & (u <= 1.0))].flat[0]))
+        _require_range(float(u[~((u >= 0.0) & (u <= 1.0))].flat[0]))
     return u if u.ndim else float(u)

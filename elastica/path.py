@@ -29,9 +29,11 @@ from .collocation import Array, NewtonDivergedError, newton, require
 from .strip import Equilibrium, Load, Strip
 
 MOST_POINTS = 5000
-STRAIGHT, FAITH = 0.97, 0.15
-"""A step is taken if the cosine between its two tangents is above the first, and if Newton corrects it by less than the second,
-over its length: a longer one may pass two limit points at once, or end on another path."""
+"""Largest number of points of a path; a path that needs more is refused."""
+LEAST_COSINE = 0.97
+"""Least cosine between the tangents at both ends of a step. A step that bends more may pass two limit points at once."""
+MOST_CORRECTION = 0.15
+"""Largest correction by Newton over the length of the step. A step corrected by more may end on another path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,7 @@ def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05, start: Eq
     track = _Track(strip, load, to - first)
     here = track.at(strip.stress_free() if start is None else start.unknowns, first)
     track = track._replace(reference=here.size)
-    here = here if here.tangent[-1] * (to - first) > 0.0 else here.turned()
+    here = here if here.tangent[-1] * (to - first) > 0.0 else here.reverse()
     points, limits, branchings, length = [here], [], [], step
     while True:
         there = track.onward(here, length)
@@ -123,9 +125,11 @@ class _Point(NamedTuple):
 
     @property
     def factor(self) -> float:
+        """Load factor."""
         return float(self.u[-1])
 
-    def turned(self) -> _Point:
+    def reverse(self) -> _Point:
+        """Return the point with its tangent the other way."""
         return self._replace(tangent=-self.tangent, sign=-self.sign)
 
 
@@ -139,12 +143,13 @@ class _Track(NamedTuple):
 
     @property
     def weights(self) -> Array:
+        """Weights of the squares of unknowns and load factor in a length along the path."""
         n = self.strip.nodes
         pieces = [np.full(n, part / n) for part in (self.strip.at, 1.0 - self.strip.at)]
         return np.concatenate((*pieces, np.zeros(3), (self.scale**-2,)))
 
     def at(self, z: Array, factor: float, like: Array | None = None) -> _Point:
-        """A point of the path with its tangent, in the direction of another one."""
+        """Return a point of the path with its tangent, which points as `like` does."""
         last = np.eye(1, z.size + 1, z.size)[0]
         row = self.weights * (last if like is None else like)
         bordered = np.vstack((self.strip.jacobian(self.load, factor, z), row))
@@ -154,11 +159,11 @@ class _Track(NamedTuple):
         return _Point(np.append(z, factor), tangent / np.sqrt(self.weights @ tangent**2), float(sign), float(size))
 
     def determinant(self, point: _Point) -> float:
-        """Bordered determinant over its size at the start of the path."""
+        """Compute the bordered determinant over its size at the start of the path."""
         return point.sign * exp(min(point.size - self.reference, 600.0))
 
     def onward(self, here: _Point, length: float, *, within: bool = False, singular: bool = False) -> _Point | None:
-        """The point one step on; None where Newton does not settle or the path bends too much within the step.
+        """Step along the path; return None where Newton diverges or the path bends too much within the step.
 
         Within a step that was taken nothing bends too much. Near a branching the equations are close to singular: least squares
         leave the crossing path's direction alone.
@@ -166,6 +171,7 @@ class _Track(NamedTuple):
         row, u0 = self.weights * here.tangent, here.u + length * here.tangent
 
         def step(u: Array) -> Array:
+            """Solve the linearised equations."""
             matrix = np.vstack((self.strip.jacobian(self.load, u[-1], u[:-1]), row))
             defect = np.append(self.strip.defect(self.load, u[-1], u[:-1]), row @ (u - u0))
             return np.linalg.lstsq(matrix, defect, rcond=1e-9)[0] if singular else np.linalg.solve(matrix, defect)
@@ -176,12 +182,13 @@ class _Track(NamedTuple):
         except (NewtonDivergedError, np.linalg.LinAlgError):
             return None
         off = np.sqrt(self.weights @ (there.u - u0) ** 2)
-        return there if within or (row @ there.tangent > STRAIGHT and off < FAITH * length) else None
+        return there if within or (row @ there.tangent > LEAST_COSINE and off < MOST_CORRECTION * length) else None
 
     def where(self, here: _Point, length: float, value: Callable[[_Point], float], singular: bool = False) -> _Point:
-        """The point within one step at which a value is zero."""
+        """Find the point within one step at which a value is zero, by Brent's method."""
 
-        def tried(part: float) -> _Point:
+        def point_at(part: float) -> _Point:
+            """Return the equilibrium at a length along the step."""
             point = self.onward(here, part, within=True, singular=singular)
             if point is None:
                 raise NewtonDivergedError(
@@ -189,7 +196,8 @@ class _Track(NamedTuple):
                 )
             return point
 
-        return tried(scipy.optimize.brentq(lambda part: value(tried(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
+        return point_at(scipy.optimize.brentq(lambda part: value(point_at(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
 
     def equilibrium(self, point: _Point) -> Equilibrium:
+        """Return the strip's shape and forces at a point."""
         return self.strip.at_unknowns(self.load, point.factor, point.u[:-1])

@@ -40,8 +40,11 @@ Array = NDArray[np.float64]
 LOAD_CRITICAL = float(np.pi**2)
 """Euler load, P L^2/(E I): the buckled branch starts here."""
 LOAD_MAX = 180.0
+"""Largest load that `shortening` takes, P L^2/(E I); a nearly closed loop."""
 SHORTENING_MAX = 1.7
+"""Largest end shortening over length."""
 END_ANGLE_MAX = float(np.radians(179.5))
+"""Largest end angle [rad]; at pi the strip is a closed loop."""
 _TINY, _HUGE = float(np.finfo(float).tiny), float(np.finfo(float).max)
 
 
@@ -55,10 +58,12 @@ class _Integrals(NamedTuple):
 
     @property
     def D(self) -> Array:
+        """Associate integral D = K - B."""
         return self.K - self.B
 
     @property
     def shortening(self) -> Array:
+        """End shortening over length, equation (2)."""
         return 2.0 * self.m * self.D / self.K
 
 
@@ -86,7 +91,7 @@ def shortening(load: ArrayLike) -> Reals:
     -------
     float or array of the same shape, end shortening over length
     """
-    p = _checked("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
+    p = _require_range("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
 
     def step(w: Array) -> Array:
@@ -144,7 +149,7 @@ def shortening_at_angle(angle: ArrayLike) -> Reals:
     -------
     float or array of the same shape, end shortening over length
     """
-    alpha = _checked("angle", angle, 0.0, END_ANGLE_MAX, "rad")
+    alpha = _require_range("angle", angle, 0.0, END_ANGLE_MAX, "rad")
     return _plain(_integrals(np.log1p(np.tan(alpha / 2.0) ** 2)).shortening)
 
 
@@ -186,16 +191,16 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
     -------
     float or array of the broadcast shape, Pa
     """
-    h = _checked("thickness", thickness, _TINY, _HUGE, "m")
-    L = _checked("length", length, _TINY, _HUGE, "m")
-    E = _checked("modulus", modulus, _TINY, _HUGE, "Pa")
+    h = _require_range("thickness", thickness, _TINY, _HUGE, "m")
+    L = _require_range("length", length, _TINY, _HUGE, "m")
+    E = _require_range("modulus", modulus, _TINY, _HUGE, "Pa")
     return _plain(E * h / (2.0 * L) * curvature_max(shortening))
 
 
 def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
     """Centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
 
-    With v = 2 K s, Jacobi's functions of parameter m and Carlson's R_D,
+    Jacobi's functions have the argument v = 2 K s and the parameter m; R_D is Carlson's:
 
         x = s - (m/K) (sn cd + sn^3 R_D(cn^2, dn^2, 1)/3),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd,
 
@@ -213,7 +218,7 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
     """
     from scipy import special  # it takes a while to load, and a force law does without
 
-    arc = _checked("s", s, 0.0, 1.0, "arc length/L")
+    arc = _require_range("s", s, 0.0, 1.0, "arc length/L")
     m, m1, K, _ = at = _at_shortening(shortening)
     nearer = np.minimum(arc, 1.0 - arc)
     sn, cn, dn, _ = special.ellipj(2.0 * K * nearer, m)
@@ -234,9 +239,10 @@ def _integrals(w: Array) -> _Integrals:
 
 def _at_shortening(shortening: ArrayLike) -> _Integrals:
     """Invert equation (2) for w by Newton on K/(2 E) = 1/(2 - u), whose slope is about 1/4 throughout."""
-    target = _checked("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
+    target = _require_range("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
 
     def step(w: Array) -> Array:
+        """Newton on equation (2)."""
         at = _integrals(w)
         slope = at.m1 + at.m * (at.B / at.K) ** 2  # du/dw
         return (at.shortening - target) * (2.0 - at.shortening) / ((2.0 - target) * slope)
@@ -254,7 +260,7 @@ def _newton(step: Callable[[Array], Array], w: Array) -> Array:
     raise ArithmeticError(f"Newton iteration for the elliptic parameter left a step of {np.max(np.abs(change)):.1e}")
 
 
-def _checked(name: str, value: ArrayLike, low: float, high: float, unit: str) -> Array:
+def _require_range(name: str, value: ArrayLike, low: float, high: float, unit: str) -> Array:
     array = np.asarray(value, dtype=float)
     wrong = ~((array >= low) & (array <= high))  # true for NaN as well
     if np.any(wrong):

@@ -101,6 +101,7 @@ def along(curve: Curve, terms: int = TERMS) -> tuple[Angle, float]:
     lengths, turned, whole = length(dense), np.unwrap(np.arctan2(dy(dense), dx(dense))), float(length(1.0))
 
     def angle(s: Array) -> Array:
+        """Tangent angle [rad] at arc lengths over the whole."""
         s = np.asarray(s, dtype=float)
         u = np.interp(s * whole, lengths, dense)
         for _ in range(4):

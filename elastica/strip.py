@@ -2,8 +2,9 @@
 
 A planar rod of Reissner's theory: bending stiffness E I, axial stiffness E A, shear stiffness G A, stress-free tangent angle
 theta0(s). Everything is normalised by E I and by the stress-free arc length L: s in [0, 1], force F L^2/(E I), moment M L/(E I),
-a = E I/(E A L^2), g = E I/(G A L^2). With theta the rotation of the cross-section, n = (nx, ny) the force which the part beyond s
-exerts on the part before it (constant but for a jump where a point load acts) and m the bending moment,
+a = E I/(E A L^2), g = E I/(G A L^2). Let theta be the rotation of the cross-section and m the bending moment. Let n = (nx, ny) be
+the force which the part beyond s exerts on the part before it; n is constant but for a jump at a point load. Then
+
 
     x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos                                               (1)
     y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2)                                               (2)
@@ -13,8 +14,8 @@ Integrated twice, with J[f](s) the integral of f from 0 to s,
 
     theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'],                                           (4)
 
-collocated at Chebyshev points of two pieces that meet at the point load, and solved by Newton for theta, for phi (pinned start)
-or m0 (clamped start) and for n at the start. The three conditions at s = 1 prescribe either a place or the force that works on
+collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds theta, n at the start, and phi
+(pinned start) or m0 (clamped start). The three conditions at s = 1 prescribe either a place or the force that works on
 it. The load factor is one more unknown where a path is followed (`buckler.elastica.path`).
 
 References
@@ -34,11 +35,13 @@ import numpy as np
 from .collocation import Angle, Array, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
 HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
-"""Which of x, y and the rotation the support at s = 1 holds."""
+"""Indices of x, y and the rotation that each support at s = 1 holds."""
 STEEPEST = 1e6
-MOST_TURN, FAITH = 0.6, 0.3
-"""Largest turn of a section in one step of the load, rad, and how far a step may end from where its tangent points, over its
-length: beyond either it may have led to another equilibrium."""
+"""Largest load, displacement and load factor; above it the collocation cannot resolve the boundary layers."""
+MOST_TURN = 0.6
+"""Largest turn of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
+MOST_CORRECTION = 0.3
+"""Largest correction by Newton over the predicted turn of a step. A larger one may lead to another equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +168,7 @@ class Strip:
         return float(grid.J[-1] @ np.cos(grid.angle)), float(grid.J[-1] @ np.sin(grid.angle)), float(tangent)
 
     def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> Equilibrium:
-        """Equilibrium under `factor` times a load.
+        """Find the equilibrium under `factor` times a load.
 
         Parameters
         ----------
@@ -183,7 +186,7 @@ class Strip:
         """
         require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:
-            return self._settled(load, factor, guess)
+            return self._solve(load, factor, guess)
         reached, step, state = 0.0, 1.0, self.stress_free()
         while reached < 1.0:
             there = self._nearby(load, factor * reached, factor * min(reached + step, 1.0), state)
@@ -193,14 +196,14 @@ class Strip:
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0
-        return self._settled(load, factor, state)
+        return self._solve(load, factor, state)
 
     def stress_free(self) -> Array:
         """Unknowns of the stress-free shape."""
         return np.concatenate((self.grid.angle, (0.0, 0.0, 0.0)))
 
     def at_unknowns(self, load: Load, factor: float, z: Array) -> Equilibrium:
-        """Shape, forces and residual that belong to solved unknowns."""
+        """Return shape, forces and residual of solved unknowns."""
         fields, grid, theta = self.fields(load, factor, z), self.grid, z[:-3]
         x, y = grid.J @ fields.dx, grid.J @ fields.dy
         force = np.column_stack((fields.nx, fields.ny))
@@ -210,7 +213,7 @@ class Strip:
         return Equilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, z)
 
     def fields(self, load: Load, factor: float, z: Array) -> Fields:
-        """Slopes, force and moment along the strip, equations (1) to (3)."""
+        """Compute slopes, force and moment along the strip, equations (1) to (3)."""
         a, g, grid, theta = 1.0 / self.axial, 1.0 / self.shear, self.grid, z[:-3]
         b, nx, ny = z[-3], z[-2] - factor * load.inner[0] * grid.beyond, z[-1] - factor * load.inner[1] * grid.beyond
         sin, cos = np.sin(theta), np.cos(theta)
@@ -255,17 +258,19 @@ class Strip:
             matrix[n + k, -1] -= load.move[k] if k in HELD[self.end] else asked[k]
         return matrix
 
-    def _settled(self, load: Load, factor: float, guess: Array) -> Equilibrium:
+    def _solve(self, load: Load, factor: float, guess: Array) -> Equilibrium:
+        """Solve for the equilibrium next to a guess."""
         return self.at_unknowns(load, factor, self._newton(load, factor, guess))
 
     def _newton(self, load: Load, factor: float, z: Array) -> Array:
         def step(z: Array) -> Array:
+            """Solve the linearised equations."""
             return np.linalg.solve(self.jacobian(load, factor, z)[:, :-1], self.defect(load, factor, z))
 
         return newton(step, z)
 
     def _nearby(self, load: Load, before: float, after: float, z: Array) -> Array | None:
-        """Unknowns at a load factor, from those at another; None where they are not about where the tangent at z points."""
+        """Return the unknowns at a load factor from those at another; None where they are far from the tangent at z."""
         matrix = self.jacobian(load, before, z)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
@@ -273,17 +278,17 @@ class Strip:
         except (np.linalg.LinAlgError, NewtonDivergedError):
             return None
         turn, off = np.max(np.abs(change[:-3])), np.max(np.abs((there - z - change)[:-3]))
-        return there if off <= FAITH * turn + 1e-9 and turn <= MOST_TURN else None
+        return there if off <= MOST_CORRECTION * turn + 1e-9 and turn <= MOST_TURN else None
 
     def _residual(self, load: Load, factor: float, z: Array) -> float:
-        """Largest defect of the interpolated solution on a grid half as fine again."""
+        """Compute the largest defect of the interpolated solution on a grid half as fine again."""
         fine = self.finer
         pieces = [resample(piece, fine.nodes) for piece in (z[: self.nodes], z[self.nodes : -3])]
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, z[-3:]))))))
 
 
 class Fields(NamedTuple):
-    """What `Strip.fields` gives: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
+    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
 
     sin: Array
     cos: Array
