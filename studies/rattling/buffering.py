@@ -19,7 +19,7 @@ I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
@@ -226,7 +226,8 @@ def judged_metrics(p: Parameters, found: Array) -> dict[str, Metric]:
     level = p.level / (len(CLAIMS) * len(found))
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
         for k, claim in enumerate(CLAIMS):
-            one, name = judge(*cell[:, :, k], p.margin, level), f"{cell_name(unit, gravity)}.{claim.name}"
+            name = f"{cell_name(unit, gravity)}.{claim.name}"
+            one = judge(cell[0, :, k], cell[1, :, k], cell[2, :, k], p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in one._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[one.verdict], "1")
     holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)
@@ -239,7 +240,7 @@ def judged_metrics(p: Parameters, found: Array) -> dict[str, Metric]:
     return metrics
 
 
-def _verdict(metrics: dict[str, Metric], name: str) -> str:
+def _verdict(metrics: Mapping[str, Metric], name: str) -> str:
     return next(verdict for verdict, number in VERDICTS.items() if number == metrics[f"{name}.verdict"].value)
 
 
