@@ -1,0 +1,12 @@
+"""Tests of the engine: runs that name no solver are Exudyn's, as they are where there is no compiler."""
+
+import pytest
+
+from buckler.mbs import simulation
+
+
+@pytest.fixture(autouse=True, scope="package")
+def no_compiler():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulation, "compiler", lambda: False)
+        yield
