@@ -76,17 +76,29 @@ def crossing(h, d0, v0, d1, v1):
 def first_onset(s, before, reports, h, landing, outside):
     """Fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step is to end `outside` of the face, within the landing: one that ended a rounding error inside would have the contact's
-    force at its last node.
+    The step is to end `outside` of the face, and may miss that by as much: one that ended a rounding error inside would have
+    the contact's force at its last node. Where that is zero it may miss the face by the landing.
     """
-    first = 2.0
+    first, miss = 2.0, outside if outside > 0.0 else landing
     for k in range(s.forces.shape[0]):
         if touches(s, k):
             d0, d1 = depth_of(s, before, k), depth_of(s, reports, k)
-            if d0 < -landing and abs(d1 + outside) > landing - outside:
+            if d0 < -landing and abs(d1 + outside) > miss:
                 rates = rate_of_depth(s, before, k), rate_of_depth(s, reports, k)
                 first = min(first, crossing(h, d0 + outside, rates[0], d1 + outside, rates[1]))
     return first
+
+
+@inner
+def time_to_faces(s, reports, near):
+    """Time after which all contacts that are about to close, and as near, are a tenth of that inside."""
+    time = 0.0
+    for k in range(s.forces.shape[0]):
+        if touches(s, k):
+            depth, rate = depth_of(s, reports, k), rate_of_depth(s, reports, k)
+            if -near <= depth <= 0.0 and rate > 0.0:
+                time = max(time, (0.1 * near - depth) / rate)
+    return time
 
 
 @inner
@@ -109,17 +121,18 @@ def lets_go(s, before, reports, largest, share, landing):
 
 
 @inner
-def remember_onset(s, before, reports, k, m, floor, graze):
+def remember_onset(s, before, reports, k, m, floor, graze, near):
     """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
 
-    A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face.
+    A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face. It counts as
+    closed, too, where it comes as near as `near` and is about to close.
     """
     old, new, rate = depth_of(s, before, k), depth_of(s, reports, k), rate_of_depth(s, reports, k)
     if new > -old >= 0.0:
         rate = rate_of_depth(s, before, k)
     if new <= 0.0 or old <= 0.0:
         m[ONSET] = max(rate, floor, graze * m[FASTEST])
-    if new > 0.0 and old <= 0.0:
+    if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
         if s.forces[k, KIND] == CONTACT:
             m[FASTEST] = max(m[FASTEST], m[ONSET])
         return 1

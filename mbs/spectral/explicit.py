@@ -291,7 +291,7 @@ def _remember(s, w, x, controls, counts):
     for k in range(s.forces.shape[0]):
         m = x.memory[k]
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, 0.0)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1

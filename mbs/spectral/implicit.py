@@ -13,6 +13,7 @@ from .contacts import (
     first_onset,
     lets_go,
     remember_onset,
+    time_to_faces,
     touches,
 )
 from .forces import add_forces
@@ -55,6 +56,10 @@ LANDING = 1e-2
 """A contact this near to its face, of the tolerance and the longest link, is at it."""
 LETS_GO = 20.0
 """What counts as the error of a step in which a contact lets go."""
+OUTSIDE, ROUNDING = 1e-2, 1e-15
+"""Distance from a face at which a step to an onset ends, of the landing, and of the longest link at least."""
+NEARLY = 0.1
+"""Share of the last step by which the state is moved past a face at most."""
 ROOM = 1e-2
 """Of the shortest step, by which the end of a step to an onset is moved no more."""
 
@@ -143,16 +148,22 @@ def _landing(x, controls):
     return LANDING * controls.tolerance * x.whole.max()
 
 
+@inner
+def _outside(x, controls):
+    """Distance from its face at which a step to an onset ends."""
+    return max(OUTSIDE * _landing(x, controls), ROUNDING * x.whole.max())
+
+
 @aside
 def _remember(s, w, x, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed = False
+    changed, near = False, 2.0 * _outside(x, controls)
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, KIND], x.memory[k]
         copy(m, x.old[k])
         x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, near)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1
@@ -174,7 +185,10 @@ def _take_over(x):
 
 @aside
 def _jump(s, e, w, x, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers."""
+    """Start anew after a jump of accelerations and multipliers; contacts that are about to close are moved past their faces."""
+    past = min(time_to_faces(s, x.before, 2.0 * _outside(x, controls)), NEARLY * clock.previous)
+    for i in range(x.q.size):
+        x.q[i] += past * x.v[i]
     clock.previous, clock.fresh = 0.0, True
     _restart(s, e, w, x, clock.time)
     if dense(controls):
@@ -221,7 +235,7 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
             counts.status = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
         return False
     clock.error = _error(s, e, w, x, at, h, controls, landing)
-    part = first_onset(s, x.before, w.reports, h, landing, 0.5 * landing)
+    part = first_onset(s, x.before, w.reports, h, landing, _outside(x, controls))
     if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False
