@@ -109,6 +109,8 @@ class Asked:
         """Of signals by their names: each is measured by its own size."""
         found = dict[Key, float]()
         for name, norm in keys:
+            if name in run.undetermined:
+                raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
             own = own_size(run.time, run.signals[name])[0]

@@ -47,6 +47,8 @@ class Trajectory:
         Times [s] at which what drives or loads the mechanism jumps or has a kink.
     push : float
         Force [N] that moves the mechanism by its size, or its clearance, in the time of the run: the least size of a force.
+    undetermined : frozenset of str
+        Signals of forces that no equation determines, which are not among the others.
     """
 
     time: Array
@@ -54,6 +56,7 @@ class Trajectory:
     size: float
     kinks: tuple[float, ...] = ()
     push: float = 0.0
+    undetermined: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
@@ -62,7 +65,8 @@ class Trajectory:
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         size = max(mechanism.length(link.name) for link in mechanism.links)
         push = mechanism_mass(mechanism) * min([size, *(joint.gap for joint in clearances(mechanism))]) / end**2
-        return cls(run.record.time, found, size, kinks_of(mechanism, end), push)
+        shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
+        return cls(run.record.time, found, size, kinks_of(mechanism, end), push, shared)
 
     @cached_property
     def strikes(self) -> bool:
@@ -84,13 +88,17 @@ class Trajectory:
 def energies_of(run: Run) -> tuple[Trajectory, float]:
     """Energies of a run's ledger as signals `energy.kinetic` and so on, and what they do not add up by, both over the throughput.
 
-    Sizes are the energy put through, and a hundred times what vibrations that nobody sees may hold.
+    Sizes are the energy put through, and a hundred times what vibrations that nobody sees may hold; of a mechanism at rest, what
+    its weight would do on the way that counts as rest.
     """
     record, energies = run.record, dict(run.ledger)
     through, unseen = put_through(record, energies, run.values)
     missing = float(np.abs(energies.pop("error")).max()) / through
     del energies["throughput"]
-    whole = through * (1 + unseen / SMALL)
+    mechanism = record.mechanism
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    resting = RESTING**2 * size * mechanism_mass(mechanism) * float(np.hypot(*mechanism.gravity))  # it goes with the way squared
+    whole = max(through * (1 + unseen / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
     return Trajectory(record.time, found, 1.0), max(0.0, missing - unseen)
 

@@ -101,3 +101,22 @@ def test_redundancy_elsewhere_does_not_decide_a_change_point():
     assert redundancies(made) == ["Q.bar-tail"]
     run = mbs.simulate(made, 0.5)
     assert not run.ok and ("SINGULAR" in str(run.status) or "BRANCH" in run.message), run.message
+
+
+def test_no_accuracy_can_be_asked_of_an_undetermined_force():
+    made = cranks(0.4, 0.1, (0.0, 0.15, 0.35), driven=0.0)
+    run = mbs.simulate(made, 0.1)
+    assert run.ok and "A1.crank1-bar.fx" not in run.error
+    with pytest.raises(ValueError, match="no equation determines"):
+        mbs.simulate(made, 0.1, 1e-2, of=["A1.crank1-bar.fx"])
+
+
+@pytest.mark.parametrize(("bars", "length"), [(1, 0.21), (2, 0.7), (4, 0.33)])
+def test_a_hanging_chain_at_rest_is_no_alarm(bars, length):
+    """Energies of what does not move are rounding; nobody asked for them."""
+    points = {f"P{k}": (0.0, -k * length) for k in range(bars + 1)}
+    links = [bar(f"bar{k}", f"P{k}", f"P{k + 1}") for k in range(bars)]
+    pins = [mbs.Revolute(f"P{k}", f"bar{k - 1}" if k else "ground", f"bar{k}") for k in range(bars)]
+    run = mbs.simulate(mbs.Mechanism(points, links, pins, gravity=(0.0, -9.81)), 0.5)
+    assert run.ok, run.message
+    assert abs(run[f"P{bars}.x"]).max() < 1e-9
