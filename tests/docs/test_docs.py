@@ -23,6 +23,7 @@ PAGES = (
     "docs/how-to-look.md",
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
+    "docs/how-to-run-an-ensemble.md",
     "docs/how-to-turn-numbers.md",
     "docs/how-to-fit.md",
     "docs/how-to-optimise.md",
