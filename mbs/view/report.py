@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -15,7 +15,9 @@ import numpy as np
 from ..geometry import Array
 from ..record.energy import ledger
 from ..record.result import Result
+from ..sensitivity.reading import parsed
 from .drawing import INKS, Arrow, packed
+from .measures import Measure, measures
 from .movie import Movie, filmed
 from .shell import filled
 from .verdicts import IDLE, verdicts
@@ -46,24 +48,34 @@ def framed(result: Result) -> str:
     return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
 
 
-def page(result: Result, title: str) -> str:
-    """The whole page as text."""
+def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
+    """Write the whole page as text, with these readings, by default the peaks of forces, torques and deflections."""
     store = Store()
     result = with_ledger(result)
+    read = measures(result, texts)
     data = {
         "title": title,
         "status": str(result.status),
         "ok": bool(result.ok),
         "message": result.message,
         "summary": summary(result),
+        "finished": result.status.finished,
+        "notes": list(result.provenance.get("notes", ())),
+        "measures": [_plain(each) for each in read],
         "checks": [row._asdict() for row in verdicts(result)],
         "facts": facts(result),
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
-        "signals": _signals(result, store),
+        "signals": _signals(result, store, first_shown(result, [each.name for each in read] if texts else ())),
     }
     data["store"] = store.text()
     return filled(__package__, "report", data)
+
+
+def _plain(measure: Measure) -> dict[str, Any]:
+    """Give a measure as JSON takes it; what is not finite is null."""
+    content = measure._asdict() | {"relative": measure.relative}
+    return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
 
 
 def with_ledger(result: Result) -> Result:
@@ -196,7 +208,7 @@ def _rounded(mark: Any) -> Any:
 # --- signals ----------------------------------------------------------------------------------------------------------
 
 
-def _signals(result: Result, store: Store) -> dict[str, Any]:
+def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, Any]:
     """Each signal at the edges of bins, with its least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
@@ -214,7 +226,7 @@ def _signals(result: Result, store: Store) -> dict[str, Any]:
         limits = (float(inside.min(initial=np.inf)), float(inside.max(initial=-np.inf))) if len(inside) else (0.0, 0.0)
         parts = [store.add(part[k], *limits) for part in (at, low, high)]
         kept.append({"name": name, "unit": unit, "at": parts[0], "low": parts[1], "high": parts[2], "limits": limits})
-    return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": kept, "first": first_shown(result)}
+    return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": kept, "first": list(first)}
 
 
 def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
@@ -249,8 +261,10 @@ FIRST = (
 """Last parts of the names of signals worth a first look, best first."""
 
 
-def first_shown(result: Result) -> list[str]:
-    """Three signals that change, of each kind of quantity the one that changes most."""
+def first_shown(result: Result, texts: Sequence[str] = ()) -> list[str]:
+    """Name the first three signals of the readings; without readings those that change most, one of each quantity."""
+    if named := list(dict.fromkeys(name for text in texts for name in parsed(text, result.signals)[1].values())):
+        return named[:3]
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
         ending, inside = name.rpartition(".")[2], values[np.isfinite(values)]

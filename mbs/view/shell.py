@@ -65,7 +65,11 @@ def page(fit: Any, title: str) -> str:
         f"{fit.intervals[name].high:.6g}</td><td>{fit.free[name][0]:.6g} to {fit.free[name][1]:.6g}</td></tr>"
         for name, value in fit.values.items()
     )
-    told = "".join(f"<p>{html.escape(each)}</p>" for each in fit.unidentified)
+    left = "".join(
+        f"<p>rms of what is left of {html.escape(labelled(name, fit.units[name]))}: {value:.4g}</p>"
+        for name, value in fit.rms.items()
+    )
+    told = left + "".join(f'<p class="doubt">{html.escape(each)}</p>' for each in fit.unidentified)
     readings = "".join(
         f"<tr><td>{html.escape(f'{each.name} {text}'.strip())}</td>"
         f"<td>{read.side} {read.value:.6g} ± {read.error:.2g}</td><td>{said[text]:.6g}</td></tr>"
@@ -76,8 +80,10 @@ def page(fit: Any, title: str) -> str:
         drawn = "".join(_svg(figure) for figure in (*_signals(fit), *_profiles(fit)))
     heading = html.escape(title)
     return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{heading}</title>'
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{heading}</title>'
         f"<style>{_part('buckler.mbs.view', 'report.css')}\nbody{{padding:1.5rem}} td,th{{padding:.15rem .8rem;text-align:left}}"
+        f"td:first-child{{white-space:normal;overflow-wrap:anywhere}}"
         f"svg{{max-width:100%;height:auto}}</style></head><body><h1>{heading}</h1>"
         f"<table><tr><th>number</th><th>value</th><th>95 % interval</th><th>range</th></tr>{rows}</table>{told}"
         + (f"<h2>Readings</h2><table><tr><th></th><th>measured</th><th>fit</th></tr>{readings}</table>" if readings else "")

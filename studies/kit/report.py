@@ -33,6 +33,7 @@ class Metric:
     value, unit : the number found and its unit, "1" for a plain number
     published, exact : published and exact value, in the same unit
     error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate
+    absolute : error in the unit of the value, where that is zero or no larger than its error, so that a ratio says nothing
     """
 
     value: float
@@ -40,6 +41,7 @@ class Metric:
     published: float | None = None
     exact: float | None = None
     error: float | None = None
+    absolute: float | None = None
 
     def __post_init__(self) -> None:
         if self.error is None and self.exact:
@@ -49,9 +51,14 @@ class Metric:
         """Return the values that are known, by name."""
         return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
+    @property
+    def off(self) -> float | None:
+        """Error in the unit of the value."""
+        return self.absolute if self.error is None else abs(self.value) * self.error
+
     def shown(self, value: str = ".4g", error: str = ".2g") -> str:
         """Write value and standard error in these formats, 12.3 ± 0.4; the value alone where no error is known."""
-        return f"{self.value:{value}}" + ("" if self.error is None else f" ± {abs(self.value) * self.error:{error}}")
+        return f"{self.value:{value}}" + ("" if self.off is None else f" ± {self.off:{error}}")
 
 
 @dataclass(frozen=True)
@@ -135,7 +142,10 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
         value, published, exact = (None if x is None else factor * x for x in (m.value, m.published, m.exact))
-        rows.append((name, value, unit, published, exact, None if m.error is None else relative(m.error)))
+        error = (
+            relative(m.error) if m.error is not None else None if m.absolute is None else f"± {factor * m.absolute:.2g} {unit}"
+        )
+        rows.append((name, value, unit, published, exact, error))
     headers = ("metric", "value", "unit", "published", "exact", "relative error")
     kept = [i for i in range(len(headers)) if i < 3 or any(row[i] is not None for row in rows)]
     return Table([headers[i] for i in kept], [[row[i] for i in kept] for row in rows])

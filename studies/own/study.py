@@ -7,7 +7,7 @@ import json
 import re
 import sys
 from collections.abc import Mapping, Sequence
-from math import isfinite, isnan, nan
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.accuracy.demand import key_of
@@ -20,6 +20,7 @@ from buckler.mbs.process import Interrupted
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import labelled
+from buckler.mbs.view.measures import measures
 from buckler.mbs.view.report import page
 
 from ..kit.parameters import Repeated, StudyParameters
@@ -30,9 +31,6 @@ from .solver import Settings, make_solver
 if TYPE_CHECKING:
     from buckler.mbs.record.result import Result
 
-PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
-         "end_shortening", "penetration")  # fmt: skip
-"""Last parts of the names of signals whose peaks are read where no measure is given."""
 MOST_DRAWN = 6
 """Largest number of signals in the figure: more are too flat to read on a page."""
 GROUP = "the run"
@@ -139,7 +137,7 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
     """Make the report page; its failure leaves the numbers as they are."""
     try:
-        return {"report.html": page(result, parameters.name)}
+        return {"report.html": page(result, parameters.name, parameters.measure)}
     except Exception as error:
         print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
         return {}
@@ -148,10 +146,10 @@ def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Take the readings, each with its error; of an accuracy, the other solver and the ledger what they found."""
     found = {}
-    for text in parameters.measure or peaks(result):
-        value, off, unit, _ = result.reading(text)
-        error = off / abs(value) if value else nan
-        found[text] = Metric(value, unit, error=error if isfinite(error) else None)
+    for each in measures(result, parameters.measure):
+        relative = None if isnan(each.relative) else each.relative
+        absolute = each.error if relative is None and each.error >= 0 else None
+        found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
         found |= {f"relative error of {name}": Metric(result.error[key_of(name)], "1") for name in target_signals(parameters)}
@@ -165,12 +163,6 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
 def target_signals(parameters: Parameters) -> tuple[str, ...]:
     """List the signals that are the target of the accuracy by name."""
     return () if isinstance(parameters.of, str) else tuple(parameters.of)
-
-
-def peaks(result: Result) -> list[str]:
-    """List the default readings: peaks of forces, torques and deflections, of means where ringing is not resolved."""
-    names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
-    return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:

@@ -65,7 +65,7 @@ def to_json(content: object) -> str:
 def _unpack(number: int, parameters: str, status: str, result: str) -> Row:
     content = json.loads(result)
     for name, each in content["metrics"].items():
-        numbers = (None if each[n] is None else float(each[n]) for n in ("published", "exact", "error"))
+        numbers = (None if each.get(n) is None else float(each[n]) for n in ("published", "exact", "error", "absolute"))
         content["metrics"][name] = Metric(float(each["value"]), each["unit"], *numbers)
     return Row(number, json.loads(parameters), status, **content | {"wall_s": float(content["wall_s"])})
 

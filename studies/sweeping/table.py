@@ -55,8 +55,8 @@ class Point:
         found = Mean.of(values[np.isfinite(values)])
         if len(self.rows) > 1 or found.n == 0:
             return found
-        error = self.used[0].metrics[metric].error
-        return Mean(found.value, np.nan if error is None else abs(found.value) * error, 1)
+        off = self.used[0].metrics[metric].off
+        return Mean(found.value, np.nan if off is None else off, 1)
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
@@ -132,6 +132,8 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[Any
         found[labelled(name, unit)] = [None if each is None else each.value for each in metrics]
         if any(each is not None and each.error is not None for each in metrics):
             found[f"{name} relative error"] = [None if each is None else each.error for each in metrics]
+        if any(each is not None and each.absolute is not None for each in metrics):
+            found[labelled(f"{name} error", unit)] = [None if each is None else each.off for each in metrics]
     found["wall_s [s]"] = [row.wall_s for row in rows]
     return found | {name: [str(row.provenance.get(name, "")) for row in rows] for name in ("ended", "host", "sources")}
 

@@ -25,6 +25,17 @@ def test_error_is_relative_to_the_exact_value_or_the_studys_own():
     assert Metric(1.0, "N", exact=0.0).error is None
 
 
+def test_a_value_that_is_zero_shows_its_error_in_its_unit():
+    metrics = {
+        "zero": Metric(0.0, "N", absolute=6.4e-8),
+        "force": Metric(2.0, "N", error=0.01),
+        "stress": Metric(0.0, "Pa", absolute=2e3),
+    }
+    assert metrics["zero"].shown() == "0 ± 6.4e-08" and metrics["force"].off == pytest.approx(0.02)
+    lines = str(StudyResult(parameters=Parameters(), metrics=metrics)).splitlines()
+    assert [re.split(r" {2,}", line.strip())[-1] for line in lines[2:]] == ["± 6.4e-08 N", "1 %", "± 0.002 MPa"]
+
+
 def test_result_that_is_not_ok_must_say_why():
     with pytest.raises(ValueError, match="SUSPECT"):
         StudyResult(parameters=Parameters(), status="SUSPECT")

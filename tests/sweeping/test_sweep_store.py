@@ -75,6 +75,7 @@ def test_values_come_back_as_they_were_and_are_written_once(path):
     metrics = {
         "tenth": Metric(0.1, "N", exact=1 / 3),
         "nan": Metric(math.nan, "1"),
+        "zero": Metric(0.0, "N", absolute=6e-8),
         "infinite": Metric(-math.inf, "J", published=1e-300),
         "numpy": Metric(np.float64(2) / 3, "m"),
     }

@@ -183,3 +183,20 @@ def test_a_result_without_motion_has_a_page():
 def test_a_notebook_shows_the_page():
     text = run("pendulum")._repr_html_()
     assert text.startswith("<iframe") and text.count("<") == 2 and len(text) < 700_000
+
+
+def test_measures_stand_with_their_errors_and_those_beyond_what_was_asked_are_marked():
+    result = run("pendulum")
+    known = replace(result.error, motion=1e-3, until=float(result.time[-1]))
+    size = float(np.abs(result["A.x"]).max())
+    errors = {key: share for key, share in ((("A.x", "rms"), 0.01), (("A.x", "peak"), 0.02))}
+    known = replace(known, signals=errors, sizes=dict.fromkeys(errors, size))
+    texts = ["max(abs(A.x))", "max(abs(A.x)) - max(abs(A.x))"]
+    for asked, marked in ((0.1, [False, False]), (1e-3, [True, True])):
+        found, _ = content(page(replace(result, error=known, asked=asked), "x", texts))
+        largest, zero = found["measures"]
+        assert [largest["beyond"], zero["beyond"]] == marked
+        assert largest["value"] == pytest.approx(size) and 0.02 <= largest["error"] / size < 0.03
+        assert zero["value"] == 0 and zero["relative"] is None and zero["error"] == pytest.approx(2 * largest["error"], rel=0.1)
+        assert found["signals"]["first"] == ["A.x"]
+    assert content(page(replace(result, status=Status.LOCKED, message="x"), "x", texts))[0]["measures"] == []

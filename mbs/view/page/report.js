@@ -1,36 +1,42 @@
 "use strict";
 // The report page: data, clock, scene, plots, tables. No library, no network.
 
-const data = JSON.parse(document.getElementById("data").textContent);
+let data = null, motion = null, bins = 0, signals = new Map(), start = 0, end = 0, count = 1;
 const $ = (id) => document.getElementById(id);
 
 // --- data ------------------------------------------------------------------------------------------------------------
 
-const words = (() => {
-  const raw = atob(data.store), bytes = new Uint8Array(raw.length);
+/** Numbers of 16 bits from their base64. */
+function wordsOf(text) {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
   return new Uint16Array(bytes.buffer);
-})();
-
-/** An array of the store as a function of the index; nan where a value is not finite. */
-function column([start, low, step]) {
-  if (start < 0) return () => low;
-  return (k) => { const q = words[start + k]; return q === 65535 ? NaN : low + step * q; };
 }
 
-const motion = data.motion && {
-  ...data.motion,
-  time: column(data.motion.time),
-  frames: data.motion.frames.map((axes) => axes.map(column)),
-  bands: Object.fromEntries(Object.entries(data.motion.bands).map(([name, band]) => [name, {
-    ...band, x: column(band.x), y: column(band.y), bending: column(band.bending), axial: column(band.axial),
-  }])),
-};
-const bins = data.signals.bins;
-const signals = new Map(data.signals.rows.map((row) => [row.name, {
-  ...row, at: column(row.at), low: column(row.low), high: column(row.high),
-}]));
-const start = bins ? data.signals.start : 0, end = bins ? data.signals.end : 0;
+/** The run in the data of a page: arrays as functions of the index, nan where a value is not finite. */
+function runOf(content) {
+  const words = wordsOf(content.store);
+  const column = ([first, low, step]) => (first < 0 ? () => low
+    : (k) => { const q = words[first + k]; return q === 65535 ? NaN : low + step * q; });
+  const { motion: film, signals: kept } = content;
+  return {
+    data: content,
+    motion: film && {
+      ...film, time: column(film.time), frames: film.frames.map((axes) => axes.map(column)),
+      bands: Object.fromEntries(Object.entries(film.bands).map(([name, band]) => [name, {
+        ...band, x: column(band.x), y: column(band.y), bending: column(band.bending), axial: column(band.axial),
+      }])),
+    },
+    bins: kept.bins,
+    signals: new Map(kept.rows.map((row) => [row.name, { ...row, at: column(row.at), low: column(row.low), high: column(row.high) }])),
+    start: kept.bins ? kept.start : 0, end: kept.bins ? kept.end : 0, count: film ? film.count : 1,
+  };
+}
+
+let current = null, ghost = null;
+/** Look at this run; what is drawn and read is its. */
+function use(run) { ({ data, motion, bins, signals, start, end, count } = current = run); }
+use(runOf(JSON.parse($("data").textContent)));
 
 /** A signal at a time, between the edges of its bins. */
 function valueAt(signal, time) {
@@ -67,7 +73,6 @@ function withUnit(value, unit, size = Math.abs(value)) {
 // --- clock -----------------------------------------------------------------------------------------------------------
 
 const clock = { time: start, playing: false, speed: 1, last: 0 };
-const count = motion ? motion.count : 1;
 const listeners = [];
 
 function pictureAt(time) {
@@ -131,9 +136,15 @@ function sized(canvas) {
   return [pen, box.width, box.height];
 }
 
+/** The box of what is seen: of the run, and of its ghost. */
+function boxOf() {
+  if (!ghost || !ghost.motion) return motion.box;
+  return motion.box.map((value, k) => (k % 2 ? Math.max : Math.min)(value, ghost.motion.box[k]));
+}
+
 /** From metres to pixels, for the present view. */
 function mapping(width, height) {
-  const [left, right, low, high] = motion.box, room = 5 * motion.unit;
+  const [left, right, low, high] = boxOf(), room = 5 * motion.unit;
   const scale = Math.min(width / (right - left + 2 * room), height / (high - low + 2 * room)) * view.zoom;
   const x0 = width / 2 - scale * ((left + right) / 2) + view.x, y0 = height / 2 + scale * ((low + high) / 2) + view.y;
   return { scale, at: (x, y) => [x0 + scale * x, y0 - scale * y] };
@@ -224,7 +235,7 @@ function forceAt(names, along, within, time, k) {
 }
 
 /** A round force that an arrow of fixed length stands for: below nine tenths of all forces of the run. */
-const scaleOfForces = once(() => {
+const scaleOfForces = once(() => current, () => {
   const sizes = [];
   for (const [kind, , , names] of motion.marks) {
     if (kind !== "Arrow") continue;
@@ -238,7 +249,7 @@ const scaleOfForces = once(() => {
   return { size: sizes.length ? round(sizes[Math.floor(0.9 * (sizes.length - 1))]) : 0 };
 });
 
-function once(make) { let made; return () => (made ??= make()); }
+function once(key, make) { const made = new WeakMap(); return () => { if (!made.has(key())) made.set(key(), make()); return made.get(key()); }; }
 
 function round(size) {
   if (!(size > 0)) return 0;
@@ -259,8 +270,8 @@ function strength(band, at) {
   return band.modulus * (Math.abs(bending) * band.thickness / 2 + Math.abs(band.axial(at)));
 }
 
-const largestOf = {};
 function largest() {
+  const largestOf = (current.largest ??= {});
   if (largestOf[shown.colour] === undefined) {
     let most = 0;
     for (const band of Object.values(motion.bands)) {
@@ -318,8 +329,21 @@ function drawScene() {
     return;
   }
   const map = mapping(width, height), k = pictureAt(clock.time);
+  if (ghost && ghost.motion) drawGhost(pen, map);
   drawTrail(pen, map, k);
   for (const mark of motion.marks) draw[mark[0]](pen, map, k, mark);
+}
+
+/** The run before the last change, pale and without words and forces. */
+function drawGhost(pen, map) {
+  const run = current;
+  use(ghost);
+  pen.save();
+  pen.globalAlpha = 0.28; pen.filter = "grayscale(1)";
+  const k = pictureAt(clock.time);
+  for (const mark of motion.marks) if (mark[0] !== "Arrow" && mark[0] !== "Label") draw[mark[0]](pen, map, k, mark);
+  pen.restore();
+  use(run);
 }
 
 function drawTrail(pen, map, k) {
@@ -356,7 +380,8 @@ class Plot {
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", label);
     this.unit = curves[0].signal.unit;
-    const limits = curves.map(({ signal }) => signal.limits);
+    this.before = ghost ? curves.map(({ signal }) => ghost.signals.get(signal.name)).filter(Boolean) : [];
+    const limits = [...curves.map(({ signal }) => signal), ...this.before].map((signal) => signal.limits);
     let low = Math.min(...limits.map(([a]) => a)), high = Math.max(...limits.map(([, b]) => b));
     if (!(high > low)) { const room = Math.abs(low) || 1; low -= 0.5 * room; high += 0.5 * room; }
     this.low = low - 0.06 * (high - low); this.high = high + 0.06 * (high - low);
@@ -386,6 +411,7 @@ class Plot {
       const at = Math.round(x(tick)) + 0.5;
       line(pen, at, top, at, height - bottom); pen.fillText(`${words4(tick)} s`, Math.min(at, width - 16), height - 6);
     }
+    if (this.before.length) this.pale(pen, x, y);
     for (const { signal, colour, dash } of this.curves) this.curve(pen, signal, colour, dash, x, y);
     const at = x(clock.time);
     pen.setLineDash([]); pen.strokeStyle = "#1b2733"; pen.lineWidth = 1.5; line(pen, at, top, at, height - bottom);
@@ -395,6 +421,13 @@ class Plot {
       pen.beginPath(); pen.arc(at, y(value), 3.5, 0, 2 * Math.PI); pen.fillStyle = colour; pen.fill();
       pen.lineWidth = 1.5; pen.strokeStyle = "#fff"; pen.stroke();
     }
+  }
+
+  pale(pen, x, y) {
+    const run = current;
+    use(ghost);
+    for (const signal of this.before) this.curve(pen, signal, "#8a949e", [5, 3], x, y);
+    use(run);
   }
 
   curve(pen, signal, colour, dash, x, y) {
@@ -430,13 +463,20 @@ function element(name, text = "", parent = null) {
   return made;
 }
 
+/** A name that breaks behind its dots where it does not fit. */
+function wrapped(host, text) {
+  text.split(/(?<=[.(])/).forEach((part, k) => host.append(...(k ? [document.createElement("wbr"), part] : [part])));
+  return host;
+}
+
 function makePlots() {
+  for (const name of chosen) if (!signals.has(name)) chosen.delete(name);
   $("plots").replaceChildren();
   plots = [...chosen].map((name, k) => {
     const signal = signals.get(name), host = element("div", "", $("plots"));
     host.className = "plot";
     const head = element("header", "", host);
-    element("b", name + axisUnit(plotUnit(signal)), head);
+    wrapped(element("b", "", head), name + axisUnit(plotUnit(signal)));
     const right = element("span", "", head), now = element("output", "", right), size = Math.max(...signal.limits.map(Math.abs));
     const limits = signal.limits.map((value) => withUnit(value, signal.unit, size));
     element("span", `   from ${limits[0]} to ${limits[1]}`, right);
@@ -450,17 +490,20 @@ function makePlots() {
 }
 
 function makeList() {
+  $("list").replaceChildren();
   for (const { name, unit } of signals.values()) {
     const label = element("label", "", $("list")), box = element("input", "", label);
     box.type = "checkbox"; box.checked = chosen.has(name);
     box.addEventListener("change", () => { if (box.checked) chosen.add(name); else chosen.delete(name); makePlots(); });
-    label.append(` ${name}${unit && unit !== "1" ? ` (${unit})` : ""}`);
+    wrapped(label, ` ${name}${unit && unit !== "1" ? ` (${unit})` : ""}`);
     label.dataset.name = name.toLowerCase();
   }
-  $("filter").addEventListener("input", () => {
-    const part = $("filter").value.trim().toLowerCase();
-    for (const label of $("list").children) label.hidden = !label.dataset.name.includes(part);
-  });
+  filterList();
+}
+
+function filterList() {
+  const part = $("filter").value.trim().toLowerCase();
+  for (const label of $("list").children) label.hidden = !label.dataset.name.includes(part);
 }
 
 // --- verdict, checks, energy, facts ----------------------------------------------------------------------------------
@@ -474,22 +517,53 @@ const SHAPES = { // told apart by shape as well as by colour
 const icon = (kind) => `<svg viewBox="0 0 24 24" aria-hidden="true" class="${kind}">${SHAPES[kind]}</svg>`;
 
 function showVerdict() {
-  const kind = data.ok ? "good" : data.status === "SUSPECT" ? "doubt" : "bad";
+  const kind = data.ok ? "good" : data.finished ? "doubt" : "bad";
   $("badge").className = kind;
   $("badge").innerHTML = icon(kind);
   element("span", data.status, $("badge"));
   $("title").textContent = data.title;
   $("summary").textContent = data.summary;
+  const said = [...(data.ok && data.message ? [data.message] : []), ...data.notes];
+  $("said").replaceChildren(...said.map((text) => element("li", text)));
+  $("said").hidden = !said.length;
+  $("alert").hidden = data.ok;
+  $("alert").replaceChildren();
   if (data.ok) return;
-  $("alert").hidden = false;
   $("alert").className = kind;
-  element("strong", kind === "doubt" ? "The run finished, but its checks failed. Do not trust its numbers." : "The run failed.", $("alert"));
+  const judged = data.status === "SUSPECT" ? "The run finished, but its checks failed. Do not trust its numbers."
+    : data.finished ? "The run finished, but its numbers hold in part only." : "The run did not reach its end.";
+  element("strong", judged, $("alert"));
   const failed = data.checks.filter((row) => row.verdict === "failed");
   const list = element("ul", "", $("alert"));
   for (const text of failed.length ? failed.map((row) => (row.name === "OTHER" ? row.said : `${row.name}: ${row.said}`)) : [data.message]) element("li", text, list);
 }
 
+/** Each measure with its error beside it, amber where that is beyond what was asked. */
+function showMeasures() {
+  const body = document.querySelector("#measures tbody");
+  $("measures").hidden = !data.measures.length;
+  body.replaceChildren();
+  for (const { name, value, unit, error, relative, beyond } of data.measures) {
+    const row = element("tr", "", body);
+    wrapped(element("td", "", row), name);
+    element("td", value === null ? "no value" : withUnit(value, unit), row);
+    const cell = element("td", "", row);
+    if (beyond) { row.className = "beyond"; cell.innerHTML = icon("doubt"); }
+    const share = relative === null ? "" : ` (${relative < 1e-3 ? relative.toExponential(1) : `${Number((100 * relative).toPrecision(2))} %`})`;
+    cell.append(error === null ? "not known" : `\u00b1 ${short(error, unit)}${share}`);
+  }
+  const beyond = data.measures.some((row) => row.beyond);
+  $("measures-note").textContent = beyond ? "Marked: the error is beyond what was asked for, or is not known." : "";
+}
+
+/** An error with its unit, to two digits. */
+function short(value, unit) {
+  const [power, letter] = prefix(value, unit);
+  return `${words4(value / power, 2)}${unit && unit !== "1" ? ` ${letter}${unit.replace("^2", "\u00b2")}` : ""}`;
+}
+
 function showChecks() {
+  for (const body of document.querySelectorAll("#checks tbody")) body.replaceChildren();
   const idle = data.checks.filter((row) => row.verdict === "not applicable").length;
   $("idle").hidden = !idle;
   $("idle-count").textContent = `${idle} with nothing to look at`;
@@ -499,13 +573,15 @@ function showChecks() {
     element("td", name, row);
     element("td", question, row);
     const cell = element("td", "", row);
-    cell.innerHTML = icon({ failed: data.status === "SUSPECT" ? "doubt" : "bad", "no complaint": "good" }[verdict] || "none");
+    cell.innerHTML = icon({ failed: data.finished ? "doubt" : "bad", "no complaint": "good" }[verdict] || "none");
     cell.append(said ? `${verdict}: ${said}` : verdict);
   }
 }
 
 let energy = null;
 function showEnergy() {
+  energy = null;
+  $("energy-plot").replaceChildren();
   const rows = [...signals.values()].filter(({ name }) => name.startsWith("energy ") && !name.includes(".")
     && name !== "energy throughput").filter(({ name, limits }) => name === "energy error" || limits[0] !== limits[1]);
   if (!rows.length) {
@@ -535,6 +611,7 @@ function showEnergy() {
 }
 
 function showFacts() {
+  $("facts-tables")?.remove();
   const host = element("div", "", $("facts"));
   host.id = "facts-tables";
   for (const [heading, rows] of data.facts) {
@@ -578,7 +655,6 @@ function makeControls() {
     const action = keys[event.key];
     if (action) { event.preventDefault(); action(event); }
   });
-  $("scrub").max = count - 1;
   $("scrub").addEventListener("input", () => { pause(); if (motion) seek(motion.time(Number($("scrub").value))); });
   for (const name of ["names", "forces"]) {
     $(name).addEventListener("change", () => { shown[name] = $(name).checked; drawScene(); drawLegend(); });
@@ -586,15 +662,25 @@ function makeControls() {
   $("colour").addEventListener("change", () => { shown.colour = $("colour").value; drawScene(); drawLegend(); });
   $("trail").addEventListener("change", () => { shown.trail = $("trail").value; drawScene(); });
   $("length").addEventListener("input", () => { shown.length = Number($("length").value); drawScene(); drawLegend(); });
+  $("speed").addEventListener("change", () => { clock.speed = Number($("speed").value); });
+  $("filter").addEventListener("input", filterList);
+  makeDragging();
+}
+
+/** Choices of the controls that depend on the run. */
+function showControls() {
+  $("scrub").max = count - 1;
+  $("trail").replaceChildren();
   for (const name of ["", ...(motion ? motion.points : [])]) element("option", name || "none", $("trail")).value = name;
+  $("trail").value = shown.trail;
   $("colour-label").hidden = !motion || !hasBands();
   $("length-label").hidden = !motion || !hasForces();
   makeSpeeds();
-  makeDragging();
 }
 
 /** Speeds about the one that shows the run in eight seconds, and real time. */
 function makeSpeeds() {
+  if ($("speed").options.length || !bins) return;
   const usual = round((end - start) / 8) || 1;
   const speeds = [...new Set([0.02, 0.1, 0.5, 1, 2, 10].map((factor) => Number((usual * factor).toPrecision(2))).concat(1))];
   for (const speed of speeds.sort((a, b) => a - b)) {
@@ -602,7 +688,6 @@ function makeSpeeds() {
     option.value = speed; option.selected = speed === usual;
   }
   clock.speed = usual;
-  $("speed").addEventListener("change", () => { clock.speed = Number($("speed").value); });
 }
 
 function makeDragging() {
@@ -629,10 +714,13 @@ function update() {
   if (energy) energy();
 }
 
-showVerdict(); showChecks(); showEnergy(); showFacts(); makeList(); makeControls(); makePlots();
+/** All of the page that depends on the run. */
+function showRun() { showVerdict(); showMeasures(); showChecks(); showEnergy(); showFacts(); makeList(); showControls(); makePlots(); }
+
+makeControls(); showRun();
 listeners.push(update);
 const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t")); // report.html#t=1.7 opens there
-seek(asked || (data.ok || data.status === "SUSPECT" ? start : end)); // a run that failed, where it ended
+seek(asked || (data.finished ? start : end)); // a run that failed, where it ended
 drawLegend();
 window.addEventListener("resize", () => { update(); drawLegend(); });
 
