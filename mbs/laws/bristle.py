@@ -9,7 +9,7 @@ from .pieces import Reals, saturate
 
 @declared
 class _Bristled(Declared):
-    """What laws of one bristle share: parameters, the Stribeck level, stored energy."""
+    """Base of laws of one bristle: parameters, the Stribeck level, stored energy."""
 
     static: float = quantity("1", low="dynamic", doc="mu_s")
     dynamic: float = quantity("1", above=0, doc="mu_d")
@@ -65,10 +65,9 @@ class LuGre(_Bristled):
 class Stiction(_Bristled):
     """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v held between -g and g, plus beta v.
 
-    Stuck, the bristle follows the displacement (dz/dt = v exactly, unlike LuGre's), so a body at rest does not drift however
-    long or often the load on it changes below the limit, and mu is the friction that holds it. It slips at g(v) = mu_d + (mu_s -
-    mu_d) exp(-(v/v_str)^2), and comes to rest under whatever force stops it. A ``BristleLaw``. s0 and s1 are per unit normal
-    force.
+    Stuck, the bristle follows the displacement: dz/dt = v exactly, unlike LuGre's. A body at rest therefore does not drift,
+    however long or often the load on it changes below the limit. It slips at g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_str)^2), and
+    comes to rest under any smaller force. A ``BristleLaw``. s0 and s1 are per unit normal force.
 
     References
     ----------

@@ -40,8 +40,8 @@ if compiler():
         return float64(int64, float64, float64, float64), _call(3)
 
     @intrinsic
-    def called(_typing: Any, address: Any, given: Any) -> Any:
-        """Value, of the numbers in an array, of the function at this address."""
+    def call_array(_typing: Any, address: Any, given: Any) -> Any:
+        """Call the function at this address with the numbers in an array."""
 
         def codegen(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
             from llvmlite import ir
@@ -66,6 +66,6 @@ else:
         """f(a, b, c) of the function at this address."""
         return CFUNCTYPE(c_double, c_double, c_double, c_double)(int(address))(a, b, c)
 
-    def called(address: int, given: Array) -> float:
-        """Value, of the numbers in an array, of the function at this address."""
+    def call_array(address: int, given: Array) -> float:
+        """Call the function at this address with the numbers in an array."""
         return CFUNCTYPE(c_double, POINTER(c_double))(int(address))(given.ctypes.data_as(POINTER(c_double)))

@@ -75,7 +75,7 @@ def sums(*paths: Path) -> tuple[str, ...]:
     return tuple(sorted(sha256(path.read_bytes()).hexdigest() for path in paths))
 
 
-def kept(function: Callable[..., Any], stamp: tuple[str, ...], **options: object) -> Any:
+def compile_cached(function: Callable[..., Any], stamp: tuple[str, ...], **options: object) -> Any:
     """Compile a function for the types it is called with, and keep that on disk as long as the stamp stays the same.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
@@ -101,7 +101,7 @@ def function_pointer(function: Callable[..., object], arguments: int) -> Pointer
     """Address of any function of so many floats, compiled once for all functions of the same code and values."""
     if isinstance(function, types.MethodType):
         return method_pointer(function.__self__, function.__name__, arguments)
-    found = _once((_value(function), arguments), lambda: _compiled(lambda jit: compile_plain(function, jit), arguments))
+    found = _once((_value(function), arguments), lambda: _compile_pointer(lambda jit: compile_plain(function, jit), arguments))
     return found or _called_back(_number_of(function), [ctypes.c_double] * arguments)
 
 
@@ -168,11 +168,11 @@ def _number_of(function: Any) -> Callable[..., float]:
 
 
 def _compiled_method(law: object, name: str, arguments: int) -> Pointer | None:
-    return _compiled(lambda jit: compile_method(law, name, jit), arguments)
+    return _compile_pointer(lambda jit: compile_method(law, name, jit), arguments)
 
 
-def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
-    """Address of what `made_by` compiles with the decorator it gets; None without a compiler, or if it cannot be compiled."""
+def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
+    """Compile what `made_by` gives its decorator, return the address; None without a compiler, or if that fails."""
     if not compiler():
         return None
     import numba
@@ -193,19 +193,20 @@ def _compiled_array(function: Callable[..., object], arguments: int) -> Pointer 
     import numba
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
-    def wrapped(inner: Callable[..., Any]) -> Callable[..., Any]:
+    def wrap(inner: Callable[..., Any]) -> Callable[..., Any]:
+        """Make a function of an array from one of so many numbers."""
         return lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
 
-    return _address(lambda jit: compile_plain(function, jit), wrapped, numba.float64(numba.types.CPointer(numba.float64)))
+    return _address(lambda jit: compile_plain(function, jit), wrap, numba.float64(numba.types.CPointer(numba.float64)))
 
 
-def _address(made_by: Callable[[Any], Any], wrapped: Callable[[Any], Callable[..., Any]], signature: Any) -> Pointer | None:
-    """Address of a wrapped function of this signature; None if it cannot be compiled."""
+def _address(made_by: Callable[[Any], Any], wrap: Callable[[Any], Callable[..., Any]], signature: Any) -> Pointer | None:
+    """Address of a wrap function of this signature; None if it cannot be compiled."""
     import numba
 
     errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
     try:
-        made = numba.cfunc(signature, error_model="numpy")(wrapped(made_by(numba.njit)))
+        made = numba.cfunc(signature, error_model="numpy")(wrap(made_by(numba.njit)))
     except errors:
         return None
     return Pointer(int(made.address), True, made)

@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry import Array
 from ..process import compiler
 from . import journal
-from .compiled import Pointer, compile_plain, kept, sums
+from .compiled import Pointer, compile_cached, compile_plain, sums
 from .friction import BristleLaw, FrictionLaw, remembering
 from .journal import spread
 from .protocol import NormalLaw
@@ -31,8 +31,10 @@ FIRST = GEOMETRY + 2 * CODES
 LAST = FIRST + 2 * NUMBERS
 WIDTH = len(journal.COLUMNS)
 """Columns of the report."""
-NORMAL, FRICTION = range(2)
-"""Rows of the two laws."""
+NORMAL = 0
+"""Row of the normal law."""
+FRICTION = 1
+"""Row of the friction law."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +64,14 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
     Plain Python is some twenty times slower and gives the same result.
     """
-    return (compiler() and compiled(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
+    return (compiler() and compile_kernel(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
 
 
 def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Make the functions in plain Python."""
 
     def normal(_numbers: Array, depth: float, rate: float, onset: float) -> float:
+        """Return the normal force [N]."""
         return law.force(depth, rate, onset)
 
     rubs = remembering(friction)
@@ -78,7 +81,7 @@ def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
 
 @lru_cache(maxsize=256)
-def compiled(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
+def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
     """Make the compiled functions; None if a law does more than arithmetic on its arguments and its own numbers."""
     rows = _Rows()
     add_normal(rows, law)
@@ -100,6 +103,7 @@ class _Rows:
     def add_law(
         self, _key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), _about: str = ""
     ) -> int:
+        """Append a law; return its row."""
         addresses = [pointer.address for pointer in pointers]
         self.codes.append([kind, *addresses, *[0] * (CODES - 1 - len(addresses))])
         self.numbers.append([*map(float, numbers), *[0.0] * (NUMBERS - len(numbers))])
@@ -158,6 +162,6 @@ def _functions() -> tuple[Any, Any]:
     vector, table, places = float64[::1], float64[:, ::1], int64[:, ::1]
     made = []
     for function, out in ((_forces, vector), (_rows, table)):
-        made.append(compile_plain(_bound(function, report), jit, partial(kept, stamp=stamp)))
+        made.append(compile_plain(_bound(function, report), jit, partial(compile_cached, stamp=stamp)))
         made[-1].compile(void(float64, vector, vector, table, places, table, out))
     return made[0], made[1]

@@ -21,7 +21,7 @@ from .pieces import Reals, ramp, saturate, step
 
 @runtime_checkable
 class FrictionLaw(Protocol):
-    """What a stop or a clearance joint needs to know of its friction."""
+    """Protocol of friction laws for stops and clearance joints. Any object with these members will do."""
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed friction coefficient [1], odd in the sliding speed [m/s]; floats or arrays."""
@@ -29,7 +29,7 @@ class FrictionLaw(Protocol):
 
 @runtime_checkable
 class BristleLaw(Protocol):
-    """What a clearance joint needs to know of friction that remembers: it bends a bristle of deflection z [m]."""
+    """Protocol of friction laws with memory, for clearance joints: the law bends a bristle of deflection z [m]."""
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
         """Signed friction coefficient [1] at a sliding speed [m/s] and a bristle [m]."""
@@ -42,25 +42,25 @@ class BristleLaw(Protocol):
 
 
 class Unbent(NamedTuple):
-    """A law without memory as one whose bristle never bends."""
+    """Friction law without memory as one whose bristle never bends."""
 
     law: FrictionLaw
 
     def coefficient(self, speed: Reals, _bristle: Reals) -> Reals:
-        """Of the speed alone."""
+        """Signed friction coefficient [1], a function of the speed alone."""
         return self.law.coefficient(speed)
 
     def after(self, bristle: Reals, _speed: Reals, _time: Reals) -> Reals:
-        """Nothing."""
+        """Bristle [m], always 0."""
         return 0.0 * bristle
 
     def stored(self, bristle: Reals) -> Reals:
-        """Nothing."""
+        """Energy of the bristle, always 0."""
         return 0.0 * bristle
 
 
 def remembering(friction: FrictionLaw | BristleLaw) -> BristleLaw:
-    """Any friction law as one that bends a bristle."""
+    """Return any friction law as one that bends a bristle."""
     return friction if isinstance(friction, BristleLaw) else Unbent(friction)
 
 

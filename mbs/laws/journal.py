@@ -1,9 +1,9 @@
 """A pin in a bush with clearance: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
 
 Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
-bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit:
-F = -(F_N n + mu F_N t) on the pin, t = (-n_y, n_x), mu the friction at v_t, the sliding speed of the pin's surface at P over
-the bush's.
+bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit. The force on the
+pin is F = -(F_N n + mu F_N t) with t = (-n_y, n_x). The friction coefficient mu belongs to v_t, the speed at which the pin's
+surface slides over the bush's at P.
 
 What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
 bristle has bent at the mean of the sliding speed then and now.
@@ -30,8 +30,10 @@ COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", 
 MEMORY = ("onset", "bristle", "sliding", "since")
 """Quantities of each joint at its last step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
-PIN, GAP = 8, 9
-"""Columns of radius and clearance [m] in a joint's row of numbers, after places and arms of both ends."""
+PIN = 8
+"""Column of the pin's radius [m] in a joint's row of numbers, after places and arms of both ends."""
+GAP = 9
+"""Column of the clearance [m] in a joint's row of numbers."""
 TINY = 1e-300
 """Distance [m] added to that of the centres, so that a pin in the middle of its bush has a normal of 0."""
 
@@ -90,6 +92,7 @@ def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
     """
 
     def contact(numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...], t: float, past: Array) -> tuple[float, ...]:
+        """Compute forces, depth, rates and direction of one contact."""
         place, speed = (pin[0] - bush[0], pin[1] - bush[1]), (pin[2] - bush[2], pin[3] - bush[3])
         depth, rate, sliding, nx, ny = meet(numbers[PIN], numbers[GAP], place, speed, (pin[6], bush[6]))
         if depth <= 0.0:
@@ -101,6 +104,7 @@ def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
         return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
 
     def report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
+        """Write the contact of each joint to a row of `out`."""
         for j in range(places.shape[0]):
             n = numbers[j]
             pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)

@@ -10,7 +10,7 @@ from typing import ClassVar
 from ..declare import Declared, declared, quantity
 from ..validate import positive
 from .pieces import Reals, ramp, step
-from .rebound import damping_ratio, needed, restitution_linear
+from .rebound import damping_ratio, require, restitution_linear
 
 
 class PowerLaw:
@@ -90,7 +90,7 @@ class KelvinVoigt(PowerLaw, Declared):
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
         """Restitution delivered [1] to an effective mass [kg], the same for every speed."""
-        mass = needed("mass", mass, "kg", self)
+        mass = require("mass", mass, "kg", self)
         return restitution_linear(0.5 * self.damping / math.sqrt(self.stiffness * mass))
 
 

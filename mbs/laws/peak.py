@@ -1,16 +1,16 @@
 """Largest force of an impact on a linear stop with hysteresis, free or with something pushing on behind the body.
 
-A mass m comes to F = K d (1 + chi d'/v0) at speed v0. In units of v0, sqrt(m/K) and S = v0 sqrt(K m), with w = d'/v0,
+A mass m comes to F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(m/K) and S = v0 sqrt(K m); with w = d'/v0,
 
     x dx = -w dw/(1 + chi w),     f = x (1 + chi w),                                (1)
 
-so that f is largest where w = chi x^2. With E(w) the integral of s/(1 + chi s) from w to 1, x^2 = 2 E(w), and with
-y = 1 + chi w
+so that f is largest where w = chi x^2. There x^2 = 2 E(w), with E(w) the integral of s/(1 + chi s) from w to 1. The root is,
+with y = 1 + chi w,
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)),        (2)
 
-W the lower branch of Lambert's function. A constant push q S behind the mass adds q/y dx to (1), by which x^2/2 grows,
-to first order, by q I with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
+W the lower branch of Lambert's function. A constant push q S behind the mass adds q/y dx to (1). By it x^2/2 grows, to first
+order, by q I, with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
 
     F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
 
@@ -61,7 +61,7 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
     y = -lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
     w = np.where(chi > _ELASTIC, (y - 1.0) / np.maximum(chi, _ELASTIC), chi)
     x = _depth(w, chi)
-    c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _pushed(w, chi) / x
+    c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _push_integral(w, chi) / x
     return (float(c0), float(c1)) if chi.ndim == 0 else (c0, c1)
 
 
@@ -74,8 +74,8 @@ def _depth(w: Array, chi: Array) -> Array:
     return np.sqrt(2.0 * (1.0 - w) * total)
 
 
-def _pushed(w: Array, chi: Array) -> Array:
-    """The integral I, with s = 1 - (1 - w) t^2 to take away the pole of 1/x at s = 1."""
+def _push_integral(w: Array, chi: Array) -> Array:
+    """Compute the integral I, with s = 1 - (1 - w) t^2 to take away the pole of 1/x at s = 1."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = 1.0 - (1.0 - w) * node**2

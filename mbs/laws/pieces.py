@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from ..validate import number
 
 Reals: TypeAlias = Any
-"""What a law takes and returns: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
+"""Argument and value of a law: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
 
 
 def ramp(x: Reals) -> Reals:

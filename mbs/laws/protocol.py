@@ -1,4 +1,4 @@
-"""What a normal contact law is."""
+"""Protocol of normal contact laws."""
 
 from typing import Protocol, runtime_checkable
 
@@ -7,7 +7,7 @@ from .pieces import Reals
 
 @runtime_checkable
 class NormalLaw(Protocol):
-    """What a stop or a clearance joint needs to know of its contact. Any object with these members will do.
+    """Normal contact law of a stop or a clearance joint. Any object with these members will do.
 
     Methods take floats or arrays that broadcast, and return the same.
     """

@@ -1,7 +1,7 @@
 """Restitution: what a contact law delivers, and the damping that delivers what was asked for.
 
 A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) the depth drops out of
-m d'' = -F, and for every K, n, m and v0 alike
+m d'' = -F. For every K, n, m and v0 alike
 
     chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
 
@@ -128,11 +128,11 @@ def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = N
     closed_form = getattr(law, "delivered", None)
     if closed_form is not None:
         return float(closed_form(mass, speed))
-    return restitution_integrated(law, needed("mass", mass, "kg", law), needed("speed", speed, "m/s", law))
+    return restitution_integrated(law, require("mass", mass, "kg", law), require("speed", speed, "m/s", law))
 
 
-def needed(name: str, value: float | None, unit: str, law: object) -> float:
-    """The positive ``value``; ValueError if it was not given though the answer depends on it."""
+def require(name: str, value: float | None, unit: str, law: object) -> float:
+    """Return the positive ``value``; raise ValueError if it was not given though the answer depends on it."""
     if value is None:
         kind = type(law).__name__
         raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf) {unit}")
@@ -155,7 +155,7 @@ def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
 
 
 def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
-    """How long an impact lasts [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
+    """Duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
     2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step that
     resolves an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
@@ -198,10 +198,12 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     scale = depth / (mass * speed**2)
 
     def motion(_: float, state: np.ndarray) -> tuple[float, float]:
+        """Return the rates of depth and speed."""
         x, v = state.tolist()
         return v, -scale * float(law.force(depth * x, speed * v, speed))
 
     def out(_: float, state: np.ndarray) -> float:
+        """Return the depth, which ends the impact at 0."""
         return float(state[0])
 
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]

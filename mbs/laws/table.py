@@ -19,8 +19,10 @@ SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED
 """Kinds of friction laws."""
 KIND, CALL, CALL_TOO = range(3)
 """Columns of whole numbers of a law: kind, addresses of functions."""
-CODES, NUMBERS = 4, 8
-"""Columns of whole numbers and of numbers of a law."""
+CODES = 4
+"""Columns of whole numbers of a law."""
+NUMBERS = 8
+"""Columns of numbers of a law."""
 
 
 class Laws(NamedTuple):

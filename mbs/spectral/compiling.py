@@ -19,10 +19,10 @@ from numba.core.compiler import Compiler
 from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
-from ..laws.calls import call1, call2, call3, called
-from ..laws.compiled import compile_plain, kept, sums
+from ..laws.calls import call1, call2, call3, call_array
+from ..laws.compiled import compile_cached, compile_plain, sums
 
-__all__ = ["aside", "call1", "call2", "call3", "called", "close", "compile_below", "copy", "inner", "jit", "lend", "part"]
+__all__ = ["aside", "call1", "call2", "call3", "call_array", "close", "compile_below", "copy", "inner", "jit", "lend", "part"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
@@ -53,7 +53,7 @@ def _stamp(name: str) -> tuple[str, ...]:
 
 def jit(function: F) -> F:
     """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
-    return kept(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)
+    return compile_cached(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)
 
 
 class _Draft(JITCodeLibrary):

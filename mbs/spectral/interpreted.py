@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TypeVar
 
 from ..geometry import Array
-from ..laws.calls import call1, call2, call3, called
+from ..laws.calls import call1, call2, call3, call_array
 
 __all__ = [
     "aside",
     "call1",
     "call2",
     "call3",
-    "called",
+    "call_array",
     "close",
     "compile_below",
     "copy",

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, called, inner
+from .compiling import aside, call_array, inner
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 
@@ -31,7 +31,7 @@ def _counts(s, k):
 def _value(s, w, k, r, count):
     """Component r of the force, or the rate of a state; what its law is a function of stands in w.element."""
     factor = s.factors[k] if r < count else 1.0
-    return factor * called(s.laws[s.forces[k, LAW_OF] + r, CALL], w.element)
+    return factor * call_array(s.laws[s.forces[k, LAW_OF] + r, CALL], w.element)
 
 
 @inner
