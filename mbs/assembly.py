@@ -81,7 +81,7 @@ def assemble(
     lengths = {link.name: given for link in links if (given := _length(link, points)) is not None}
     deciding = [link for link in links if link.length is not None or link.angle is not None]
     concerned = [point for link in deciding for point in (link.start, link.end)]
-    concerned += [point for link in links if link.name in lengths for point in link.fixed(1.0)]
+    concerned += [point for link in links if link.name in lengths for point in link.carried_places(1.0)]
     unknown = list(dict.fromkeys(point for point in concerned if point not in points))
     for point in near:
         if point not in unknown:
@@ -159,7 +159,7 @@ def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, floa
         elif link.angle is not None:
             yield apart.by([[-sin(link.angle), cos(link.angle)]])
         if length := lengths.get(link.name):
-            for point, (x, y) in link.fixed(length).items():
+            for point, (x, y) in link.carried_places(length).items():
                 yield at[point] - at[link.start] - apart.by(np.array([[x, -y], [y, x]]) / length)
 
 

@@ -1,4 +1,4 @@
-"""What other installed packages add, by entry points: kinds of elements and laws, and how a solver or picture gets a kind.
+"""Extensions by other installed packages, through entry points: kinds of elements and laws, for solvers and pictures.
 
 | group | name | value |
 |---|---|---|
@@ -19,7 +19,7 @@ from typing import Any
 
 @cache
 def extensions(group: str) -> dict[str, Any]:
-    """What packages offer in a group, by name; one that does not load is warned of and left out."""
+    """Return the objects that packages add to a group, by name; warn of one that does not load and leave it out."""
     from importlib import metadata  # a tenth of the time that importing this package takes, and seldom needed
 
     found: dict[str, Any] = {}
@@ -28,6 +28,6 @@ def extensions(group: str) -> dict[str, Any]:
             found[point.name] = point.load()
         except Exception as error:
             whose = f" of {point.dist.name}" if point.dist else ""
-            told = f"{group}: '{point.name}'{whose} does not load: {type(error).__name__}: {error}"
-            warnings.warn(told, RuntimeWarning, stacklevel=2)
+            text = f"{group}: '{point.name}'{whose} does not load: {type(error).__name__}: {error}"
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
     return found

@@ -33,8 +33,8 @@ from .documents.shorthand import SHORT, expanded
 from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen
-from .elements.references import UnknownError, known
-from .offers import offered
+from .elements.references import UnknownError, check_known
+from .offers import find_offer
 from .validate import short
 
 if TYPE_CHECKING:
@@ -63,9 +63,9 @@ class Places(Named):
         """Return those that are given."""
         return super().read(name, given.given if isinstance(given, Placed) else given)
 
-    def written(self, name: str, value: Any) -> dict[str, Any]:
-        """Those that are given."""
-        return super().written(name, value.given)
+    def write(self, name: str, value: Any) -> dict[str, Any]:
+        """Return the places that were given."""
+        return super().write(name, value.given)
 
 
 class Links(Several):
@@ -83,9 +83,9 @@ class Links(Several):
         tables = {key: {**each, "name": key} if isinstance(each, Mapping) else each for key, each in given.items()}
         return tuple(self.item.read(f"{name}.{key}", each) for key, each in tables.items())
 
-    def written(self, name: str, value: Any) -> Any:
+    def write(self, name: str, value: Any) -> Any:
         """Tables by name."""
-        tables = {link.name: self.item.written(f"{name}.{link.name}", link) for link in value}
+        tables = {link.name: self.item.write(f"{name}.{link.name}", link) for link in value}
         return {key: {k: v for k, v in table.items() if k != "name"} for key, table in tables.items()}
 
     def schema(self) -> Schema:
@@ -267,15 +267,15 @@ class Mechanism(Parts):
         -------
         matplotlib Axes
         """
-        return offered("plot_mechanism")(self, axes, names)
+        return find_offer("plot_mechanism")(self, axes, names)
 
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
-        return offered("mechanism_html")(self)
+        return find_offer("mechanism_html")(self)
 
 
 def _place(kind: str, k: int, element: Any) -> str:
-    """Where an element stands in a file."""
+    """Return the place of an element in a file."""
     return f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"
 
 
@@ -285,14 +285,14 @@ def _check_velocities(mechanism: Mechanism) -> None:
     for name, value in mechanism.velocities.items():
         where = f"velocities['{name}']"
         if isinstance(value, float):
-            known("link", name, links, where)
+            check_known("link", name, links, where)
             continue
         if name in links:
             raise ValueError(f"{where} = {short(value)}: a link's is its turning, one number, rad/s")
         body, point = place(name)
         carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
-        known("link", body or next(iter(links)), links, where)
-        known("point of a link", point, carried, where)
+        check_known("link", body or next(iter(links)), links, where)
+        check_known("point of a link", point, carried, where)
 
 
 def _check_names(mechanism: Mechanism) -> None:

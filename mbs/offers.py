@@ -1,4 +1,4 @@
-"""What rooms above do for values below, such as `Mechanism.plot`: the values ask by name, the package's door says who does it."""
+"""Late binding: methods such as `Mechanism.plot` are implemented in packages above and resolved by name at the first call."""
 
 from __future__ import annotations
 
@@ -10,22 +10,23 @@ _OFFERS: dict[str, str] = {}
 
 
 def offer(offers: Mapping[str, str]) -> None:
-    """Say which functions do what is asked for by name, as 'package.module:function'; they are loaded when asked for."""
+    """Register functions by name, as 'package.module:function'; they are loaded at the first call."""
     _OFFERS.update(offers)
 
 
-def on_demand(package: str, rooms: Mapping[str, str]) -> Callable[[str], Any]:
-    """A package's `__getattr__`: names by the modules below it that have them, imported when they are asked for."""
+def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """Make a package's `__getattr__` that imports a name from its module at the first use."""
 
-    def found(name: str) -> Any:
-        if name not in rooms:
+    def load(name: str) -> Any:
+        """Import a name, PEP 562."""
+        if name not in modules:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
-        return getattr(import_module(f"{package}.{rooms[name]}"), name)
+        return getattr(import_module(f"{package}.{modules[name]}"), name)
 
-    return found
+    return load
 
 
-def offered(name: str) -> Any:
+def find_offer(name: str) -> Any:
     """Return the function of that name."""
     module, _, function = _OFFERS[name].partition(":")
     return getattr(import_module(module), function)

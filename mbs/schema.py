@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .declare import Declaration, Declared, declarations, known
+from .declare import Declaration, Declared, declarations, known_kinds
 from .declare.spec import Quantity, Schema
 from .documents import shorthand
 from .mechanism import RUN, Mechanism
@@ -29,7 +29,7 @@ def schema() -> Schema:
         },
         "required": [key for key, each in declarations(Mechanism).items() if each.required],
         "additionalProperties": False,
-        "$defs": {name: _object(name, kind) for name, kind in sorted(known().items())},
+        "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())},
     }
 
 

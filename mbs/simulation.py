@@ -18,7 +18,7 @@ from .accuracy.refine import Answer, refine
 from .accuracy.second_opinion import noted, verified
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
-from .functions import own_functions
+from .functions import has_user_code
 from .functions.breaks import WIDTH
 from .geometry import Array
 from .kinematics import exact
@@ -268,7 +268,7 @@ def _provenance(run: Run) -> dict[str, Any]:
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     elements = run.record.mechanism.elements().items()
     notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.values))]
-    if own_functions(run.record.mechanism):
+    if has_user_code(run.record.mechanism):
         looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
         notes.append(f"{looked}; a Table names shorter ones")
     return found | ({"notes": notes} if notes else {})

@@ -180,7 +180,7 @@ def is_loose(mechanism: Mechanism) -> bool:
         bool(mechanism.joints)
         and len(clearances(mechanism)) == len(mechanism.joints)
         and not any(link.body.flexible for link in mechanism.links)
-        and not any(each.integrated for each in mechanism.loads)
+        and not any(each.has_states for each in mechanism.loads)
         and not (mechanism.guides or mechanism.stops or mechanism.couplings)
         and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
         and not stiffly_damped(mechanism)

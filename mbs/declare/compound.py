@@ -1,4 +1,4 @@
-"""What is made of several values: vectors, lists, tables of names, and one of several sorts."""
+"""Specifications of compound values: vectors, lists, tables of names, and one of several sorts."""
 
 # ruff: noqa: D102 - what all specs have is explained once, in `Spec`.
 
@@ -26,11 +26,11 @@ class Vector(Spec):
 
     def read(self, name: str, given: object) -> tuple[float, float]:
         if not is_list(given) or len(given) != 2:
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         part = Quantity(self.unit)
         return part.read(f"{name}.x", given[0]), part.read(f"{name}.y", given[1])
 
-    def written(self, name: str, value: Any) -> list[float]:
+    def write(self, name: str, value: Any) -> list[float]:
         return [float(part) for part in value]
 
     def schema(self) -> Schema:
@@ -70,14 +70,14 @@ class Several(Spec):
 
     def read(self, name: str, given: object) -> tuple[Any, ...]:
         if not is_list(given) or not self.least <= len(given) <= (len(given) if self.most is None else self.most):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(given))
         if self.distinct and len(set(found)) < len(found):
             raise ValueError(f"{name} = {shown(given)}: must be given once each")
         return found
 
-    def written(self, name: str, value: Any) -> list[Any]:
-        return [self.item.written(f"{name}[{k}]", each) for k, each in enumerate(value)]
+    def write(self, name: str, value: Any) -> list[Any]:
+        return [self.item.write(f"{name}[{k}]", each) for k, each in enumerate(value)]
 
     def schema(self) -> Schema:
         return {"type": "array", "items": self.item.schema()}
@@ -102,11 +102,11 @@ class Named(Spec):
 
     def read(self, name: str, given: object) -> dict[str, Any]:
         if not isinstance(given, Mapping):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return {word(f"{name}: a name", key): self.item.read(f"{name}.{key}", each) for key, each in given.items()}
 
-    def written(self, name: str, value: Any) -> dict[str, Any]:
-        return {key: self.item.written(f"{name}.{key}", each) for key, each in value.items()}
+    def write(self, name: str, value: Any) -> dict[str, Any]:
+        return {key: self.item.write(f"{name}.{key}", each) for key, each in value.items()}
 
     def schema(self) -> Schema:
         return {"type": "object", "additionalProperties": self.item.schema()}
@@ -133,8 +133,8 @@ class Either(Spec):
     def read(self, name: str, given: object) -> Any:
         return self._fitting(name, given).read(name, given)
 
-    def written(self, name: str, value: Any) -> Any:
-        return self._fitting(name, value).written(name, value)
+    def write(self, name: str, value: Any) -> Any:
+        return self._fitting(name, value).write(name, value)
 
     def schema(self) -> Schema:
         return any_of([spec.schema() for spec in self.specs])
@@ -146,7 +146,7 @@ class Either(Spec):
         some = [spec for spec in self.specs if not isinstance(spec, Nothing)]
         if len(some) == 1:
             return some[0]  # it says best what is wrong
-        raise self.refused(name, given)
+        raise self.refusal(name, given)
 
 
 def any_of(schemas: list[Schema]) -> Schema:
@@ -157,5 +157,5 @@ def any_of(schemas: list[Schema]) -> Schema:
 
 
 def is_list(given: object) -> TypeGuard[Sequence[Any]]:
-    """Whether it is a list, a tuple or an array."""
+    """Return True for a list, a tuple or an array."""
     return isinstance(given, Collection) and not isinstance(given, str | bytes | Mapping)

@@ -15,12 +15,18 @@ from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
-SPEC, DOC, BOUNDS, GROUP = "spec", "doc", "bounds", "group"
-"""What the metadata of a field hold: what may stand there, what it is, bounds by other fields, what it is listed with."""
+SPEC = "spec"
+"""Key of a field's metadata: specification of its values."""
+DOC = "doc"
+"""Key of a field's metadata: its meaning."""
+BOUNDS = "bounds"
+"""Key of a field's metadata: bounds by other fields."""
+GROUP = "group"
+"""Key of a field's metadata: heading under which it is listed."""
 
 
 class RefusalError(ValueError):
-    """What is wrong with one field, or with a part that is named by its place, of something larger.
+    """Error of one field, or of a part that is named by its place, of something larger.
 
     Attributes
     ----------
@@ -85,24 +91,24 @@ class Declared:
 
     @property
     def where(self) -> str:
-        """What messages call it; '' where its fields' names are enough."""
+        """Name in messages; '' where its fields' names are enough."""
         return ""
 
     def agree(self) -> None:
         """Raise a ValueError if fields do not go together; nothing by default."""
 
     @classmethod
-    def completed(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """Fields as they were given in a file, with those that follow from them."""
+    def complete(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields that a file gives, with those that follow from them."""
         return given
 
-    def kept(self) -> Iterable[str]:
-        """Fields from which the others follow: those that a file has."""
+    def file_fields(self) -> Iterable[str]:
+        """Name the fields from which the others follow: those that a file has."""
         return specs(type(self))
 
 
 class Declaration(typing.NamedTuple):
-    """What is declared of a field: what may stand there, what it is, bounds by other fields, its default, its group in lists."""
+    """Declaration of a field: specification, meaning, bounds by other fields, default, group in lists."""
 
     spec: Spec
     doc: str
@@ -113,7 +119,7 @@ class Declaration(typing.NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Of a quantity; '' of anything else."""
+        """Unit of a quantity; '' of anything else."""
         return self.spec.unit
 
     @property
@@ -122,7 +128,7 @@ class Declaration(typing.NamedTuple):
         return self.spec.allowed + self._suffix
 
     def show(self, value: object) -> str:
-        """A value as it may be given."""
+        """Write a value as it may be given."""
         if isinstance(value, tuple | list):
             return ",".join(map(self.show, value))
         if isinstance(value, str | bool) or value is None:
@@ -149,7 +155,7 @@ _DECLARATIONS: dict[Any, dict[str, Declaration]] = {}
 
 
 def declarations(kind: Any) -> dict[str, Declaration]:
-    """What is declared of each field of a dataclass that its maker is given."""
+    """Return the declaration of each field that the constructor of a dataclass takes."""
     if kind not in _DECLARATIONS:
         _DECLARATIONS[kind] = {each.name: _declaration(kind, each) for each in dataclasses.fields(kind) if each.init}
     return _DECLARATIONS[kind]
@@ -165,12 +171,12 @@ def _declaration(kind: Any, each: Any) -> Declaration:
 
 
 def specs(kind: object) -> dict[str, Spec]:
-    """What may stand in each field of a dataclass that its maker is given."""
+    """Return the specification of each field that the constructor of a dataclass takes."""
     return {key: declaration.spec for key, declaration in declarations(kind).items()}
 
 
 def _undeclared(kind: type, key: str) -> Spec:
-    """What may stand in a field of somebody's own dataclass, by its annotation."""
+    """Derive the specification of a field of a user's own dataclass from its annotation."""
     plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
     return plain.get(typing.get_type_hints(kind).get(key), Anything())
 
@@ -197,8 +203,8 @@ def register(kind: Class) -> Class:
     return kind
 
 
-def known() -> dict[str, type]:
-    """Every class that a file may name, by its name: Buckler's own and those of other installed packages."""
+def known_kinds() -> dict[str, type]:
+    """Return every class that a file may name, by its name: Buckler's own and those of other installed packages."""
     _register_others()
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
 
@@ -210,5 +216,5 @@ def _register_others() -> None:
 
 
 def kinds_of(base: type) -> list[type]:
-    """Every class that a file may name and that is a kind of another."""
-    return [kind for kind in known().values() if issubclass(kind, base)]
+    """Return every class that a file may name and that is a subclass of another."""
+    return [kind for kind in known_kinds().values() if issubclass(kind, base)]

@@ -1,11 +1,11 @@
-"""Fields that are declared once: what a class is made of, checked when it is made, read from files, written to them.
+"""Fields that are declared once: checked when an object is made, read from files, written to them.
 
     @declared
     class Clearance(Joint):
         pin: float = quantity("m", above=0, doc="radius of the pin")
 
-`Clearance(pin=-1, ...)` is refused with names, value, range and unit, `pin = "5 mm"` is read alike in Python and in a file, and
-the docstring, the file's schema, the options of the command line and the reference say what is declared here.
+`Clearance(pin=-1, ...)` is refused with names, value, range and unit. `pin = "5 mm"` is read alike in Python and in a file.
+The docstring, the file's schema, the options of the command line and the reference are made from the declaration.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .compound import any_of
-from .declared import Declared, RefusalError, declarations, known, specs
+from .declared import Declared, RefusalError, declarations, known_kinds, specs
 from .spec import Schema, Spec, did_you_mean, shown
 
 
@@ -23,22 +23,22 @@ class Part(Spec):
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        names = sorted(self.known())
+        names = sorted(self.kinds_by_name())
         files = f" (in files a table{' with its kind' if len(names) > 1 else ''})" if names else ""
         return (self.example or " or ".join(names or [kind.__name__ for kind in self.kinds])) + files
 
-    def known(self) -> dict[str, type]:
-        """Classes that may stand here, by their names."""
-        return {key: kind for key, kind in known().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
+    def kinds_by_name(self) -> dict[str, type]:
+        """Return the classes that may stand here, by their names."""
+        return {key: kind for key, kind in known_kinds().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
 
     def fits(self, given: object) -> bool:
         if isinstance(given, Mapping):
-            return "kind" not in given or given["kind"] in self.known()
+            return "kind" not in given or given["kind"] in self.kinds_by_name()
         return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
 
     def read(self, name: str, given: object) -> Any:
         if isinstance(given, Mapping):
-            return build(name, given, self.known())
+            return build(name, given, self.kinds_by_name())
         if not self.fits(given):
             what = given.__name__ if isinstance(given, type) else shown(given)
             raise ValueError(f"{name} = {what}: {self._lacking(given)}")
@@ -48,18 +48,18 @@ class Part(Spec):
             raise ValueError(f"{name} = {shown(given)}: must be hashable; make its class a frozen dataclass") from None
         return given
 
-    def written(self, name: str, value: object) -> Any:
-        kinds = self.known()
+    def write(self, name: str, value: object) -> Any:
+        kinds = self.kinds_by_name()
         if type(value) not in kinds.values():
             raise nameless(name, value)
         content = fields_written(name, value)
-        told = list(kinds) == [type(value).__name__]
-        if not told and name.rpartition(".")[2] == type(value).__name__.lower():
-            told = _fitting(content, kinds) == [type(value)]
-        return content if told else {"kind": type(value).__name__, **content}
+        plain = list(kinds) == [type(value).__name__]
+        if not plain and name.rpartition(".")[2] == type(value).__name__.lower():
+            plain = _fitting(content, kinds) == [type(value)]
+        return content if plain else {"kind": type(value).__name__, **content}
 
     def schema(self) -> Schema:
-        return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.known())])
+        return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.kinds_by_name())])
 
     def _lacking(self, given: object) -> str:
         """Why an object may not stand here."""
@@ -84,7 +84,7 @@ def _missing(found: object, protocol: Any) -> list[str]:
 
 
 def _stands_for(found: object, wanted: Any) -> bool:
-    """Whether a class, or an object, is of a class, or has the members of a protocol."""
+    """Return True if a class, or an object, is of a class, or has the members of a protocol."""
     if _is_protocol(wanted):
         return not _missing(found, wanted)
     return issubclass(found, wanted) if isinstance(found, type) else isinstance(found, wanted)
@@ -105,7 +105,7 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     kind = _kind(name, given, kinds)
     for key, inner in kind.inlined.items() if issubclass(kind, Declared) else ():
         if set(given) & set(specs(inner)) and not set(given) & set(specs(kind)):
-            return _made(name, kind, {key: build(name, given, {"": inner})})
+            return _construct(name, kind, {key: build(name, given, {"": inner})})
     fields = declarations(kind)
     dot = f"{name}." if name else ""
     for key in given:
@@ -115,13 +115,13 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in given.items()}
     if issubclass(kind, Declared):
         try:
-            values = kind.completed(values)
+            values = kind.complete(values)
         except ValueError as error:
             raise ValueError(f"{dot}{error}") from None
     for key, field in fields.items():
         if field.required and key not in values:
             raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
-    return _made(name, kind, values)
+    return _construct(name, kind, values)
 
 
 def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
@@ -151,8 +151,8 @@ def _sharing(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[typ
     return [kind for kind in kinds.values() if set(given) & set(declarations(kind))]
 
 
-def _made(name: str, kind: Callable[..., object], values: Mapping[str, object]) -> Any:
-    """Call a class; what it says of fields that do not go together gets its place."""
+def _construct(name: str, kind: Callable[..., object], values: Mapping[str, object]) -> Any:
+    """Call a class; name the place in its errors of fields that do not go together."""
     dot = f"{name}." if name else ""
     try:
         return kind(**values)
@@ -176,12 +176,12 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
     for key, inner in kind.inlined.items() if isinstance(found, Declared) else ():
         if type(getattr(found, key)) is inner:
             return fields_written(name, getattr(found, key))
-    keys = set(found.kept() if isinstance(found, Declared) else specs(kind))
+    keys = set(found.file_fields() if isinstance(found, Declared) else specs(kind))
     content = {}
     for key, declaration in declarations(kind).items():
         value = getattr(found, key)
         if key in keys and (declaration.required or not _same(value, declaration.default)):
-            content[key] = declaration.spec.written(f"{name}.{key}" if name else key, value)
+            content[key] = declaration.spec.write(f"{name}.{key}" if name else key, value)
     return content
 
 

@@ -1,4 +1,4 @@
-"""What may stand in a field: one object that reads, checks, writes and describes its value.
+"""Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
 A value comes from Python, from a file or from the command line, and one reading serves all three: `Quantity("m").read("gap",
 "0.1 mm")` is 1e-4. A ValueError is one line that begins with the name it was given, such as `joints[1].gap`.
@@ -22,7 +22,7 @@ Schema = dict[str, Any]
 
 
 class Spec:
-    """What may stand in a field.
+    """Specification of the values of a field.
 
     Attributes
     ----------
@@ -42,23 +42,23 @@ class Spec:
     metavar: str = "VALUE"
 
     def fits(self, given: object) -> bool:
-        """Whether a value is of the right sort, so that what this says of it is to the point."""
+        """Return True if a value is of the right sort, so that an error by this specification fits it."""
         raise NotImplementedError
 
     def read(self, name: str, given: object) -> Any:
         """Return the value as it is kept; ValueError, in one line that begins with the name, if it may not stand there."""
         raise NotImplementedError
 
-    def written(self, name: str, value: Any) -> Any:
+    def write(self, name: str, value: Any) -> Any:
         """Return a value that was read as a document has it."""
         return value
 
     def schema(self) -> Schema:
-        """Its JSON schema."""
+        """Return its JSON schema."""
         return {}
 
-    def refused(self, name: str, given: object, why: str = "") -> ValueError:
-        """The error for what is of the wrong sort."""
+    def refusal(self, name: str, given: object, why: str = "") -> ValueError:
+        """Return the error for a value of the wrong sort."""
         return ValueError(f"{name} = {shown(given)}: {why}must be {self.words}")
 
 
@@ -105,12 +105,12 @@ class Quantity(Spec):
         if type(given) is float and self.low < given < self.high and 1 / LARGEST < abs(given) < LARGEST:
             return given
         if not isinstance(given, str | Real) or isinstance(given, bool):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         if isinstance(given, str):
             try:
                 given = measured(given)
             except ValueError as error:
-                raise self.refused(name, given, f"{error}; ") from None
+                raise self.refusal(name, given, f"{error}; ") from None
         try:
             value, (low, high) = (
                 float(given) if isinstance(given, Measured) and not self.unit else given,
@@ -125,7 +125,7 @@ class Quantity(Spec):
             raise ValueError(f"{name} = 0: must not be zero")
         return found
 
-    def written(self, name: str, value: Any) -> float:
+    def write(self, name: str, value: Any) -> float:
         return int(value) if isinstance(value, Integral) else float(value)
 
     def schema(self) -> Schema:
@@ -172,7 +172,7 @@ class Flag(Spec):
 
     def read(self, name: str, given: object) -> bool:
         if not self.fits(given):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return given is True or given == "true"
 
     def schema(self) -> Schema:
@@ -201,7 +201,7 @@ class Text(Name):
 
     def read(self, name: str, given: object) -> str:
         if not isinstance(given, str):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return given.strip()
 
 
@@ -220,7 +220,7 @@ class Choice(Spec):
 
     def read(self, name: str, given: object) -> str:
         if not isinstance(given, str) or given.strip() not in self.options:
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return given.strip()
 
     def schema(self) -> Schema:
@@ -238,7 +238,7 @@ class Nothing(Spec):
     def read(self, name: str, given: object) -> None:
         return None
 
-    def written(self, name: str, value: Any) -> str:
+    def write(self, name: str, value: Any) -> str:
         return "none"
 
     def schema(self) -> Schema:
@@ -262,5 +262,5 @@ def did_you_mean(given: str, names: Iterable[str]) -> str:
 
 
 def shown(given: object) -> str:
-    """A value as a file has it, not too long."""
+    """Write a value as a file has it, not too long."""
     return "true" if given is True else "false" if given is False else short(given)

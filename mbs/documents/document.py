@@ -12,11 +12,11 @@ from ..declare.spec import did_you_mean
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 WIDTH = 100
-"""Of a line: a table that would be longer gets lines of its own."""
+"""Characters of a line: a table that would be longer gets lines of its own."""
 
 
 def dumps(content: Mapping[str, object]) -> str:
-    """A document as text.
+    """Write a document as text.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def dumps(content: Mapping[str, object]) -> str:
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    """What fits on a line first, then the tables."""
+    """Write values that fit on a line first, then the tables."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
     for name, each in content.items():
         if name not in tables:
@@ -133,7 +133,7 @@ def _no_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def get(content: Any, path: str) -> Any:
-    """What stands at a path, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
+    """Return the value at a path, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def get(content: Any, path: str) -> Any:
 
 
 def changed(content: object, changes: Mapping[str, object]) -> Any:
-    """A copy of a document with other values at some paths.
+    """Return a copy of a document with other values at some paths.
 
     Raises
     ------

@@ -1,21 +1,21 @@
-"""What a file may write in short: `[defaults]` of bodies, sections and joints, and `pins`, as the tables they stand for."""
+"""Short forms of files: `[defaults]` of bodies, sections and joints, and `pins`, as the tables they stand for."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..declare import Declared, declarations, known
+from ..declare import Declared, declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, shown
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
 KINDS = ("section", "body", "joint")
-"""What may have defaults."""
+"""Tables that may have defaults."""
 
 
 def expanded(content: Mapping[str, Any]) -> dict[str, Any]:
-    """The document without its short forms.
+    """Return the document without its short forms.
 
     Raises
     ------
@@ -23,14 +23,14 @@ def expanded(content: Mapping[str, Any]) -> dict[str, Any]:
         In one line that begins with the place.
     """
     found = {key: each for key, each in content.items() if key not in SHORT}
-    defaults = _checked(content.get(DEFAULTS, {}))
+    defaults = _read_defaults(content.get(DEFAULTS, {}))
     if defaults and isinstance(found.get("links"), Mapping):
         found["links"] = {name: _link(link, defaults) for name, link in found["links"].items()}
     joints = found.get("joints", [])
     if isinstance(joints, list) and (joints or PINS in content):
         usual = defaults.get("joint", {})
         pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), found.get("links"))]
-        found["joints"] = [*(_filled(joint, usual) for joint in joints), *pins]
+        found["joints"] = [*(_fill(joint, usual) for joint in joints), *pins]
     return found
 
 
@@ -42,7 +42,7 @@ def schema() -> Schema:
     return {DEFAULTS: {**table, "description": about}, PINS: pins}
 
 
-def _checked(defaults: object) -> dict[str, Any]:
+def _read_defaults(defaults: object) -> dict[str, Any]:
     if not isinstance(defaults, Mapping):
         raise ValueError(f"{DEFAULTS} = {shown(defaults)}: must be a table of {', '.join(KINDS)}")
     for key, each in defaults.items():
@@ -57,25 +57,25 @@ def _link(link: object, defaults: Mapping[str, Any]) -> Any:
     """A link with the body and the section that it leaves to the defaults."""
     if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
         return link
-    body = _filled(link.get("body", {}), defaults.get("body", {}))
+    body = _fill(link.get("body", {}), defaults.get("body", {}))
     if not body:
         return link
     if "section" in defaults and _takes_section(link.get("body", {}), body):
-        body = {**body, "section": _filled(body.get("section", {}), defaults["section"])}
+        body = {**body, "section": _fill(body.get("section", {}), defaults["section"])}
     return {**link, "body": body}
 
 
 def _takes_section(given: Mapping[str, object], body: Mapping[str, object]) -> bool:
-    """Whether a body has a section, and it is not described by other keys in its place, such as a mass."""
-    kind = known().get(str(body.get("kind")))
+    """Return True if a body has a section, and no other keys in its place, such as a mass."""
+    kind = known_kinds().get(str(body.get("kind")))
     if kind is None or "section" not in declarations(kind) or not isinstance(body.get("section", {}), Mapping):
         return False
     inner = kind.inlined.get("section") if issubclass(kind, Declared) else None
     return inner is None or not set(declarations(inner)) & set(given)
 
 
-def _filled(given: Any, usual: Mapping[str, Any]) -> Any:
-    """A table with what it lacks from another, unless it is of another kind."""
+def _fill(given: Any, usual: Mapping[str, Any]) -> Any:
+    """Fill what a table lacks from another, unless it is of another kind."""
     if not isinstance(given, Mapping) or given.get("kind", usual.get("kind")) != usual.get("kind"):
         return given
     return {**usual, **given}

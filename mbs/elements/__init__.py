@@ -1,4 +1,4 @@
-"""What a mechanism is made of: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
+"""Elements of a mechanism: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
 
 from .beam import Beam, Cable
 from .belt import Belt
@@ -34,7 +34,7 @@ KINDS: dict[str, type] = {
     "links": Link, "joints": Joint, "guides": Guide, "stops": Stop, "drives": Drive, "loads": Load, "masses": Mass,
     "couplings": Coupling,
 }  # fmt: skip
-"""What the lists of a mechanism hold: every kind of that."""
+"""Base class of the elements in each list of a mechanism."""
 
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Coupling", "Drive", "Force", "Gear", "Guide",

@@ -19,7 +19,7 @@ from .signal import Energy, Kind, Signal
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
 RULE = np.polynomial.legendre.leggauss(12)
-"""Of Gauss: points and weights between two stations of a curve."""
+"""Gauss points and weights between two stations of a curve."""
 PANELS = 64
 """Pieces over which the place of an inner point of a curved strip is integrated."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
@@ -33,7 +33,7 @@ SHAPED = (
 
 
 class Flexible(Body):
-    """What beams and cables share."""
+    """Base of beams and cables."""
 
     section: Section | Profile
     meshed: ClassVar[bool] = True
@@ -60,7 +60,7 @@ class Flexible(Body):
 
     @property
     def curved(self) -> bool:
-        """Whether it is bowed when free of stress."""
+        """True if it is bowed when free of stress."""
         return bool(self.imperfection) or self.shape is not None
 
     def curve(self, chord: float) -> Curve:

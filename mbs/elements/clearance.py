@@ -120,6 +120,7 @@ class Clearance(Joint):
         middle = contact(self, _half_way(pin, h), _half_way(bush, h), between, between[:, SINCE])
 
         def work(force: str, speed: str) -> Array:
+            """Integrate a power by Simpson's rule."""
             power, half = getattr(ends, force) * getattr(ends, speed), getattr(middle, force) * getattr(middle, speed)
             return np.concatenate([[0.0], np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6)])
 
@@ -158,6 +159,7 @@ def _half_way(side: Side, h: Array) -> Side:
     """Interpolate the state half a step on."""
 
     def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
+        """Evaluate the cubic through both ends."""
         a, b, va, vb = value[:-1], value[1:], rate[:-1], rate[1:]
         return (a + b) / 2 + step * (va - vb) / 8, 1.5 * (b - a) / step - (va + vb) / 4
 
@@ -202,8 +204,12 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 
-FREE, IMPACT, CONTINUOUS = 0.0, 1.0, 2.0
-"""Contact states: apart; in touch, going in and out once; in touch beyond the first rebound of the depth."""
+FREE = 0.0
+"""Contact state of a pin that does not touch its bush."""
+IMPACT = 1.0
+"""Contact state up to the first rebound of the depth."""
+CONTINUOUS = 2.0
+"""Contact state beyond the first rebound of the depth."""
 
 
 def contact_state(depth: Array) -> Array:

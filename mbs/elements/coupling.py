@@ -1,4 +1,4 @@
-"""What couples the motions of bodies that need not meet: a linear form of their places and turns, and its one effort."""
+"""Couplings of bodies that need not meet: a linear form of their places and turns, and its one effort."""
 
 from __future__ import annotations
 

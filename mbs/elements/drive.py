@@ -1,4 +1,4 @@
-"""What drives a mechanism: a constant speed, a ramp, or any motion with its derivative."""
+"""Drives of a mechanism: a constant speed, a ramp, or any motion with its derivative."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..functions.fields import Function
 from ..geometry import Array
 from ..validate import number, short
 from .element import GROUND, Driven, Parts, Place, Recorded
-from .references import known
+from .references import check_known
 from .rows import Along, Row, Turn, row
 from .signal import Energy, Kind, Signal
 
@@ -54,12 +54,12 @@ class Motion(Declared):
     speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative")
 
     def agree(self) -> None:
-        """A motion starts where the drawing is."""
+        """Raise a ValueError if the motion does not start at 0."""
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
 
     @classmethod
-    def completed(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """With the one of the two that is missing."""
+    def complete(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """Add the one of the two that is missing."""
         for key, other, way in (("position", "speed", "derivative"), ("speed", "position", "integral")):
             if key in given and other not in given:
                 try:
@@ -68,8 +68,8 @@ class Motion(Declared):
                     raise ValueError(f"{key}: {error}") from None
         return given
 
-    def kept(self) -> tuple[str, ...]:
-        """What the other follows from."""
+    def file_fields(self) -> tuple[str, ...]:
+        """Name the fields from which the others follow."""
         if isinstance(self.position, Integral) and self.position.of == self.speed:
             return ("speed",)
         slope: Any = self.position.derivative() if isinstance(self.position, Expression) else None
@@ -79,7 +79,7 @@ class Motion(Declared):
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if within a run `speed` is not the derivative of `position`, or one of them is no number."""
         times = [share * duration for share in SAMPLES]
-        speeds = [_asked(f"{where}: speed", self.speed, t) for t in times]
+        speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
@@ -90,7 +90,7 @@ class Motion(Declared):
         """Difference of the position, over the step of three that comes closest to the speed: an oscillation may be fast."""
         found = []
         for h in (step, step / 10, step / 100):
-            places = [_asked(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
+            places = [_evaluate(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
             found.append((places[1] - places[0]) / (2 * h))
         return min(found, key=lambda slope: abs(slope - speed))
 
@@ -117,18 +117,20 @@ class Motion(Declared):
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 
-STEP, SAME = 1e-5, 1e-3
-"""Step of the differences, s; how far, relative, a motion's speed may be from its position's derivative."""
+STEP = 1e-5
+"""Step of the differences that check a motion's speed [s]; a tenth of it loses a digit to rounding."""
+SAME = 1e-3
+"""Largest relative difference of a motion's speed from its position's derivative."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
-"""Shares of a run at which that is looked at."""
+"""Instants at which the speed is checked, relative to the run."""
 
 
-def _asked(name: str, function: Callable[[float], float], t: float) -> float:
-    """Value of a motion within a run, as a number."""
-    return number(f"{name}({t:g})", _called(name, function, t), -inf, inf, "")
+def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
+    """Evaluate a motion within a run; raise a ValueError if that is no number."""
+    return number(f"{name}({t:g})", _call(name, function, t), -inf, inf, "")
 
 
-def _called(name: str, function: Callable[[float], float], t: float) -> Any:
+def _call(name: str, function: Callable[[float], float], t: float) -> Any:
     try:
         return function(t)
     except Exception as error:
@@ -138,9 +140,9 @@ def _called(name: str, function: Callable[[float], float], t: float) -> Any:
 class Speed(Either):
     """A speed; a motion that was made from it is written as it."""
 
-    def written(self, name: str, value: object) -> Any:
-        """The formula or table it was made from."""
-        return super().written(name, value.speed if isinstance(value, Motion) and value.kept() == ("speed",) else value)
+    def write(self, name: str, value: object) -> Any:
+        """Return the formula or table it was made from."""
+        return super().write(name, value.speed if isinstance(value, Motion) and value.file_fields() == ("speed",) else value)
 
 
 @declared
@@ -166,7 +168,7 @@ class Drive(Driven):
     def check(self, mechanism: Parts) -> None:
         """A rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
-        known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
+        check_known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
         if sum(drive.target == self.target for drive in mechanism.drives) > 1:
             raise ValueError(f"{self.where}: it is driven twice")
 
@@ -203,15 +205,15 @@ class Drive(Driven):
         turns = self.target not in record.mechanism.points
         effort = record.channel(name, "effort")[:, 0]
         yield Signal(f"{name}.torque" if turns else f"{name}.force", effort, "N m" if turns else "N", Kind.REACTION)
-        yield Signal(f"{name}.position", self._driven(record)[0], "rad" if turns else "m", Kind.PLACE)
+        yield Signal(f"{name}.position", self._coordinate(record)[0], "rad" if turns else "m", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
-        power = record.channel(name, "effort")[:, 0] * self._driven(record)[1]
+        power = record.channel(name, "effort")[:, 0] * self._coordinate(record)[1]
         yield Energy("given", "drive", record.work(power))
 
-    def _driven(self, record: Recorded) -> tuple[Array, Array]:
-        """The driven coordinate and its rate."""
+    def _coordinate(self, record: Recorded) -> tuple[Array, Array]:
+        """Return the driven coordinate and its rate."""
         if self.target in record.mechanism.points:
             block = record.blocks[self.target]
             return block.travel, block.speed

@@ -1,4 +1,4 @@
-"""What every element has in common: a name, signals, energies; and how an element names a point.
+"""Base of all elements: a name, signals, energies; and references to points.
 
 An element answers from plain arrays. It sees the mechanism it is in as `Parts`, and a run, which all solvers leave behind alike,
 as `Recorded`: what rooms above make of both, elements do not know.
@@ -42,7 +42,7 @@ class Burden(NamedTuple):
 
 
 class Push(NamedTuple):
-    """What an element does to a body at a point reference: a force, N, (times, 2), and a torque, N m, (times,)."""
+    """Force of an element on a body at a point reference: a force, N, (times, 2), and a torque, N m, (times,)."""
 
     at: str
     force: Array
@@ -88,7 +88,7 @@ class Element(Declared):
 
     @property
     def where(self) -> str:
-        """What messages call it."""
+        """Name in messages."""
         return self.title.format_map(_Texts(self))
 
     @property
@@ -117,17 +117,17 @@ class Element(Declared):
         return ""
 
     @property
-    def integrated(self) -> bool:
-        """Whether its force has states of its own, which are integrated with the motion."""
+    def has_states(self) -> bool:
+        """True if its force has states of its own, which are integrated with the motion."""
         return False
 
     @property
     def rubs_on_reaction(self) -> bool:
-        """Whether it rubs by its own reaction, so that nobody knows its forces before the motion is solved."""
+        """True if its friction follows its own reaction, so that its forces are unknown before the motion is solved."""
         return False
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Forces it exerts in a motion that is known.
+        """Return the forces it exerts in a known motion.
 
         None, the default, if it cannot tell.
         """
@@ -166,7 +166,7 @@ class Element(Declared):
 
 
 class Body(Declared):
-    """What a link is made of.
+    """Base of the bodies of links.
 
     Attributes
     ----------
@@ -308,7 +308,7 @@ class Recorded:
     channels: Mapping[str, Mapping[str, Array]]
 
     def channel(self, element: str, name: str) -> Array:
-        """What was recorded of an element; no columns if nothing was."""
+        """Return a recorded channel of an element; no columns if there is none."""
         found: Array = self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
         return found
 

@@ -11,7 +11,7 @@ from ..declare import Either, Nothing, Vector, declared, field, names, part
 from ..functions.fields import Law
 from ..geometry import Array, cross, turned
 from .element import GROUND, Parts, Push, Recorded, place
-from .references import check_turning, held_at, holder, refers, turning
+from .references import check_turning, holder, holder_reference, refers, turning
 from .signal import Energy, Kind, Signal, vector
 from .states import Stateful, States
 
@@ -57,7 +57,7 @@ class Force(Stateful):
         if self.follows is not None:
             check_turning(mechanism, self.follows, where)
         if self.through is not None:
-            check_turning(mechanism, held_at(mechanism, self.point), where)
+            check_turning(mechanism, holder_reference(mechanism, self.point), where)
         if self.states is not None and (self.follows is not None or self.through is not None):
             raise ValueError(f"{where}: states: a force with states neither follows a link nor goes through a place")
         self.check_states(mechanism)
@@ -66,8 +66,8 @@ class Force(Stateful):
         """Time, place, and the velocity that is not known yet."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
-    def begun(self, mechanism: Parts) -> Pair:
-        """The force at t = 0, N, of a point at rest."""
+    def initial_force(self, mechanism: Parts) -> Pair:
+        """Return the force at t = 0, N, of a point at rest."""
         if not callable(self.value):
             return self.value
         fx, fy = (each(*self.start(mechanism)) for each in self.functions()[:2])
@@ -75,7 +75,7 @@ class Force(Stateful):
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Place and velocity."""
-        at, velocity = record.point(held_at(record.mechanism, self.point))
+        at, velocity = record.point(holder_reference(record.mechanism, self.point))
         return *at.T, *velocity.T
 
     def turns_with(self, mechanism: Parts) -> str | None:
@@ -84,13 +84,13 @@ class Force(Stateful):
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
         """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
-        values = self.evaluated(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
+        values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         return values if at is None else turned(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """The force, and its moment where its line of action goes through a place."""
-        at, force = held_at(record.mechanism, self.point), self.acting(name, record, times)
+        at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
         return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
@@ -98,12 +98,12 @@ class Force(Stateful):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its components, N, and its states."""
         yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, name)
-        yield from self.told(name, record)
+        yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value) or self.follows is not None or self.through is not None:
-            yield Energy("given", "load", self.worked(name, record))
+            yield Energy("given", "load", self.work_of(name, record))
             return
-        path = record.point(held_at(record.mechanism, self.point))[0]
+        path = record.point(holder_reference(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

@@ -15,7 +15,7 @@ from ..laws.journal import BRISTLE
 from ..validate import non_negative
 from .element import GROUND, Guided, Parts, Push, Recorded
 from .link import weight
-from .references import known, reaches
+from .references import check_known, reaches
 from .rows import Row, on_line
 from .signal import Energy, Kind, Signal
 
@@ -27,8 +27,8 @@ ON_LINE = 1e-9
 class GuideFriction(Declared):
     """Dry and viscous friction of a guide, regularised near zero speed (Stribeck).
 
-    F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r) beyond the regularisation speed v_r, and
-    linear through zero below it, so a resting slider creeps instead of sticking.
+    Beyond the regularisation speed v_r, F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
+    Below it F is linear through zero, so a resting slider creeps instead of sticking.
     """
 
     dynamic: float = quantity("N", low=0, doc="friction force of sliding")
@@ -78,12 +78,12 @@ class Guide(Guided):
 
     def check(self, mechanism: Parts) -> None:
         """A point of its link, with no other guide."""
-        known("point", self.point, mechanism.points, self.where)
+        check_known("point", self.point, mechanism.points, self.where)
         reaches(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
             raise ValueError(f"{self.where}: a point has at most one guide")
         if self.through is not None:
-            known("point", self.through, mechanism.points, self.where)
+            check_known("point", self.through, mechanism.points, self.where)
             (x0, y0), (x1, y1) = mechanism.points[self.through], mechanism.points[self.point]
             off = (y1 - y0) * self.along[0] - (x1 - x0) * self.along[1]
             if abs(off) > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
@@ -104,11 +104,11 @@ class Guide(Guided):
 
     @property
     def rubs_on_reaction(self) -> bool:
-        """Whether its friction is a law of the reaction."""
+        """True if its friction is a law of the reaction."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return its friction; None if that follows the reaction, which nobody knows before."""
+        """Return its friction; None if that follows the reaction, which is unknown before."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
@@ -122,7 +122,7 @@ class Guide(Guided):
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)
         if self.friction is not None:
-            held = self._held(name, record)
+            held = self._bristle_energy(name, record)
             yield Energy("held", "contact", held)
             rubbed = record.work(self._drag(name, record) * block.speed)
             yield Energy("taken", "friction", rubbed - (held - held[0]))
@@ -134,19 +134,19 @@ class Guide(Guided):
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
-        owner = self.point if not self._shared(record.mechanism) else name
+        owner = self.point if not self._has_rubbing_joint(record.mechanism) else name
         yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:
             most = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{owner}.friction_limit", most, "N", Kind.FRICTION)
 
-    def _shared(self, mechanism: Parts) -> bool:
-        """Whether a joint at the point has friction of its own, whose signals bear the point's name."""
+    def _has_rubbing_joint(self, mechanism: Parts) -> bool:
+        """True if a joint at the point has friction of its own, whose signals bear the point's name."""
         return any(joint.point == self.point and not joint.ideal for joint in mechanism.joints)
 
-    def _pressed(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Size of the reaction, N, and bristle, m."""
+    def _reaction_and_bristle(self, name: str, record: Recorded) -> tuple[Array, Array]:
+        """Return the size of the reaction, N, and the bristle, m."""
         memory = record.channel(name, "memory")
         bristle = memory[:, BRISTLE] if memory.size else np.zeros_like(record.time)
         return np.abs(record.channel(name, "reaction")[:, 0]), bristle
@@ -157,12 +157,12 @@ class Guide(Guided):
         if isinstance(self.friction, GuideFriction):
             return self.friction.force(speed)
         assert self.friction is not None  # or nobody asks
-        normal, bristle = self._pressed(name, record)
+        normal, bristle = self._reaction_and_bristle(name, record)
         return np.asarray(remembering(self.friction).coefficient(speed, bristle) * normal)
 
-    def _held(self, name: str, record: Recorded) -> Array:
-        """Energy of a bent bristle, J."""
+    def _bristle_energy(self, name: str, record: Recorded) -> Array:
+        """Compute the energy of a bent bristle, J."""
         if not isinstance(self.friction, BristleLaw):
             return np.zeros_like(record.time)
-        normal, bristle = self._pressed(name, record)
+        normal, bristle = self._reaction_and_bristle(name, record)
         return np.asarray(normal * self.friction.stored(bristle))

@@ -26,7 +26,7 @@ from ..declare.spec import Schema
 from ..geometry import Array
 from ..validate import positive
 from .element import Body, Linked, Parts, Recorded
-from .references import known
+from .references import check_known
 from .signal import Energy, Kind, Moved, Signal, vector
 
 
@@ -68,11 +68,11 @@ class Carried(Spec):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
             return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
         if isinstance(given, str) or not is_list(given):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
 
-    def written(self, name: str, value: Any) -> Any:
-        """A list where nothing is said of each."""
+    def write(self, name: str, value: Any) -> Any:
+        """Return a list where no point has a place of its own."""
         if all(each is None for each in value.values()):
             return list(value)
         return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
@@ -120,7 +120,7 @@ class Link(Linked):
     def check(self, mechanism: Parts) -> None:
         """Known points, some distance apart."""
         for point in self.points:
-            known("point", point, mechanism.points, self.where)
+            check_known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
         thickness = self.body.section.thickness if self.body.flexible else 0.0
         if thickness >= length:
@@ -138,10 +138,11 @@ class Link(Linked):
         if chord == 0:
             return {}
         ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
-        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in self.fixed(chord).items()}
+        places = self.carried_places(chord)
+        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in places.items()}
 
-    def fixed(self, chord: float) -> dict[str, tuple[float, float]]:
-        """The same in the link's frame, for a distance of its ends, m."""
+    def carried_places(self, chord: float) -> dict[str, tuple[float, float]]:
+        """Return the places of carried points in the link's frame, for a distance of its ends, m."""
         carried: Any = self.carries
         known = {point: at for point, at in carried.items() if at is not None}
         return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}

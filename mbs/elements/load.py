@@ -1,4 +1,4 @@
-"""What loads have in common: bodies they push, functions of their user, laws along a coordinate."""
+"""Base of loads: bodies they push, functions of their user, laws along a coordinate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Law = Callable[[float, float], float]
 PIECES = 400
 """Pieces over which the force of a spring's law is integrated."""
 SIDE = 1e-9
-"""Of a run: how long before and after a sample a step sees a function."""
+"""Time before and after a sample at which a step evaluates a function, relative to the run."""
 
 
 class Load(Element):
@@ -41,15 +41,15 @@ class Given(Load):
         return kinks(self.value, duration)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """What it does to its body, at times that may lie a little beside the samples, s."""
+        """Return its push on its body, at times that may lie a little before or after the samples, s."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield it."""
         yield self.push(name, record, record.time)
 
-    def worked(self, name: str, record: Recorded) -> Array:
-        """Work, J: a step sees no jump at its ends, so that each has the power inside."""
+    def work_of(self, name: str, record: Recorded) -> Array:
+        """Compute the work, J, each step with the power inside it where a function jumps."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -65,8 +65,8 @@ def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
             yield Push(at, sign * force, sign * torque)
 
 
-def sampled(function: Callable[..., object], *columns: Array) -> Array:
-    """Values of a user's function at many arguments, (times,) or (times, 2); nan where it raises."""
+def sample(function: Callable[..., object], *columns: Array) -> Array:
+    """Evaluate a user's function at many arguments, (times,) or (times, 2); nan where it raises."""
     found: list[Any] = []
     for arguments in zip(*(column.tolist() for column in columns), strict=True):
         try:
@@ -86,12 +86,12 @@ def potential(law: Law, values: Array) -> Array:
     nodes, weights = np.polynomial.legendre.leggauss(4)
     half = np.diff(grid)[:, None] / 2
     at = grid[:-1, None] + half + half * nodes
-    force = sampled(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
+    force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
     work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
     k = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)
     rest = (values - grid[k])[:, None] / 2
     within = grid[k][:, None] + rest + rest * nodes
-    tail = (sampled(law, within.ravel(), np.zeros(within.size)).reshape(within.shape) * weights * rest).sum(axis=1)
+    tail = (sample(law, within.ravel(), np.zeros(within.size)).reshape(within.shape) * weights * rest).sum(axis=1)
     total: Array = work[k] + tail - work[np.searchsorted(grid, 0.0)]
     return total
 
@@ -111,20 +111,20 @@ class Elastic(Load):
         """Force, N, or torque, N m, that pulls the value back, (times,)."""
         if self.law is None:
             return self.stiffness * value + self.damping * rate
-        return sampled(self.law, value, rate)
+        return sample(self.law, value, rate)
 
-    def stored(self, value: Array) -> Array:
-        """Energy, J, (times,)."""
+    def stored_energy(self, value: Array) -> Array:
+        """Compute the stored energy, J, (times,)."""
         return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
     def lost(self, value: Array, rate: Array) -> Array:
         """Power that damping takes, W, (times,)."""
         if self.law is None:
             return self.damping * rate**2
-        return (sampled(self.law, value, rate) - sampled(self.law, value, np.zeros_like(rate))) * rate
+        return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what it stores, and what damping took."""
         value, rate = self.state(record)
-        yield Energy("held", "spring", self.stored(value))
+        yield Energy("held", "spring", self.stored_energy(value))
         yield Energy("taken", "damping", record.work(self.lost(value, rate)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..declare import declared, names, quantity
 from .element import GROUND, Burden, Element, Parts, Recorded, place
-from .references import holder, known, reaches
+from .references import check_known, holder, reaches
 from .signal import Energy
 
 
@@ -29,7 +29,7 @@ class Mass(Element):
     def check(self, mechanism: Parts) -> None:
         """A point of a body, one that turns if the mass has an inertia."""
         where = self.where
-        known("point", self.point, mechanism.points, where)
+        check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
             reaches(mechanism, self.link, self.point, where)
         body = place(self.at(mechanism)).body

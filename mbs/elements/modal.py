@@ -26,7 +26,7 @@ from ..declare import (
     whole,
 )  # fmt: skip
 from ..geometry import Array
-from ..offers import offered
+from ..offers import find_offer
 from ..validate import number, positive, short
 from .element import Body, Linked, Recorded
 from .section import Section
@@ -216,7 +216,7 @@ class Modal(Body):
 
     def planar(self, length: float) -> Any:
         """Reduce a link of this length [m] to the plane of motion: a `PlanarModel`."""
-        return offered("planar_model")(self, positive("length", length, "m"))
+        return find_offer("planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
         """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""

@@ -13,7 +13,7 @@ from ..functions.fields import Function
 from ..geometry import Array
 from ..laws.pieces import Reals
 from .element import Burden, Parts, Push, Recorded
-from .load import Load, sampled
+from .load import Load, sample
 from .references import check_turning, turning
 from .signal import Energy, Kind, Signal
 
@@ -87,7 +87,7 @@ class Motor(Load):
 
     def _run(self, record: Recorded) -> tuple[Array, Array]:
         """Voltage and the link's speed, each (times,)."""
-        given = sampled(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
+        given = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
         return given, record.turn(self.at(record.mechanism))[1]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:

@@ -1,4 +1,4 @@
-"""How elements name points and bodies of their mechanism, and what holds those."""
+"""References of elements to points and bodies, and the bodies that hold them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class UnknownError(ValueError):
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 
 
-def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
+def check_known(kind: str, name: str, names: Iterable[str], where: str) -> None:
     """Raise a ValueError if a name is not among those known."""
     if name not in names:
         raise UnknownError(name, f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
@@ -32,7 +32,7 @@ def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
 
 def known_link(mechanism: Parts, name: str, where: str) -> None:
     """Raise a ValueError if no link has that name."""
-    known("link", name, {link.name for link in mechanism.links}, where)
+    check_known("link", name, {link.name for link in mechanism.links}, where)
 
 
 def reaches(mechanism: Parts, name: str, point: str, where: str) -> None:
@@ -45,7 +45,7 @@ def reaches(mechanism: Parts, name: str, point: str, where: str) -> None:
 def refers(mechanism: Parts, at: str, where: str) -> None:
     """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
     body, point = place(at)
-    known("point", point, mechanism.points, where)
+    check_known("point", point, mechanism.points, where)
     if body and body != GROUND:
         reaches(mechanism, body, point, where)
 
@@ -85,27 +85,27 @@ def holder(mechanism: Parts, at: str) -> str:
     raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
 
-def held_at(mechanism: Parts, at: str) -> str:
-    """The reference 'body:point' of what holds a point reference; see `holder`."""
+def holder_reference(mechanism: Parts, at: str) -> str:
+    """Return the reference 'body:point' of the body that holds a point reference; see `holder`."""
     return f"{holder(mechanism, at)}:{place(at).point}"
 
 
-def held_place(mechanism: Parts, at: str, where: str) -> Place:
-    """Place of a point as part of the link, or the ground, that holds it.
+def holder_place(mechanism: Parts, at: str, where: str) -> Place:
+    """Return the place of a point on the link, or the ground, that holds it.
 
     Raises
     ------
     ValueError
         If a guide's block holds it alone, under a strut.
     """
-    body, point = place(held_at(mechanism, at))
+    body, point = place(holder_reference(mechanism, at))
     if body != GROUND and body not in {link.name for link in mechanism.links}:
         raise ValueError(f"{where}: '{at}' is the end of a strut on a guide's block; name a link with mass")
     return Place(body, point)
 
 
 def turning(mechanism: Parts, at: str, near: str | None = None) -> str:
-    """The reference 'link:point' of what turns: 'crank' is that link at the point `near` if it has it, or else at its start."""
+    """Return the reference 'link:point' of a body that turns: of 'crank' at the point `near` if it has it, else at its start."""
     if ":" in at:
         return at
     if at == GROUND:

@@ -9,8 +9,8 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, field, names
 from .coupling import Coupling
 from .element import GROUND, Parts, Place, Recorded
-from .references import distance, held_place, holder, refers
-from .rows import Apart, Row
+from .references import distance, holder, holder_place, refers
+from .rows import Distance, Row
 from .signal import Kind, Signal
 
 
@@ -30,7 +30,7 @@ class Rope(Coupling):
 
     def path(self, mechanism: Parts) -> list[Place]:
         """Places of ends and pulleys in order, each on the link that holds it."""
-        return [held_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
+        return [holder_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
 
     def turning(self) -> Iterator[str]:
         """Yield nothing: it turns no link."""
@@ -50,7 +50,7 @@ class Rope(Coupling):
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the sum of its parts' lengths stays."""
         parts = pairwise(self.path(mechanism))
-        yield Row(tuple((1.0, Apart(one, two)) for one, two in parts if one.body != two.body))
+        yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield its tension."""

@@ -46,14 +46,14 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Apart:
+class Distance:
     """Distance of two places, m; they must not meet."""
 
     first: Place
     second: Place
 
 
-Measure = Along | Turn | Apart
+Measure = Along | Turn | Distance
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Row:
                 continue
             (x1, y1), (x2, y2) = points[measure.first.point], points[measure.second.point]
             ex, ey = x1 - x2, y1 - y2
-            if isinstance(measure, Apart):
+            if isinstance(measure, Distance):
                 (dx, dy), bend = (ex / hypot(ex, ey), ey / hypot(ex, ey)), 0.0
             else:
                 (dx, dy), bend = measure.direction, 0.0
@@ -108,8 +108,8 @@ def meets(point: str, first: str, second: str, *, start_only: bool = False) -> I
         yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
 
 
-def pinned(rows: Sequence[Row]) -> Along | None:
-    """The first measure of rows that hold a point as `meets` does and, besides, turns only; None of others."""
+def find_pin(rows: Sequence[Row]) -> Along | None:
+    """Return the first measure of rows that hold a point as `meets` does, with turns only besides; None of others."""
     measures = [measure for row in rows for _, measure in row.terms]
     alone = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
     if not alone or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):

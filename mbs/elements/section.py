@@ -1,4 +1,4 @@
-"""What links are made of: materials, rectangular sections, and sections by their numbers, in SI."""
+"""Sections of links: materials, rectangular sections, and sections by their numbers, in SI."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STEEL = Material(modulus=210e9, density=7850.0)
 
 
 class Slender:
-    """What follows from stiffnesses and masses per length, however they are given."""
+    """Base of sections: numbers that follow from stiffness and mass per length."""
 
     def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar this long [m]."""
@@ -117,17 +117,17 @@ class Profile(Slender, Declared):
 
     @property
     def thickness(self) -> float:
-        """Of that bar, m."""
+        """Thickness of the equivalent square bar, m."""
         return sqrt(12 * self.bending_stiffness / self.axial_stiffness)
 
     @property
     def width(self) -> float:
-        """Of that bar, m."""
+        """Width of that bar, m."""
         return self.thickness
 
     @property
     def material(self) -> Material:
-        """Of that bar."""
+        """Material of that bar."""
         area = self.thickness**2
         return Material(
             self.axial_stiffness / area, self.mass_per_length / area,

@@ -1,4 +1,4 @@
-"""What elements tell of a run: signals and energies."""
+"""Signals and energies of elements in a run."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..geometry import Array
 
 
 class Kind(StrEnum):
-    """What a signal is: it decides how two runs are compared, and how values between samples are found.
+    """Kind of a signal, by which two runs are compared and values between samples are found.
 
-    A stretch is a length that stiff axial strain changes, and that rings with it. A reaction is a constraint's force, a contact's
-    what pushes while it is closed (its force or depth), an internal force what a law makes of a state or of time: strips,
-    springs, motors, loads; a state one that a load's own law has.
+    A stretch is a length that stiff axial strain changes, and that rings with it. A reaction is the force of a constraint. A
+    contact signal is a force or depth while a contact is closed. An internal force follows by a law from a state or from time:
+    strips, springs, motors, loads. A state belongs to a load's own law.
     """
 
     PLACE = "place"
@@ -35,7 +35,7 @@ class Kind(StrEnum):
 
 
 class Trait(NamedTuple):
-    """What there is to know of a signal besides its values and unit.
+    """Properties of a signal besides its values and unit.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Trait(NamedTuple):
 
     @property
     def smooth(self) -> bool:
-        """Whether it is a length or an angle, which cannot jump."""
+        """True if it is a length or an angle, which cannot jump."""
         return self.kind in (Kind.PLACE, Kind.STRETCH)
 
 
@@ -96,7 +96,7 @@ class Signal(NamedTuple):
 
     @property
     def trait(self) -> Trait:
-        """What it is."""
+        """Properties of the signal."""
         return Trait(*self[3:9])
 
 
@@ -125,7 +125,7 @@ class Energy(NamedTuple):
 
 
 class Depth(NamedTuple):
-    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+    """Largest depth of a contact: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
 
     signal: str
     allowed: float
@@ -134,7 +134,7 @@ class Depth(NamedTuple):
 
 
 class Moved(Protocol):
-    """What a link or block did, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
+    """Motion of a link or block, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
 
     @property
     def mass(self) -> float:
@@ -154,7 +154,7 @@ class Moved(Protocol):
 
 
 class Slid(Moved, Protocol):
-    """What a guide's block did."""
+    """Motion of a guide's block."""
 
     @property
     def travel(self) -> Array:
@@ -162,4 +162,4 @@ class Slid(Moved, Protocol):
 
     @property
     def speed(self) -> Array:
-        """Of the travel, m/s."""
+        """Rate of the travel, m/s."""

@@ -9,7 +9,7 @@ from ..declare import declared, direction, names
 from ..geometry import Array, turned
 from .element import GROUND, Parts, Recorded
 from .joint import Joint
-from .references import known, known_link, reaches, takes_moments
+from .references import check_known, known_link, reaches, takes_moments
 from .rows import Row, on_line, same_turn
 from .signal import Kind, Signal
 
@@ -30,10 +30,10 @@ class Slot(Joint):
     def check(self, mechanism: Parts) -> None:
         """A point of the first body, and a second body in which a line can be fixed there."""
         where = self.where
-        known("point", self.point, mechanism.points, where)
+        check_known("point", self.point, mechanism.points, where)
         if self.first == GROUND:
             raise ValueError(f"{where}: first = 'ground': the point must be a link's; swap the bodies")
-        self.apart(mechanism)
+        self.check_ends(mechanism)
         reaches(mechanism, self.first, self.point, where)
         if self.second != GROUND:
             known_link(mechanism, self.second, where)

@@ -12,7 +12,7 @@ from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
 from .load import Elastic, Law, on_both
-from .references import distance, held_at, holder, refers
+from .references import distance, holder, holder_reference, refers
 from .signal import Kind, Signal
 
 
@@ -51,7 +51,7 @@ class Spring(Elastic):
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
         """Elongation, m, its rate, m/s, each (times,), and the direction from a to b, (times, 2)."""
-        (a, a_t), (b, b_t) = (record.point(held_at(record.mechanism, at)) for at in (self.a, self.b))
+        (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
         length, along = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
 
@@ -62,7 +62,7 @@ class Spring(Elastic):
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the tension on both ends."""
         value, rate, along = self.stretch(record)
-        ends = [held_at(record.mechanism, at) for at in (self.a, self.b)]
+        ends = [holder_reference(record.mechanism, at) for at in (self.a, self.b)]
         yield from on_both(ends, self.tension(value, rate)[:, None] * along, np.zeros_like(value))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

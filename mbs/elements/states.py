@@ -17,7 +17,7 @@ from ..geometry import Array
 from ..validate import function as called
 from ..validate import short
 from .element import Parts, Recorded
-from .load import Given, sampled
+from .load import Given, sample
 from .signal import Kind, Signal
 
 
@@ -52,11 +52,11 @@ class Stateful(Given):
         if self.states is not None and not callable(self.value):
             raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
         if self.states is None and callable(self.value):
-            self.law.tried(f"{self.where}: value", self.value)
+            self.law.check_call(f"{self.where}: value", self.value)
 
     @property
-    def integrated(self) -> bool:
-        """Whether it has states."""
+    def has_states(self) -> bool:
+        """True if it has states."""
         return self.states is not None
 
     def kinks(self, duration: float) -> tuple[float, ...]:
@@ -65,16 +65,16 @@ class Stateful(Given):
         return tuple(sorted({*super().kinks(duration), *more}))
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """What its function is one of but for the states, at t = 0."""
+        """Return the arguments of its function at t = 0, without the states."""
         raise NotImplementedError
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """The same over time but for the time, each (times,)."""
+        """Return the arguments of its function over time, without time and states, each (times,)."""
         raise NotImplementedError
 
     @property
     def variables(self) -> list[str]:
-        """What its function, and its rates, are functions of."""
+        """Names of the arguments of its function and its rates."""
         if self.states is None:
             return self.law.of.split(", ")
         return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
@@ -110,15 +110,15 @@ class Stateful(Given):
         for each in np.ravel(value).tolist():
             Quantity(unit).read(at, each)
 
-    def evaluated(self, name: str, record: Recorded, times: Array) -> Array:
-        """Its function's value in a run, (times,) or (times, size), at times that may lie a little beside the samples, s."""
+    def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
+        """Evaluate its function in a run, (times,) or (times, size), at times that may lie a little off the samples, s."""
         if self.states is None:
-            return sampled(self.value, times, *self.measures(record)[: len(self.variables) - 1])
+            return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
-        found = np.column_stack([sampled(each, *columns) for each in self.functions()[: self.law.size]])
+        found = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
         return found[:, 0] if self.law.size == 1 else found
 
-    def told(self, name: str, record: Recorded) -> Iterator[Signal]:
+    def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its states and their rates."""
         columns = record.channel(name, "states").T
         count = len(columns) // 2

@@ -12,7 +12,7 @@ from ..declare import declared, direction, names, part, quantity
 from ..geometry import Array, cross, left, onsets, turned
 from ..laws import NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
-from .references import known, known_link, reaches, takes_moments
+from .references import check_known, known_link, reaches, takes_moments
 from .signal import Depth, Energy, Kind, Signal
 
 NEAREST = 1e-9
@@ -47,8 +47,8 @@ class Stop(Element):
     )
 
     @property
-    def guided(self) -> bool:
-        """Whether it stands in a guide's way, so that the block's travel alone says how deep it is in."""
+    def is_in_guide(self) -> bool:
+        """True if it stands in a guide's way, so that the block's travel alone gives the depth."""
         return self.along is None and self.link is None and self.on == GROUND
 
     @property
@@ -59,12 +59,12 @@ class Stop(Element):
     def check(self, mechanism: Parts) -> None:
         """A guided point, or a point of a link with a direction; a body that can carry the face."""
         where = self.where
-        known("point", self.point, mechanism.points, where)
+        check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
             raise ValueError(
                 f"{where}: along: must be given where no guide tells it: the direction square to the face, as (1, 0)"
             )
-        if self.guided:
+        if self.is_in_guide:
             return
         reaches(mechanism, self.body(mechanism), self.point, where)
         takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
@@ -137,7 +137,7 @@ class Stop(Element):
         """Penetration depth, m, positive in contact, and its rate, m/s, each (times,)."""
         mechanism = record.mechanism
         side, face = self.side(mechanism), self.face(mechanism)
-        if self.guided:
+        if self.is_in_guide:
             block = record.blocks[self.point]
             return side * (block.travel - face), side * block.speed
         origin = self.origin(mechanism)

@@ -48,7 +48,7 @@ class Strut(Body):
         """Yield strain energy and what damping took."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
-        yield Energy("held", "strain", spring.stored(elongation))
+        yield Energy("held", "strain", spring.stored_energy(elongation))
         yield Energy("taken", "damping", record.work(spring.damping_power(elongation, rate)))
 
 
@@ -104,8 +104,8 @@ class StrutLaw:
         force = np.where(elongation > 0, self.damping * rate, 0.0)
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
 
-    def stored(self, elongation: Array) -> Array:
-        """Work of the elastic force, J: exact on the straight branch, Gauss quadrature of the force law beyond it."""
+    def stored_energy(self, elongation: Array) -> Array:
+        """Compute the work of the elastic force, J: exact on the straight branch, Gauss quadrature of the force law beyond it."""
         straight = 0.5 * self.rigidity * np.maximum(elongation, self.kink) ** 2
         deepest = float(elongation.min())
         if deepest >= self.kink:

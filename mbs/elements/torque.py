@@ -51,7 +51,7 @@ class Torque(Stateful):
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
         """The torque, N m, (times,), at times that may lie a little beside the samples, s."""
-        return self.evaluated(name, record, times) if callable(self.value) else np.full_like(times, self.value)
+        return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """The torque."""
@@ -60,11 +60,11 @@ class Torque(Stateful):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque, N m, and its states."""
         yield Signal(f"{name}.torque", self.acting(name, record, record.time), "N m", Kind.INTERNAL)
-        yield from self.told(name, record)
+        yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value):
-            yield Energy("given", "load", self.worked(name, record))
+            yield Energy("given", "load", self.work_of(name, record))
         else:
             yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
 from ..elements.element import GROUND, Burden, place
-from ..elements.references import held_at, holder
+from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
@@ -33,7 +33,7 @@ FLYWHEEL = 1e12
 def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
     """Load each point; a constant force needs no callback."""
     for name, load in loads.items():
-        at = place(held_at(scene.mechanism, load.point))
+        at = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
         scene.parts["Force"] += 1
         if load.states is not None:
@@ -138,7 +138,7 @@ def add_motors(scene: Scene, loads: dict[str, Motor]) -> None:
 def add_springs(scene: Scene, loads: dict[str, Spring]) -> None:
     """Join the points; only a law needs a callback."""
     for name, load in loads.items():
-        markers = [scene.marker(*place(held_at(scene.mechanism, at))) for at in (load.a, load.b)]
+        markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         scene.system.AddObject(
             eii.ObjectConnectorSpringDamper(
                 markerNumbers=markers, referenceLength=load.free(scene.mechanism), **pull(scene, name, load)

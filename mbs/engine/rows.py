@@ -8,7 +8,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.element import GROUND, Element, Place
-from ..elements.rows import Row, Turn, pinned
+from ..elements.rows import Row, Turn, find_pin
 from ..elements.slider import Slot
 from ..geometry import Array, turned
 from ..kinematics.forms import Ends, Forms
@@ -36,7 +36,7 @@ def connect(scene: Scene, elements: dict[str, Element]) -> None:
 
 def _added(scene: Scene, rows: list[Row]) -> list[int]:
     """Engine numbers of the constraints for an element's rows, in order: a pin for two that hold a point, else one for all."""
-    pin = pinned(rows)
+    pin = find_pin(rows)
     if pin is None:
         return [Held(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]

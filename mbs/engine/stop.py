@@ -23,7 +23,7 @@ def contact_of(scene: Scene, stop: Stop) -> StopContact:
     """Place a stop in its guide's coordinate, or between its two bodies."""
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
-    if stop.guided:
+    if stop.is_in_guide:
         return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
     link, along = stop.body(mechanism), stop.across(mechanism)
     node, size, at = scene.placed[link].place_node(stop.point)

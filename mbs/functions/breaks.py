@@ -1,6 +1,6 @@
 """Jumps, kinks and quick changes of a function of time, found by sampling it before a run.
 
-It is looked at every `WIDTH` of the run. Where its second difference stands out is a jump or a kink, found closely by halving.
+It is sampled every `WIDTH` of the run. Where its second difference stands out is a jump or a kink, found closely by halving.
 What is left is parted until a polynomial fits each piece, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
 chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008; edges of pieces that are shorter than the steps of a run
 are times onto which it steps. What is shorter than `WIDTH` may be missed: a `Table` names its own kinks.
@@ -18,23 +18,31 @@ import numpy as np
 from ..geometry import Array
 
 WIDTH = 1e-5
-"""Distance of the looks, of the run."""
+"""Sampling interval, relative to the run."""
 PIECE = 1 / 200
 """Length of a piece, of the run, from which the steps of any run see what is in it."""
 MOST = 2000
 """Times at most; a function with more is left to the control of the steps."""
-OUTSTANDING, REACH = 30.0, 6
-"""Second difference over those of its neighbours, so many samples about it, that makes a jump or a kink."""
-DEGREE, FEWEST, SEEN = 8, 4, 1e-3
-"""Of the polynomials, of a line between as few looks; what they may leave, of the function's range, and times the length of a
-step of the function's integral: a step may take what it sees at one instant for all of it."""
-HALVINGS, SAME = 60, 1e-12
+OUTSTANDING = 30.0
+"""Second difference over those of its neighbours that makes a jump or a kink."""
+REACH = 6
+"""Neighbours on either side with which a second difference is compared [samples]."""
+DEGREE = 8
+"""Largest degree of the interpolants."""
+FEWEST = 4
+"""Samples for each degree of an interpolant, so that most samples lie between its nodes."""
+TOLERANCE = 1e-3
+"""Largest residual of an interpolant, relative to the range; with the length of a step also to the function's integral."""
+HALVINGS = 60
+"""Largest number of bisections towards a jump."""
+SAME = 1e-12
+"""Largest relative difference of values in Python and in NumPy."""
 MOST_OTHERS = 20
 """Arguments of a function besides the time."""
 
 
 def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...]:
-    """Times in (0, duration), s, onto which steps should go; none of a function that fails or has values that are not finite.
+    """Find the times in (0, duration), s, onto which steps should go; none if a function fails or is not finite.
 
     Parameters
     ----------
@@ -47,15 +55,15 @@ def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...
     try:
         hash(function)
     except TypeError:
-        return _found(function, duration)
-    return _kept(function, duration)
+        return _find(function, duration)
+    return _find_cached(function, duration)
 
 
-def _found(function: Callable[..., object], duration: float) -> tuple[float, ...]:
+def _find(function: Callable[..., object], duration: float) -> tuple[float, ...]:
     times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
     try:
         function = _of_time(function)
-        values = _looked(function, times)
+        values = _sample(function, times)
         span = float(np.ptp(values, axis=0).max(initial=0.0))
         if not np.isfinite(values).all() or span == 0:
             return ()
@@ -64,12 +72,14 @@ def _found(function: Callable[..., object], duration: float) -> tuple[float, ...
         return ()
     edges = [0, *sorted({int(np.searchsorted(times, t)) for t in sudden}), len(times) - 1]
     whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
-    quick = (times[k] for a, b in pairwise(edges) for k in _short(a, _parted(values / span, a + (a > 0), b - 1, SEEN * whole), b))
+    quick = (
+        times[k] for a, b in pairwise(edges) for k in _short(a, _split(values / span, a + (a > 0), b - 1, TOLERANCE * whole), b)
+    )
     found = sorted({*sudden, *islice(quick, MOST)})
     return tuple(float(t) for t in found if 0 < t < duration) if len(found) < MOST else ()
 
 
-_kept = lru_cache(maxsize=64)(_found)
+_find_cached = lru_cache(maxsize=64)(_find)
 
 
 def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
@@ -83,8 +93,8 @@ def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
     raise ValueError("no function of time and others")
 
 
-def _looked(function: Callable[..., object], times: Array) -> Array:
-    """Values at times, (times, components): at once where the function takes arrays."""
+def _sample(function: Callable[..., object], times: Array) -> Array:
+    """Evaluate at times, (times, components): at once where the function takes arrays."""
     some = times[:: len(times) // 7]
     one_by_one = np.array([function(float(t)) for t in some], dtype=float)
     try:
@@ -141,14 +151,14 @@ def _kink(function: Callable[[Any], Any], start: float, end: float) -> float:
     return float(end)
 
 
-def _parted(values: Array, first: int, last: int, little: float) -> Iterator[int]:
-    """Edges of the pieces of a smooth stretch."""
-    if last - first < FEWEST or _left(values[first : last + 1]) <= min(SEEN, little / min(last - first, PIECE / WIDTH)):
+def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
+    """Yield the edges of the pieces of a smooth stretch."""
+    if last - first < FEWEST or _residual(values[first : last + 1]) <= min(TOLERANCE, little / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
-    yield from _parted(values, first, middle, little)
+    yield from _split(values, first, middle, little)
     yield middle
-    yield from _parted(values, middle, last, little)
+    yield from _split(values, middle, last, little)
 
 
 def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
@@ -160,7 +170,7 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
         before, here = here, after
 
 
-def _left(values: Array) -> float:
+def _residual(values: Array) -> float:
     """Return the largest error at all samples of the polynomial through points near Chebyshev's."""
     degree = min(DEGREE, len(values) // FEWEST)  # most looks are to be between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from dataclasses import field as plain_field
 from typing import Any
 
-from ..declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
+from ..declare import Either, Quantity, Several, Spec, build, fields_written, known_kinds, nameless
 from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema, shown
 from ..units import is_measured
@@ -37,10 +37,10 @@ class Callables(Spec):
             except ValueError as error:
                 raise ValueError(f"{name} = {shown(given)}: {error}") from None
         if not self.fits(given):
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         return given
 
-    def written(self, name: str, value: object) -> Any:
+    def write(self, name: str, value: object) -> Any:
         if isinstance(value, Expression) and self.fits(value.text):
             return value.text
         if type(value) not in _callable_kinds().values():
@@ -87,11 +87,11 @@ class Function(Callables):
     def read(self, name: str, given: object) -> Any:
         if isinstance(given, str) and given in self.named:
             return self.named[given]
-        found = self.made(name, given)
-        self.tried(name, found)
+        found = self.make(name, given)
+        self.check_call(name, found)
         return found
 
-    def tried(self, name: str, found: object) -> None:
+    def check_call(self, name: str, found: object) -> None:
         """Call it where all variables are zero; ValueError if it fails, or returns anything else than it must."""
         names = self.of.split(", ")
         for each in found.parts if isinstance(found, Components) else [found]:
@@ -102,17 +102,17 @@ class Function(Callables):
         value = called(name, found, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
 
-    def made(self, name: str, given: object) -> Any:
+    def make(self, name: str, given: object) -> Any:
         """Make a function of what was given, without calling it."""
         return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
 
-    def written(self, name: str, value: object) -> Any:
+    def write(self, name: str, value: object) -> Any:
         for key, function in self.named.items():
             if value is function:
                 return key
         if isinstance(value, Components):
-            return _PARTS.written(name, value.parts)
-        return super().written(name, value)
+            return _PARTS.write(name, value.parts)
+        return super().write(name, value)
 
 
 class Law(Function):
@@ -123,7 +123,7 @@ class Law(Function):
         return f"{super().words}, where the load has states of them, too"
 
     def read(self, name: str, given: object) -> Any:
-        return self.made(name, given)
+        return self.make(name, given)
 
 
 class Rates(Function):
@@ -135,7 +135,7 @@ class Rates(Function):
         return Callables.fits(self, given) or (is_list(given) and len(given) > 0)
 
     def read(self, name: str, given: object) -> Any:
-        return self.made(name, given)
+        return self.make(name, given)
 
     def schema(self) -> Schema:
         return any_of([super().schema(), _PARTS.schema()])
@@ -151,4 +151,4 @@ def _of_names(name: str, formula: Expression, variables: list[str]) -> None:
 
 def _callable_kinds() -> dict[str, type]:
     """Classes that files name and whose objects can be called."""
-    return {key: kind for key, kind in known().items() if "__call__" in dir(kind)}
+    return {key: kind for key, kind in known_kinds().items() if "__call__" in dir(kind)}

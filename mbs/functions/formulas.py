@@ -17,8 +17,10 @@ import numpy as np
 from ..geometry import Array
 from ..validate import near, short
 
-LONGEST, DEEPEST = 2000, 60
-"""Characters and levels of nesting of a formula: more is a program, and Python's own parser has limits."""
+LONGEST = 2000
+"""Largest number of characters of a formula; more is a program."""
+DEEPEST = 60
+"""Largest depth of nesting of a formula; Python's own parser has limits."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
 
@@ -158,18 +160,19 @@ def derivative(node: ast.expr, variable: str) -> str:
             return f"{'-' if isinstance(operator, ast.USub) else ''}({derivative(operand, variable)})"
         case ast.BinOp(op=operator, left=a, right=b):
             vary = [variable in names_in(each) for each in (a, b)]
-            return _filled(OPERATORS[type(operator)][2 if all(vary) else vary.index(True)], (a, b), variable)
+            return _fill(OPERATORS[type(operator)][2 if all(vary) else vary.index(True)], (a, b), variable)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             if name == "step" and any(variable in names_in(argument) for argument in arguments[1:]):
                 raise ValueError("step: only its first argument may vary where a derivative is needed")
-            return _filled(DERIVATIVES[name], arguments, variable)
+            return _fill(DERIVATIVES[name], arguments, variable)
     raise ValueError(_not_allowed(node))
 
 
-def _filled(template: str, parts: Sequence[ast.expr], variable: str) -> str:
+def _fill(template: str, parts: Sequence[ast.expr], variable: str) -> str:
     """Replace the letters of a template by parts of a formula, and d and a letter by their derivatives."""
 
     def part(match: re.Match[str]) -> str:
+        """Write a part, or its derivative."""
         each = parts["abcde".index(match[2])]
         return f"({derivative(each, variable) if match[1] else ast.unparse(each)})"
 

@@ -32,12 +32,16 @@ the length; elongation and its rate; time, angle and speed of a link; time, plac
 ... may stand beside any."""
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 OURS = "buckler."
-PIECES, MOST, EXACT = 128, 10_000, 1e-11
-"""Pieces of a run over which a formula is integrated, intervals of one at most, and how far the integral may be off, relative."""
+PIECES = 128
+"""Pieces of a run over which a formula is integrated."""
+MOST = 10_000
+"""Largest number of intervals of the quadrature of a piece."""
+EXACT = 1e-11
+"""Relative tolerance of the quadrature."""
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Times, s, at which a function of time has a kink: the points of tables joined by straight lines; of others what is found.
+    """Find the kinks of a function of time, s: the points of tables joined by straight lines; of others what is found.
 
     Parameters
     ----------
@@ -82,7 +86,7 @@ class Expression(Given, Declared):
         used = names_in(tree) - states
         fitting = [names for names in SIGNATURES if used <= set(names)]
         if not fitting:
-            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_known()}")
+            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_signatures()}")
         variables = (*fitting[0], *sorted(states))
         object.__setattr__(self, "variables", variables)
         object.__setattr__(self, "used", used | states)
@@ -290,16 +294,17 @@ def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[...
     return component
 
 
-def _known() -> str:
+def _signatures() -> str:
+    """Write the names of arguments that functions may have."""
     return "; ".join(", ".join(names) for names in SIGNATURES)
 
 
-def own_functions(value: object) -> bool:
+def has_user_code(value: object) -> bool:
     """Return True if anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
     if is_dataclass(value) and not isinstance(value, type):
-        return not type(value).__module__.startswith(OURS) or any(own_functions(getattr(value, f.name)) for f in fields(value))
+        return not type(value).__module__.startswith(OURS) or any(has_user_code(getattr(value, f.name)) for f in fields(value))
     if isinstance(value, dict):
-        return any(own_functions(each) for each in value.values())
+        return any(has_user_code(each) for each in value.values())
     if isinstance(value, tuple | list):
-        return any(own_functions(each) for each in value)
+        return any(has_user_code(each) for each in value)
     return callable(value) and not str(getattr(value, "__module__", "")).startswith(OURS) and not isinstance(value, np.ndarray)

@@ -53,7 +53,7 @@ def undecided(mechanism: Mechanism) -> str:
         return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
     nothing = np.empty((0, 3))
     for name, element in mechanism.elements().items():
-        if element.integrated:
+        if element.has_states:
             return f"states of '{name}' are integrated"
         if element.rubs_on_reaction:
             return f"friction of '{name}' follows its reaction"

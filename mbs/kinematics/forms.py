@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..elements.element import Place
-from ..elements.rows import Apart, Row, Turn
+from ..elements.rows import Distance, Row, Turn
 from ..geometry import Array
 
 
@@ -73,7 +73,7 @@ class Forms:
                 turns.append([at, first, second, bodies, 0, 0, 0, False])
                 continue
             arms = [ends.arm(measure.first), ends.arm(measure.second)]
-            if isinstance(measure, Apart):
+            if isinstance(measure, Distance):
                 points.append([at, first, second, bodies, *arms, 0, True])
             else:
                 frame = second if measure.turns else bodies
@@ -90,7 +90,7 @@ class Forms:
         for k, measure in enumerate(measures):
             if not isinstance(measure, Turn):
                 apart = ends.place(measure.first) - ends.place(measure.second)
-                far = isinstance(measure, Apart)
+                far = isinstance(measure, Distance)
                 start[k] = abs(apart) if far else (np.conj(complex(*measure.direction)) * apart).real
         return start
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..elements.signal import Trait
 from ..geometry import Array
-from ..offers import offered
+from ..offers import find_offer
 from ..validate import positive
 from . import stored
 from .errors import Errors, Status
@@ -139,7 +139,7 @@ class Result:
         The error is a bound by the difference of two runs. Of a chaotic motion it is the half-width of a 95 % interval by
         sampling, over batches of the run, and `kind` says which.
         """
-        return offered("read")(self, text)
+        return find_offer("read")(self, text)
 
     @property
     def energy_balance(self) -> float:
@@ -203,11 +203,11 @@ class Result:
         ValueError
             If a name is unknown; it names those near it.
         """
-        return offered("plot_signals")(self, names, axes)
+        return find_offer("plot_signals")(self, names, axes)
 
     def plot_energy(self, axes: Axes | None = None) -> Any:
         """Draw the energy ledger over time, J; the run needs `ledger=True`."""
-        return offered("plot_energy")(self, axes)
+        return find_offer("plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
         """Write the motion as a moving picture.
@@ -228,7 +228,7 @@ class Result:
         RuntimeError
             If ffmpeg is needed and not there.
         """
-        return offered("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
+        return find_offer("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
 
     def write_html(self, path: str | Path, title: str = "") -> Path:
         """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
@@ -239,11 +239,11 @@ class Result:
         title : str
             Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
-        return offered("write_html")(self, path, title)
+        return find_offer("write_html")(self, path, title)
 
     def _repr_html_(self) -> str:
         """The report, in a frame, for notebooks."""
-        return offered("framed")(self)
+        return find_offer("framed")(self)
 
     # --- for other programs -------------------------------------------------------------------------------------------
 
@@ -265,7 +265,7 @@ class Result:
         ValueError
             If the path ends otherwise, or if times are asked of a result from a file.
         """
-        return offered("write_paraview")(self, path, times)
+        return find_offer("write_paraview")(self, path, times)
 
     def to_dataframe(self) -> Any:
         """Return signals as a pandas data frame over the time t [s]; its `attrs` hold units, status and message.

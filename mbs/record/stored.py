@@ -13,7 +13,7 @@ import numpy as np
 
 from ..elements.signal import Kind, Trait
 from ..geometry import Array
-from ..offers import offered
+from ..offers import find_offer
 from .errors import Errors, Status
 
 
@@ -98,7 +98,7 @@ def _film(arrays: Mapping[str, Array]) -> Any:
     """The film a file holds, if it does."""
     if not arrays:
         return None
-    return offered("film_of")(arrays)
+    return find_offer("film_of")(arrays)
 
 
 def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:

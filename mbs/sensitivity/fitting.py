@@ -14,7 +14,7 @@ from scipy.stats import qmc
 from scipy.stats import t as student
 
 from ..geometry import Array
-from ..offers import offered
+from ..offers import find_offer
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
@@ -118,7 +118,7 @@ class Fit:
 
     def write_html(self, path: str | Path, title: str = "Fit") -> Path:
         """Write a page: numbers, data beside the fit, what is left, profiles."""
-        return offered("write_fit")(self, path, title)
+        return find_offer("write_fit")(self, path, title)
 
 
 def fit(

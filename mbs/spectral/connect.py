@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.element import GROUND, Element
-from ..elements.rows import Along, Apart, Measure, Turn
+from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import turned
 from . import tables as k
 from .builder import Builder, Pair
@@ -33,7 +33,7 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield share, (k.ANGLE, a, b, NOWHERE)
-    elif a != b and isinstance(measure, Apart):
+    elif a != b and isinstance(measure, Distance):
         yield share, (k.DISTANCE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Along):
         kind = k.TURNING if measure.turns else k.FIXED

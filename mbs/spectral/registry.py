@@ -10,7 +10,7 @@ from ..elements import Belt, Clearance, Force, Guide, LineLoad, Motor, Spring, S
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
 from ..elements.motor import CREEP
-from ..elements.references import held_at
+from ..elements.references import holder_reference
 from ..extensions import extensions
 from ..functions import TURN, numbers_of
 from ..laws import BristleLaw, FrictionLaw
@@ -68,7 +68,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
 def add_force(builder: Builder, name: str, load: Force) -> None:
     """Add a force, constant or given in time; its direction is fixed, or turns with a link; its line may be fixed, too."""
     turns = load.turns_with(builder.mechanism)
-    a = marker_at(builder, held_at(builder.mechanism, load.point))
+    a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
         builder.add_stateful(name, load, a, k.X, 0.0)
         return
@@ -130,7 +130,7 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
 
 def add_spring(builder: Builder, name: str, load: Spring) -> None:
     """Add a spring and damper between two points, linear or with a law."""
-    a, b = (marker_at(builder, held_at(builder.mechanism, at)) for at in (load.a, load.b))
+    a, b = (marker_at(builder, holder_reference(builder.mechanism, at)) for at in (load.a, load.b))
     add_line(builder, name, load, builder.add_measure(k.DISTANCE, a, b), load.free(builder.mechanism))
 
 

@@ -78,7 +78,7 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
     """Raise a ValueError if this is no mechanism, a load of it has states, or this is no degree of its strips."""
     one_of("mechanism", mechanism, (Mechanism,))
     for name, element in mechanism.elements().items():
-        if element.integrated:
+        if element.has_states:
             raise ValueError(f"'{name}' has states, which statics do not know: they are integrated with a motion only")
     if degree is not None:
         whole("degree", degree, 2, 200)

@@ -214,7 +214,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
     yield Path(frame, "stop", turned(wall, along, 1.0, (x - x0, y - y0)), True)
     push = (-side * along[0], -side * along[1])
-    point = sheet.frame(stop.point) if stop.guided else sheet.at(stop.body(mechanism), stop.point)
+    point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
 
 
@@ -243,7 +243,7 @@ def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """An arrow that ends at its point, in the direction of the force at t = 0."""
-    along = unit(load.begun(sheet.mechanism))
+    along = unit(load.initial_force(sheet.mechanism))
     follows = load.follows.partition(":")[0] if load.follows else None
     point = place(load.point).point
     frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)

@@ -11,7 +11,7 @@ from buckler import mbs
 from buckler.mbs.checks.unbuckled import Growth
 from buckler.mbs.elements.element import Place
 from buckler.mbs.elements.load import potential
-from buckler.mbs.elements.rows import Along, Apart, Turn, row
+from buckler.mbs.elements.rows import Along, Distance, Turn, row
 from buckler.mbs.elements.strut import StrutLaw
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import cross
@@ -36,12 +36,12 @@ def test_a_gradient_of_a_row_is_that_of_its_measure():
         (x1, y1, a1), (x2, y2, a2) = ((*np.add(points[e.point], moved[e][:2]), moved[e][2]) for e in (one, other))
         if isinstance(measure, Turn):
             return a1 - a2
-        if isinstance(measure, Apart):
+        if isinstance(measure, Distance):
             return math.hypot(x1 - x2, y1 - y2)
         c, s = (math.cos(a2), math.sin(a2)) if measure.turns else (1.0, 0.0)
         return (c * d[0] - s * d[1]) * (x1 - x2) + (s * d[0] + c * d[1]) * (y1 - y2)
 
-    for measure in (Along(one, other, d), Along(one, other, d, turns=True), Turn(one, other), Apart(one, other)):
+    for measure in (Along(one, other, d), Along(one, other, d, turns=True), Turn(one, other), Distance(one, other)):
         for end, gradient in row(measure).gradient(points):
             for k in range(3):
                 sides = [value(measure, {one: np.zeros(3), other: np.zeros(3)} | {end: h * np.eye(3)[k]}) for h in (1e-6, -1e-6)]

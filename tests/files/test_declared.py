@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import laws
-from buckler.mbs.declare import Declaration, Either, Quantity, declarations, known
+from buckler.mbs.declare import Declaration, Either, Quantity, declarations, known_kinds
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.schema import schema
@@ -30,7 +30,7 @@ def number(field: Declaration) -> Quantity | None:
 def sound(name):
     """The least that a kind is made of."""
     given = {"start": 1.0, "end": 2.0} if name == "Ramp" else {}
-    for key, field in declarations(known()[name]).items():
+    for key, field in declarations(known_kinds()[name]).items():
         if field.required and key not in given:
             given[key] = SOUND.get(key, 0.5)
     return given
@@ -38,7 +38,7 @@ def sound(name):
 
 NUMBERS = [
     (name, key)
-    for name, kind in known().items()
+    for name, kind in known_kinds().items()
     if name not in ASIDE
     for key, field in declarations(kind).items()
     if number(field)
@@ -47,21 +47,21 @@ NUMBERS = [
 
 def beside(name, key):
     """Fields against which this one is checked, too: `static >= dynamic`."""
-    fields = set(declarations(known()[name]))
+    fields = set(declarations(known_kinds()[name]))
     pairs = {("static", "dynamic"), ("v_d", "v_s"), ("v1", "v0")}
     return [b if a == key else a for a, b in pairs if key in (a, b) and {a, b} <= fields]
 
 
 def test_every_kind_is_looked_at():
     assert {name for name, _ in NUMBERS} | ASIDE >= {
-        name for name, kind in known().items() if any(map(number, declarations(kind).values()))
+        name for name, kind in known_kinds().items() if any(map(number, declarations(kind).values()))
     }
     assert len(NUMBERS) > 90
 
 
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
 def test_what_is_declared_is_what_is_refused(name, key):
-    kind, given, field = known()[name], sound(name), number(declarations(known()[name])[key])
+    kind, given, field = known_kinds()[name], sound(name), number(declarations(known_kinds()[name])[key])
     others = beside(name, key)
     for x in TRIED:
         inside = field.low < x <= field.high or (x == field.low and not field.open_low)
@@ -83,11 +83,11 @@ def test_what_is_declared_is_what_is_refused(name, key):
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
 def test_the_unit_of_a_refusal_is_the_declared_one(name, key):
     """A number in another unit is refused with the declared one in the message."""
-    field = number(declarations(known()[name])[key])
+    field = number(declarations(known_kinds()[name])[key])
     for unit in field.unit.split(" or "):
         parse_unit(unit.replace("^n", "^1.5"))
     try:
-        known()[name](**sound(name) | {key: float("nan")})
+        known_kinds()[name](**sound(name) | {key: float("nan")})
     except ValueError as error:
         said = str(error)
     if field.unit not in ("", "1") and "must lie in" in said:

@@ -1,6 +1,6 @@
 """Magnets for the compiled solver."""
 
-from buckler.mbs.elements.references import held_at
+from buckler.mbs.elements.references import holder_reference
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.reference import marker_at
@@ -9,7 +9,7 @@ from buckler.mbs.spectral.tables import DISTANCE, LAW
 
 def add(builder, name, magnet):
     """Add a force along the distance, as a law of it."""
-    a, b = (marker_at(builder, held_at(builder.mechanism, at)) for at in (magnet.a, magnet.b))
+    a, b = (marker_at(builder, holder_reference(builder.mechanism, at)) for at in (magnet.a, magnet.b))
     force = Expression(f"{magnet.strength!r}/x**2 + 0*v")
     row = builder.add_law(None, LAW, (), [function_pointer(force, 2)], name)
     builder.add_force(name, LAW, builder.add_measure(DISTANCE, a, b), law=row, numbers=(1.0, 0.0, 0.0))

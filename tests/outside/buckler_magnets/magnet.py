@@ -4,7 +4,7 @@ import numpy as np
 
 from buckler.mbs.declare import declared, names, quantity
 from buckler.mbs.elements.load import Load, on_both
-from buckler.mbs.elements.references import held_at, refers
+from buckler.mbs.elements.references import holder_reference, refers
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import unit
 
@@ -25,12 +25,12 @@ class Magnet(Load):
 
     def apart(self, record):
         """Distance, m, and direction from a to b."""
-        a, b = (record.point(held_at(record.mechanism, at))[0] for at in (self.a, self.b))
+        a, b = (record.point(holder_reference(record.mechanism, at))[0] for at in (self.a, self.b))
         return unit(b - a)
 
     def pushes(self, name, record):
         length, along = self.apart(record)
-        ends = [held_at(record.mechanism, at) for at in (self.a, self.b)]
+        ends = [holder_reference(record.mechanism, at) for at in (self.a, self.b)]
         yield from on_both(ends, (self.strength / length**2)[:, None] * along, np.zeros_like(length))
 
     def signals(self, name, record):
