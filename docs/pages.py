@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pages_api import PAGES, page_of
 
 from buckler.mbs import laws
-from buckler.mbs.declare import Declaration, declarations, known
+from buckler.mbs.declare import Declaration, declarations, known_kinds
 from buckler.mbs.elements import KINDS
 from buckler.mbs.view.movie import Movie
 from buckler.mbs.view.plot import draw
@@ -113,7 +113,7 @@ def _elements() -> Iterator[str]:
     yield "# Elements and laws, field by field"
     yield ""
     yield "Made from the declarations that the file reader, the JSON schema and the messages of wrong input are made from."
-    kinds = list(known().values())
+    kinds = list(known_kinds().values())
     groups = [(name, [kind for kind in kinds if issubclass(kind, base)]) for name, base in KINDS.items()]
     groups.append(("laws", [kind for kind in kinds if kind.__name__ in laws.__all__]))
     done = {kind for _, some in groups for kind in some}

@@ -67,7 +67,7 @@ __getattr__ = on_demand(__name__, {
     "path": "statics", "frequencies": "statics", "periodic": "statics", "response": "statics",
     "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting", "optimise": "sensitivity.design",
 })  # fmt: skip
-"""What needs a solver."""
+"""Names whose modules need a solver, imported at first use."""
 
 
 def __dir__() -> list[str]:

@@ -51,9 +51,9 @@ class Affine(NamedTuple):
     def __sub__(self, other: Affine) -> Affine:
         return Affine(self.matrix - other.matrix, self.constant - other.constant)
 
-    def by(self, left: ArrayLike) -> Affine:
-        """Multiplied from the left."""
-        return Affine(np.asarray(left) @ self.matrix, np.asarray(left) @ self.constant)
+    def premultiply(self, matrix: ArrayLike) -> Affine:
+        """Multiply from the left."""
+        return Affine(np.asarray(matrix) @ self.matrix, np.asarray(matrix) @ self.constant)
 
 
 def assemble(
@@ -100,10 +100,10 @@ def assemble(
     poses = _Poses(ends, np.array([link.length for link in open_links]), base, free)
     poses.check_decided(open_links)
     coordinates, met = poses.all(size)
-    found = [_named(unknown, x) for x in coordinates]
+    found = [_by_name(unknown, x) for x in coordinates]
     if not met:
         raise _out_of_reach(open_links, {**points, **found[0]})
-    kept = [pose for pose in found if all(_sense(link, {**points, **pose}) for link in deciding)] or found
+    kept = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)] or found
     first, *others = sorted(sorted(kept, key=_topmost(unknown, size)), key=_nearest(near, size))
     for link in deciding:
         _check(link, {**points, **first})
@@ -111,7 +111,7 @@ def assemble(
     return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
 
 
-def followed(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
+def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
     """Complete places with those of the points that links carry; ValueError if one that is given lies elsewhere."""
     found = dict(points)
     for link in links:
@@ -148,7 +148,7 @@ def _affine(k: int | None, points: Mapping[str, Pair], count: int, name: str = "
 
 
 def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Affine]:
-    """What links ask that is linear in the places, each zero."""
+    """Yield the equations of links that are linear in the places, each with right-hand side 0."""
     for link in links:
         if link.start not in at or link.end not in at:
             continue
@@ -157,16 +157,16 @@ def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, floa
             way = link.length * np.array([cos(link.angle), sin(link.angle)])
             yield Affine(apart.matrix, apart.constant - way)
         elif link.angle is not None:
-            yield apart.by([[-sin(link.angle), cos(link.angle)]])
+            yield apart.premultiply([[-sin(link.angle), cos(link.angle)]])
         if length := lengths.get(link.name):
             for point, (x, y) in link.carried_places(length).items():
-                yield at[point] - at[link.start] - apart.by(np.array([[x, -y], [y, x]]) / length)
+                yield at[point] - at[link.start] - apart.premultiply(np.array([[x, -y], [y, x]]) / length)
 
 
 def _on_line(at: Mapping[str, Affine], guide: Any) -> Affine:
     """The row of a guide's line."""
     x, y = guide.along
-    return (at[guide.point] - at[guide.through]).by([[-y, x]])
+    return (at[guide.point] - at[guide.through]).premultiply([[-y, x]])
 
 
 def _linear(at: Mapping[str, Affine], rows: list[Affine], count: int) -> tuple[Array, Array]:
@@ -257,12 +257,12 @@ class _Poses:
 # --- poses --------------------------------------------------------------------------------------------------------------
 
 
-def _named(unknown: list[str], x: Array) -> dict[str, Pair]:
+def _by_name(unknown: list[str], x: Array) -> dict[str, Pair]:
     return {point: (float(px), float(py)) for point, (px, py) in zip(unknown, x.reshape(-1, 2), strict=True)}
 
 
 def _nearest(near: Mapping[str, Pair], size: float) -> Any:
-    """Order of poses by the sum of squared distances from rough places; those that differ elsewhere only stay as they are."""
+    """Make a key that orders poses by the sum of squared distances from rough places; others keep their order."""
     step = SAME * size**2
     return lambda pose: round(sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) / step)
 
@@ -273,8 +273,8 @@ def _topmost(unknown: list[str], size: float) -> Any:
     return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
 
-def _sense(link: Any, points: Mapping[str, Pair]) -> bool:
-    """Whether a link points where its angle says, not the other way round."""
+def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
+    """Return True if a link points where its angle says, not the other way round."""
     if link.angle is None:
         return True
     (x0, y0), (x1, y1) = points[link.start], points[link.end]
@@ -289,7 +289,7 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
 
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
-    """What is wrong with lengths that no pose has, by the pose that comes closest."""
+    """Make the error for lengths that no pose has, by the pose that comes closest."""
     apart = {link.name: hypot(*np.subtract(points[link.end], points[link.start])) for link in links}
     off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)
@@ -305,6 +305,6 @@ def _check(link: Any, points: Mapping[str, Pair]) -> None:
         raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
     if link.angle is not None:
         off = (y1 - y0) * cos(link.angle) - (x1 - x0) * sin(link.angle)
-        if abs(off) > AGREE * apart or not _sense(link, points):
+        if abs(off) > AGREE * apart or not _has_sense(link, points):
             why = f"{where} lie in the direction of {np.arctan2(y1 - y0, x1 - x0):.9g} rad"
             raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 Array = np.ndarray[Any, Any]
 
 
-def turned(angle: Array, vectors: ArrayLike) -> Array:
-    """Vectors (..., 2), or a fixed one (2,), turned by angles (...)."""
+def rotate(angle: Array, vectors: ArrayLike) -> Array:
+    """Rotate vectors (..., 2), or a fixed one (2,), by angles (...)."""
     c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(np.asarray(vectors), -1, 0)
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
-def left(vectors: Array) -> Array:
-    """Vectors (..., 2) turned a quarter to the left."""
+def rotate_left(vectors: Array) -> Array:
+    """Rotate vectors (..., 2) by a quarter turn to the left."""
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 

@@ -11,7 +11,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .assembly import Assembly, assemble, check_links, followed
+from .assembly import Assembly, assemble, carried_points, check_links
 from .declare import (
     Either,
     Named,
@@ -142,7 +142,7 @@ class Mechanism(Parts):
         """Names that are there, once; elements that fit."""
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
-        object.__setattr__(self, "points", Placed(followed(given | found.points, self.links), given))
+        object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))
         check_links(self.points, self.links)
         object.__setattr__(self, "near", Frozen(self.near))
         object.__setattr__(self, "velocities", Frozen(self.velocities))

@@ -1,4 +1,4 @@
-"""What a run shares with its process: Ctrl-C, threads of linear algebra, the compiler, a clock that does not count its work."""
+"""State that a run shares with its process: Ctrl-C, threads of linear algebra, the compiler, a clock without its work."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ import scipy
 
 @cache
 def compiler() -> bool:
-    """Whether Numba is installed, and is not switched off by its variable NUMBA_DISABLE_JIT.
+    """Return True if Numba is installed and not switched off by its variable NUMBA_DISABLE_JIT.
 
     Without it the equations run as plain Python: the same numbers, some hundred times slower. A small task such as one
     equilibrium is then done before Numba would have been loaded.
@@ -98,8 +98,8 @@ NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_open
 
 
 @cache
-def _doors() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
-    """Functions that get and set the number of threads of the libraries of SciPy and of NumPy."""
+def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
+    """Find the functions that get and set the number of threads of the libraries of SciPy and of NumPy."""
     found = []
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
@@ -113,12 +113,12 @@ def _doors() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
 def one_thread() -> Iterator[None]:
     """Let linear algebra use one thread, until the last of those that ask for it at a time has left."""
     with _LOCK:
-        _BEFORE.append([read() for read, _ in _doors()])
-        for _, write in _doors():
+        _BEFORE.append([read() for read, _ in _thread_functions()])
+        for _, write in _thread_functions():
             write(1)
     try:
         yield
     finally:
         with _LOCK:
-            for (_, write), count in zip(_doors(), _BEFORE.pop(), strict=True):
+            for (_, write), count in zip(_thread_functions(), _BEFORE.pop(), strict=True):
                 write(count)

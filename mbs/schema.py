@@ -16,7 +16,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def schema() -> Schema:
     """The schema of a whole file."""
-    fields = {key: _described(each) for key, each in declarations(Mechanism).items()}
+    fields = {key: _describe(each) for key, each in declarations(Mechanism).items()}
     return {
         "$schema": DIALECT,
         "title": "Mechanism",
@@ -62,7 +62,7 @@ def _object(name: str, kind: type) -> Schema:
 
 def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
     required = [key for key, each in fields.items() if each.required and (name, key) not in BY_OTHERS]
-    content = {"kind": {"const": name}, **{key: _described(each) for key, each in fields.items()}}
+    content = {"kind": {"const": name}, **{key: _describe(each) for key, each in fields.items()}}
     return {
         "type": "object",
         "properties": content,
@@ -71,8 +71,8 @@ def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
     }
 
 
-def _described(field: Declaration) -> Schema:
-    """The schema of a field's value, with its unit and what it is."""
+def _describe(field: Declaration) -> Schema:
+    """Return the schema of a field's value, with its unit and meaning."""
     said = [part for part in (field.doc, f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else "") if part]
     found = dict(field.spec.schema()) | ({"description": " ".join(said)} if said else {})
     plain = isinstance(field.default, bool | int | float | str) and not field.required

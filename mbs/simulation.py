@@ -1,4 +1,4 @@
-"""From a mechanism to a checked result."""
+"""Simulation of a mechanism: run, estimate errors, check, make the result."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .record.result import Result
 from .record.run import Run
 from .record.signals import shapes_at
 from .solvers import Closure, Exudyn, Spectral
-from .validate import listed, number, one_of, positive, short
+from .validate import as_tuple, number, one_of, positive, short
 from .view.movie import Film
 from .view.verdicts import IDLE
 
@@ -41,7 +41,7 @@ GRAPHICS = (
 """Cure of a server that lacks graphics."""
 
 
-def _compiled(*arguments: Any, **known: Any) -> Run:
+def _run_compiled(*arguments: Any, **known: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
@@ -66,7 +66,7 @@ def _on_engine(*arguments: Any) -> Run:
     return run(*arguments)
 
 
-SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _compiled, Closure: exact.once}
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_compiled, Closure: exact.once}
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
@@ -145,14 +145,14 @@ def simulate(
         if accuracy is None and solver is not None:
             result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
         else:
-            solver, why = (solver, "it was named") if solver else runs.suited()
+            solver, why = (solver, "it was named") if solver else runs.choose_solver()
             levels = KINDS[type(solver)](mechanism, duration, solver, 1.0 if accuracy is None else accuracy / PLACE)
             answer = refine(levels.runs(runs), levels, demand, duration)
             single = answer.run
-            result = _result(single, lambda result: runs.completed(result, answer, demand, why), ledger, times)
+            result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
         return verified(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
-        raise (_interrupted(runs.made) if runs.made else stop) from None
+        raise (_interruption(runs.made) if runs.made else stop) from None
 
 
 class _Runs:
@@ -181,8 +181,8 @@ class _Runs:
             self.scenes[degree] = scene_for(self.mechanism, degree)
         return self.scenes[degree]
 
-    def suited(self) -> tuple[Solver, str]:
-        """The solver of a run that names none, and why in words."""
+    def choose_solver(self) -> tuple[Solver, str]:
+        """Choose the solver of a run that names none; return it with the reason."""
         if answered(self.mechanism):
             return Closure(), "joints and drives alone decide the motion"
         if not compiler():
@@ -192,8 +192,8 @@ class _Runs:
             return Exudyn(), "the compiled solver does not know an element of this mechanism"
         return Spectral(), "it knows all elements of this mechanism"
 
-    def completed(self, result: Result, answer: Answer, demand: Demand, why: str) -> Result:
-        """The result of the last run with its errors and the work of all runs; its status by what was demanded."""
+    def complete(self, result: Result, answer: Answer, demand: Demand, why: str) -> Result:
+        """Add errors, the work of all runs and the status to the result of the last run."""
         names = [type(run.solver).__name__.lower() for run in self.made]
         counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
         work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
@@ -219,12 +219,12 @@ def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
 
 def _times(shapes: Sequence[float], duration: float) -> Array:
     """Times, s, at which shapes are kept."""
-    each = (shapes,) if isinstance(shapes, int | float) else listed("shapes", shapes)
+    each = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
     return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
 
 
-def _interrupted(made: Sequence[Run]) -> Interrupted:
-    """What Ctrl-C leaves of several runs: the one that got farthest. No check looks at it."""
+def _interruption(made: Sequence[Run]) -> Interrupted:
+    """Make the exception of Ctrl-C, with the run that got farthest; no check looks at it."""
     run = max(reversed(made), key=lambda run: float(run.record.time[-1]))
     said = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
@@ -257,7 +257,7 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
 
 @cache
 def _versions() -> dict[str, str]:
-    """Of what computes."""
+    """Return the versions of the packages that compute."""
     return {name: metadata.version(name) for name in ("buckler", "exudyn", "numpy", "scipy")} | {
         "python": platform.python_version()
     }

@@ -75,8 +75,8 @@ class Equal(Declared):
         return self.count
 
 
-def divided(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
-    """Kinks, s, with times between those that one step would join: a run whose longest step is finer is finer there too."""
+def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
+    """Add times between kinks, s, that one step would join: a run whose longest step is finer is finer there too."""
     parts = max(1, ceil(usual / longest - 1e-9))
     between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
     return sorted({*kinks, *(float(t) for piece in between for t in piece)})
@@ -169,9 +169,12 @@ class Spectral(Declared):
 
 STIFF = 1e5
 """Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
-WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
-"""Default tolerances of scenes without and with clearance in joints, and with clearance that is stiffly damped: there an impact's
-force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
+WITHOUT_PLAY = 1e-5
+"""Default tolerance of scenes without clearance in joints."""
+WITH_PLAY = 1e-3
+"""Default tolerance of scenes with clearance in joints."""
+DAMPED_PLAY = 3e-5
+"""Default tolerance with stiffly damped clearance: impact forces decay within a microsecond; 1e-3 misses a quarter, this 2 %."""
 
 
 def is_loose(mechanism: Mechanism) -> bool:

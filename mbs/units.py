@@ -145,11 +145,11 @@ def parse_quantity(text: str, unit: str) -> float:
     source, target = parse_unit(given), parse_unit(unit)
     if source.dimension != target.dimension:
         raise ValueError(f"'{given}' is no unit for a quantity in {unit if unit != '1' else 'plain numbers'}")
-    return _scaled(digits, exponent, source.power - target.power, source.factor / target.factor)
+    return _scale(digits, exponent, source.power - target.power, source.factor / target.factor)
 
 
-def _scaled(digits: str, exponent: int, shift: float, factor: float) -> float:
-    """Digits times 10**(exponent + shift) times a factor, the power of ten read with the digits."""
+def _scale(digits: str, exponent: int, shift: float, factor: float) -> float:
+    """Multiply digits by 10**(exponent + shift) times a factor, the power of ten read with the digits."""
     whole = math.floor(shift)  # a part of a decade is left over in units such as N/mm^1.5
     return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * factor
 
@@ -209,7 +209,7 @@ def measured(text: str) -> float:
     if not given:
         return float(f"{match[1]}e{match[2] or 0}")
     source = parse_unit(given)
-    value = _scaled(match[1], int(match[2] or 0), source.power, source.factor)
+    value = _scale(match[1], int(match[2] or 0), source.power, source.factor)
     return Measured(value, text.strip(), source.dimension)
 
 

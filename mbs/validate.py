@@ -103,7 +103,7 @@ def function(name: str, value: object, *arguments: float) -> Any:
     return value
 
 
-def listed(name: str, values: object) -> tuple[Any, ...]:
+def as_tuple(name: str, values: object) -> tuple[Any, ...]:
     """Return `values` as a tuple if it is a sequence, and no text; ValueError otherwise."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise ValueError(f"{name} = {short(values)}: must be a list")
@@ -121,7 +121,7 @@ def short(value: object) -> str:
 
 
 def near(word: str, names: Iterable[str], most: int = 1, likeness: float = 0.6) -> list[str]:
-    """Those of some names that are spelt most like a word."""
+    """Find the names that are spelt most like a word."""
     from difflib import get_close_matches  # it takes milliseconds to load, and only a mistake needs it
 
     return get_close_matches(word, list(names), most, likeness)

@@ -6,18 +6,18 @@ import pytest
 
 from buckler.mbs import process
 
-pytestmark = pytest.mark.skipif(not process._doors(), reason="the linear algebra library is another one")
+pytestmark = pytest.mark.skipif(not process._thread_functions(), reason="the linear algebra library is another one")
 
 
 def counts():
-    return [read() for read, _ in process._doors()]
+    return [read() for read, _ in process._thread_functions()]
 
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_the_last_to_leave_takes_back_what_the_first_found(first):
     before = counts()
     try:
-        for _, write in process._doors():
+        for _, write in process._thread_functions():
             write(2)
         two = counts()
         asking = [ExitStack(), ExitStack()]
@@ -28,5 +28,5 @@ def test_the_last_to_leave_takes_back_what_the_first_found(first):
         asking[1 - first].close()
         assert counts() == two
     finally:
-        for (_, write), count in zip(process._doors(), before, strict=True):
+        for (_, write), count in zip(process._thread_functions(), before, strict=True):
             write(count)

@@ -1,4 +1,4 @@
-"""What a check is: a name, when it fails, the numbers that decide, and who looks."""
+"""Checks of a run: name, condition of failure, thresholds, and the function that looks."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Self-checks of driven linkages: do they keep off dead centres, do rigid links in ideal joints move as loop closure says?
+"""Self-checks of driven linkages: do they keep off dead centres, do rigid links move as loop closure says?
 
-It says so of all recorded times at once, from places alone (see `mbs.kinematics.linkage`).
+All recorded times are checked at once, from places alone (see `mbs.kinematics.linkage`).
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ SINGULAR = 1e-3
 """Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
 CLOSURE = 0.035
 """Error of a speed or an acceleration, relative to the largest of the run, beyond which a run is suspect."""
-JUMP, SETTLED = 0.2, 20
-"""A drive's acceleration that changes by this share of its largest within a step has jumped; so many steps later that is over."""
+JUMP = 0.2
+"""Change of a drive's acceleration within a step, relative to its largest, that counts as a jump."""
+SETTLED = 20
+"""Steps after a jump until accelerations are compared again."""
 
 
 class Followed(NamedTuple):
@@ -36,8 +38,8 @@ class Followed(NamedTuple):
     time: Array = np.empty(0)
 
 
-def followed(record: Record) -> Followed | None:
-    """A driven linkage in its recorded places; None where constraints alone do not decide its motion."""
+def follow(record: Record) -> Followed | None:
+    """Return a driven linkage in its recorded places; None where constraints alone do not decide its motion."""
     if not determined(record.mechanism):
         return None
     linkage, places = Linkage(record.mechanism, float(record.time[-1])), _places(record)
@@ -90,7 +92,7 @@ def _not_determined(run: Run, _result: Result) -> str:
 )
 def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Its motion stays determined."""
-    known = followed(run.record)
+    known = follow(run.record)
     k = None if known is None else dead_centre(known)
     if k is not None:
         yield f"at t = {run.record.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
@@ -102,11 +104,11 @@ def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     {"of the largest": CLOSURE, "jump": JUMP, "steps after a jump": SETTLED},
     _not_determined,
 )
-def closed(run: Run, _result: Result) -> Iterator[str]:
-    """Rates are those of its loops; nothing is said where constraints alone do not decide them."""
+def check_closure(run: Run, _result: Result) -> Iterator[str]:
+    """Compare the rates with those of the loops, where constraints alone decide them."""
     record = run.record
     mechanism = record.mechanism
-    known = followed(record)
+    known = follow(record)
     if known is None or dead_centre(known) is not None:
         return
     closure, places, jacobian, _ = known
@@ -118,7 +120,7 @@ def closed(run: Run, _result: Result) -> Iterator[str]:
         ("speed", _turning(record, "q_t"), speed),
         ("acceleration", _turning(record, "q_tt"), acceleration),
     ):
-        off, scale = _apart(mechanism, found, right, speed)
+        off, scale = _difference(mechanism, found, right, speed)
         off[~steady] = 0.0
         if off.max() > CLOSURE * scale:
             k = int(np.argmax(off))
@@ -126,8 +128,8 @@ def closed(run: Run, _result: Result) -> Iterator[str]:
             yield f"at t = {record.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
 
 
-def _apart(mechanism: Mechanism, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
-    """Distance of the turning found from the right one, times length, shape (times,), and its scale.
+def _difference(mechanism: Mechanism, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
+    """Compute the difference of the turning found from the right one, times length, shape (times,), and its scale.
 
     That is the largest there is of all links' starts and turns; of accelerations, of those towards the centre of a turn and of
     speed^2 over length too.

@@ -21,7 +21,7 @@ from ..mechanism import Mechanism
 from ..record.result import Result
 from ..record.run import Run
 from .check import check, without
-from .unbuckled import GROWTH, grown, recent_mean
+from .unbuckled import GROWTH, growth_exponent, recent_mean
 
 LEFT_OUT = 1e-3
 """Error of the place of an end, or of mid-length, over the link's length: as much as a place may be off. A half-sine reaches it
@@ -39,7 +39,7 @@ def _modal(run: Run) -> list[str]:
     without(_modal, "no modal link"),
 )
 def linear(run: Run, result: Result) -> Iterator[str]:
-    """What linear theory leaves out is too little to be seen."""
+    """Check that the terms that linear theory leaves out are small."""
     record = run.record
     for name in _modal(run):
         history, section = record.links[name], record.mechanism.link(name).body.section
@@ -57,14 +57,14 @@ def linear(run: Run, result: Result) -> Iterator[str]:
             if missing[k] > LEFT_OUT:
                 said = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
                 yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {said}"
-        over = grown(result.time, frequency * np.sqrt(np.maximum(loaded - 1.0, 0.0))) > GROWTH
+        over = growth_exponent(result.time, frequency * np.sqrt(np.maximum(loaded - 1.0, 0.0))) > GROWTH
         if over.any():
             k = int(np.argmax(over))
             yield f"at t = {result.time[k]:.4g} s '{name}' carries {loaded[k]:.3g} times its critical load; make it a Beam"
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Of a link, N, by the joints at one of its ends; zero where something else acts at both, or its size is that of a file."""
+    """Compute the compression of a link, N, by the joints at one end; 0 if other forces act at both, or a file gives its size."""
     link: Any = run.record.mechanism.link(name)
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]

@@ -15,7 +15,7 @@ from ..record.signals import RINGS
 from .check import check, without
 
 ROUNDING = 1e-9
-"""Of the largest force: a pull smaller than that is none."""
+"""Smallest pull that counts, relative to the largest force."""
 ENDS_MET = 0.02
 """Distance of a strut's ends, relative to its length, at which they have met."""
 
@@ -34,8 +34,8 @@ def clock(_run: Run, result: Result) -> Iterator[str]:
         yield "time does not increase"
 
 
-def _summed(run: Run, result: Result) -> str:
-    """Work cannot be summed over steps that were not recorded."""
+def _unrecorded_steps(run: Run, result: Result) -> str:
+    """Say why work cannot be summed: some steps were not recorded."""
     return "" if result.energy or run.solver.steps.record_every == 1 else "not every step was recorded"
 
 
@@ -49,10 +49,10 @@ def _summed(run: Run, result: Result) -> str:
         "stretch that steps do not follow": RINGS,
         "unseen bristle": BRISTLE,
     },
-    _summed,
+    _unrecorded_steps,
 )
-def balanced(run: Run, result: Result) -> Iterator[str]:
-    """What is held, taken and given must add up, and what takes energy must not give it."""
+def check_balance(run: Run, result: Result) -> Iterator[str]:
+    """Check that energies held, taken and given add up, and that no dissipation gives energy."""
     energy = result.energy or run.ledger
     estimated = (error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS)
     allowed = max([BALANCE, *estimated])
@@ -118,8 +118,8 @@ def _struts(run: Run) -> list[str]:
 
 
 @check("CROSSED", "failed when the ends of a strut have met", {"distance over length": ENDS_MET}, without(_struts, "no strut"))
-def uncrossed(run: Run, result: Result) -> Iterator[str]:
-    """A strut knows its ends' distance only: once they have met, it pushes the wrong way."""
+def check_crossing(run: Run, result: Result) -> Iterator[str]:
+    """Check that the ends of no strut have met: its law knows their distance only and would push the wrong way."""
     for name in _struts(run):
         if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * run.record.mechanism.length(name)).any():
             yield f"the ends of strut '{name}' met; its force law ends there"

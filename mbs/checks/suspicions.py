@@ -1,7 +1,7 @@
 """Self-checks of a finished run: each gives the reasons for which it must not be trusted.
 
-None of them believes the integrator: energy is balanced by formulas that the engine does not use, and what a mechanism cannot do
-(pull at a contact, jump to its other branch) is looked for. How far off a run is, finer ones tell: `mbs.accuracy`.
+No check relies on the integrator: energy is balanced by formulas that the engine does not use, and impossible behaviour is
+searched for (pull at a contact, a jump to the other branch). The error of a run follows from finer runs: `mbs.accuracy`.
 """
 
 from __future__ import annotations
@@ -11,24 +11,24 @@ from collections.abc import Iterator
 from ..record.result import Result
 from ..record.run import Run
 from .check import Check
-from .driven import closed, off_dead_centres
+from .driven import check_closure, off_dead_centres
 from .gaps import together
 from .linear import linear
-from .signals import balanced, clock, finite, pushing, shallow, uncrossed
-from .unbuckled import buckled
+from .signals import check_balance, check_crossing, clock, finite, pushing, shallow
+from .unbuckled import check_buckled
 
 READABLE: tuple[Check, ...] = (finite, clock)
 """Checks without which no other means anything."""
 CHECKS: tuple[Check, ...] = (
     *READABLE,
     together,
-    balanced,
+    check_balance,
     pushing,
     shallow,
-    buckled,
-    uncrossed,
+    check_buckled,
+    check_crossing,
     off_dead_centres,
-    closed,
+    check_closure,
     linear,
 )
 """All checks, in the order in which they look."""

@@ -1,6 +1,6 @@
 """Self-check of strips: are they on the branch that a thin strip takes?
 
-How fast the bending of a strip grows that a run keeps straight, the tangent of the mechanism tells in its pose, under its load.
+The growth rate of the bending of a strip that a run keeps straight follows from the tangent of the mechanism under its load.
 The pose is that of the run, with each strip in its stress-free shape between its ends, stretched by its mean normal force.
 Clamps, pins, rigid links and loads that follow are then what they are; no table of ends is needed. Inertial forces are left out.
 """
@@ -35,7 +35,7 @@ LESS = 0.9
 PRESSED = 0.01
 """Share of the load of the pinned strip below which no strip is looked at."""
 DEGREE = 10
-"""Of the strips: their first three bending modes are right to a per mille."""
+"""Degree of the strips, at which their first three bending modes are right to a per mille."""
 OF_ITS_OWN = 0.05
 """Share of a shape's largest motion that must be a strip's deflection from its chord: less is a motion of the mechanism."""
 
@@ -51,8 +51,8 @@ def _strips(run: Run) -> list[Link]:
     {"end shortening": BUCKLED_FROM, "axial share": AXIAL, "growth, exponent": GROWTH, "deflection that is none": UNBENT},
     without(_strips, "no beam and no cable"),
 )
-def buckled(run: Run, result: Result) -> Iterator[str]:
-    """A strip that is short, or pressed for long, has bent."""
+def check_buckled(run: Run, result: Result) -> Iterator[str]:
+    """Check that a strip that is short, or pressed for long, has bent."""
     yield from _straight_strips(run, result)
     yield from _overloaded_strips(run, result)
 
@@ -88,7 +88,7 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     found = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in rows]
     for name, force in forces.items():
         rate = _between(rows, np.array([each[name] for each in found]), -force) * pressed[name]
-        straight = grown(time, rate) > GROWTH
+        straight = growth_exponent(time, rate) > GROWTH
         if straight.any():
             k = int(np.argmax(straight))
             carries = f"at t = {time[k]:.4g} s '{name}' carries {-force[k]:.3g} N, straight"
@@ -96,13 +96,13 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
-    """Whether bending could have grown far enough under a force, N: P/2 sqrt(EI mu) bounds the rate of a strip held at its ends.
+    """Return True if bending could have grown under a force, N: a strip fixed at its ends grows at P/2 sqrt(EI mu) at most.
 
     (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; ends that move are granted twice that rate.
     """
     section = link.body.section
     fastest = force / np.sqrt(section.bending_stiffness * section.mass_per_length)
-    return bool((grown(time, fastest) > GROWTH).any())
+    return bool((growth_exponent(time, fastest) > GROWTH).any())
 
 
 def _between(rows: Array, rates: Array, pressing: Array) -> Array:
@@ -120,14 +120,14 @@ def _quarter(record: Record, link: Link) -> float:
 
 
 def _unbent(record: Record, result: Result, link: Link) -> Array:
-    """Where a strip's deflection is that of the start; an arch that passes its chord has bent."""
+    """Return where a strip's deflection is that of the start; an arch that passes its chord has bent."""
     deflection = result.signals[f"{link.name}.deflection"]
     unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
     return unbent
 
 
-def grown(time: Array, rate: Array) -> Array:
-    """Exponent by which a disturbance has grown since its rate of growth, 1/s, was last zero."""
+def growth_exponent(time: Array, rate: Array) -> Array:
+    """Compute the exponent by which a disturbance has grown since its rate of growth, 1/s, was last zero."""
     exponent = trapezoidal(time, rate)
     found: Array = exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent))
     return found
@@ -207,7 +207,7 @@ class Growth:
         q[list(laid)] = list(laid.values())
 
     def _bends(self, name: str, q: Array, shape: Array) -> bool:
-        """Whether a shape is one of a strip's bending."""
+        """Return True if a shape is one of a strip's bending."""
         strip: Any = self.scene.builder.bodies[name]
         first, last = strip.elements[0].places[:2, 0], strip.elements[-1].places[:2, 1]
         chord = q[last] - q[first]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..declare import Either, Nothing, Vector, declared, field, names, part
 from ..functions.fields import Law
-from ..geometry import Array, cross, turned
+from ..geometry import Array, cross, rotate
 from .element import GROUND, Parts, Push, Recorded, place
 from .references import check_turning, holder, holder_reference, refers, turning
 from .signal import Energy, Kind, Signal, vector
@@ -86,7 +86,7 @@ class Force(Stateful):
         """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
-        return values if at is None else turned(record.turn(at)[0], values)
+        return values if at is None else rotate(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """The force, and its moment where its line of action goes through a place."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..declare import Vector, declared, field, flag, names, quantity
-from ..geometry import Array, cross, turned
+from ..geometry import Array, cross, rotate
 from .element import Parts, Push, Recorded
 from .load import Load
 from .references import known_link
@@ -38,7 +38,7 @@ class LineLoad(Load):
 
     def acting(self, turn: Array) -> Array:
         """Force per length, N/m, (times, stations, 2), where sections have turned, rad, (times, stations)."""
-        return turned(turn * self.turns, self.force)
+        return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the resultant at the strip's start, with its moment about it."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from ..declare import declared, direction, names
-from ..geometry import Array, turned
+from ..geometry import Array, rotate
 from .element import GROUND, Parts, Recorded
 from .joint import Joint
 from .references import check_known, known_link, reaches, takes_moments
@@ -53,7 +53,7 @@ class Slot(Joint):
         """Way along the line since t = 0, m, (times,)."""
         on = f"{self.second}:{self.point}"
         apart = record.point(f"{self.first}:{self.point}")[0] - record.point(on)[0]
-        found: Array = (apart * turned(record.turn(on)[0], self.along)).sum(axis=1)
+        found: Array = (apart * rotate(record.turn(on)[0], self.along)).sum(axis=1)
         return found
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

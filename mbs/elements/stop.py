@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..declare import declared, direction, names, part, quantity
-from ..geometry import Array, cross, left, onsets, turned
+from ..geometry import Array, cross, onsets, rotate, rotate_left
 from ..laws import NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .references import check_known, known_link, reaches, takes_moments
@@ -143,18 +143,18 @@ class Stop(Element):
         origin = self.origin(mechanism)
         (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
         angle, spin = record.turn(origin)
-        across = turned(angle, self.across(mechanism))
+        across = rotate(angle, self.across(mechanism))
         apart = at - start
         before = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point])
         travel = (apart * across).sum(axis=1) - float(before @ self.across(mechanism))
-        rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * left(across)).sum(axis=1)
+        rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
         return side * (travel - face), side * rate
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield its force on the point, and the same there on what carries the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
-        force = turned(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        force = rotate(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
         yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
             arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]

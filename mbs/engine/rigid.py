@@ -9,7 +9,7 @@ import numpy as np
 
 from ..elements.element import Pair, place
 from ..elements.link import Link
-from ..geometry import Array, left, turned
+from ..geometry import Array, rotate, rotate_left
 from ..record.motion import RigidMotion
 from .placed import Placed, States
 from .scene import Scene
@@ -43,11 +43,11 @@ class PlacedRigid(Placed):
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         if self.own.any():
-            arm = turned(q[:, 2], self.own)
+            arm = rotate(q[:, 2], self.own)
             spin, swing = q_t[:, 2:3], q_tt[:, 2:3]
             q = np.column_stack([q[:, :2] + arm, q[:, 2]])
-            q_tt = np.column_stack([q_tt[:, :2] + swing * left(arm) - spin**2 * arm, q_tt[:, 2]])
-            q_t = np.column_stack([q_t[:, :2] + spin * left(arm), q_t[:, 2]])
+            q_tt = np.column_stack([q_tt[:, :2] + swing * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
+            q_t = np.column_stack([q_t[:, :2] + spin * rotate_left(arm), q_t[:, 2]])
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def weights(self) -> Array:

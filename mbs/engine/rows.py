@@ -10,7 +10,7 @@ import numpy as np
 from ..elements.element import GROUND, Element, Place
 from ..elements.rows import Row, Turn, find_pin
 from ..elements.slider import Slot
-from ..geometry import Array, turned
+from ..geometry import Array, rotate
 from ..kinematics.forms import Ends, Forms
 from ..record.record import Record
 from . import System
@@ -149,4 +149,4 @@ def _marker(scene: Scene, body: str, point: str) -> tuple[int, float]:
 
 def _local(vector: tuple[float, float], angle: float) -> list[float]:
     """A vector in axes turned by an angle."""
-    return [*turned(-np.array(angle), vector).tolist(), 0.0]
+    return [*rotate(-np.array(angle), vector).tolist(), 0.0]

@@ -15,11 +15,11 @@ import numpy as np
 
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
-from ..geometry import Array, cross, left
+from ..geometry import Array, cross, rotate_left
 from ..mechanism import Mechanism
 from ..process import Progress
 from ..record.errors import Status
-from ..record.lookup import corrected, quintic
+from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
 from .diagnosis import blocked, undetermined
@@ -197,14 +197,14 @@ class Follower:
             _, place, *rates = self._carried(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (place - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, {}, corrected, self.undetermined)
+        return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
 
     def _carried(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Arm from a link's start to what lies there at t = 0, and its place, velocity and acceleration, each (times, 2)."""
         now = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
         arms, spin, change = np.column_stack([now.real, now.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         place, velocity, acceleration = (values[:, i, :2] for values in (course.q, course.q_t, course.q_tt))
-        return arms, place + arms, velocity + spin * left(arms), acceleration + change * left(arms) - spin**2 * arms
+        return arms, place + arms, velocity + spin * rotate_left(arms), acceleration + change * rotate_left(arms) - spin**2 * arms
 
     def _motion(self, course: Course, link: Link) -> RigidMotion:
         """Of a link's centre of mass."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry import Array, cross, left, turned
+from ..geometry import Array, cross, rotate, rotate_left
 
 STATIONS = ("start", "end", "centre")
 
@@ -113,9 +113,9 @@ class PlanarModel:
         slip, push = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
         spin, swing = rate[:, 2:3], second[:, 2:3]
         return FrameMotion(
-            q[:, :2] + turned(q[:, 2], arm),
-            rate[:, :2] + turned(q[:, 2], slip + spin * left(arm)),
-            second[:, :2] + turned(q[:, 2], push + 2 * spin * left(slip) + swing * left(arm) - spin**2 * arm),
+            q[:, :2] + rotate(q[:, 2], arm),
+            rate[:, :2] + rotate(q[:, 2], slip + spin * rotate_left(arm)),
+            second[:, :2] + rotate(q[:, 2], push + 2 * spin * rotate_left(slip) + swing * rotate_left(arm) - spin**2 * arm),
             q[:, 2] + q[:, 3:] @ shape[2],
             rate[:, 2] + rate[:, 3:] @ shape[2],
             second[:, 2] + second[:, 3:] @ shape[2],
@@ -124,7 +124,7 @@ class PlanarModel:
     def points(self, q: Array) -> Array:
         """Positions along the link, shape (times, p, 2)."""
         local = self.line + np.einsum("pam,tm->tpa", self.line_shapes, q[:, 3:])
-        return q[:, None, :2] + turned(q[:, 2:3], local)
+        return q[:, None, :2] + rotate(q[:, 2:3], local)
 
 
 class ModalStrain(NamedTuple):

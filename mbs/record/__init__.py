@@ -1,1 +1,1 @@
-"""What a run leaves behind: signals, energies, shapes, the result."""
+"""Results of runs: signals, energies, shapes, the result."""

@@ -15,9 +15,10 @@ BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""
 AT_REST = 1e-6
 """Way, in lengths of the largest link, below which nothing has moved in the whole run."""
-STRETCH, BRISTLE = 1e-5, 1e-4
-"""Ways, relative to the length, of stiff vibrations that nobody sees: of a strip along itself, of a slider on the bristles of its
-friction. Steps leave them out: the energy they held is lost, and so is that of the work they would have done."""
+STRETCH = 1e-5
+"""Amplitude of axial vibration of a strip that steps leave out, relative to its length. Its energy is missing in the balance."""
+BRISTLE = 1e-4
+"""Amplitude of a slider on the bristles of its friction that steps leave out, relative to the length; its energy likewise."""
 
 
 def ledger(record: Record) -> dict[str, Array]:

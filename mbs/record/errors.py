@@ -17,9 +17,8 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run. Anything but OK comes with a sentence a person can act on.
 
-    The last four belong to runs that finished: CHAOTIC and SENSITIVE where an accuracy was asked for and holds only up to
-    `error.until`, UNSTABLE of a state of statics that is no rest, UNSEEN where a user's function has finer edges than were looked
-    for.
+    The last four belong to runs that finished. CHAOTIC and SENSITIVE: an accuracy was asked for and holds only up to
+    `error.until`. UNSTABLE: a state of statics is no rest. UNSEEN: a user's function has finer edges than were looked for.
     """
 
     OK = "OK"
@@ -41,7 +40,7 @@ class Status(StrEnum):
 
     @property
     def finished(self) -> bool:
-        """Whether the run reached its end, so that its numbers can be looked at with care."""
+        """True if the run reached its end, so that its numbers can be used with care."""
         return self in (Status.OK, Status.SUSPECT, Status.CHAOTIC, Status.SENSITIVE, Status.UNSTABLE, Status.UNSEEN)
 
 
@@ -115,7 +114,7 @@ class Errors(Mapping[Any, float]):
 
     @property
     def known(self) -> bool:
-        """Whether there is an estimate."""
+        """True if there is an estimate."""
         return self.motion >= 0
 
     def __getitem__(self, name: str | tuple[str, str]) -> float:
@@ -138,7 +137,7 @@ class Errors(Mapping[Any, float]):
         return self.signals.get((name, norm), nan) * self.sizes.get((name, norm), nan)
 
     def __eq__(self, other: object) -> bool:
-        """Whether all is the same; what is not known in both is."""
+        """Compare all fields; values that are unknown in both are equal."""
         return isinstance(other, Errors) and repr(self.plain()) == repr(other.plain())
 
     __hash__ = None  # type: ignore[assignment]
@@ -161,14 +160,14 @@ class Errors(Mapping[Any, float]):
         return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(own) > SHOWN else ''}>"
 
     def plain(self) -> dict[str, Any]:
-        """As plain values, for a file; errors and sizes as rows of signal, norm, value."""
+        """Return plain values, for a file; errors and sizes as rows of signal, norm, value."""
         named = {spec.name: getattr(self, spec.name) for spec in fields(self)}
         rows = {name: [[*key, value] for key, value in named[name].items()] for name in ("signals", "sizes")}
         return named | rows | {name: list(named[name]) for name in ("unresolved", "notes")}
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Errors:
-        """From what `plain` gave; of a file of another version the motion's error alone."""
+        """Read the values of `plain`; of a file of another version the motion's error alone."""
         if not isinstance(plain.get("signals", []), list):
             return cls(plain.get("motion", nan), kind=plain.get("kind", ""))
         tables = {name: {(signal, Norm(norm)): value for signal, norm, value in plain[name]} for name in ("signals", "sizes")}

@@ -10,7 +10,7 @@ from ..geometry import Array
 from ..validate import near
 
 OUTSIDE = 1e-9
-"""Of the run: how far from its ends a time still counts as within."""
+"""Largest distance of a time from the ends of a run at which it counts as within, relative to the run."""
 
 
 class UnknownSignalError(ValueError, KeyError):
@@ -143,14 +143,14 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 
     Their discrete balance closes by this rule better than by a finer one, as it is the integrator's own.
     """
-    return _summed(np.diff(time) * (rate[1:] + rate[:-1]) / 2)
+    return _cumulative(np.diff(time) * (rate[1:] + rate[:-1]) / 2)
 
 
-def corrected(time: Array, rate: Array) -> Array:
-    """Integral since the first time, each (times,), to the fourth order: the rule of values known to rounding.
+def corrected_trapezoidal(time: Array, rate: Array) -> Array:
+    """Integrate since the first time, each (times,), to the fourth order; for values known to rounding.
 
-    The trapezoidal rule corrected by the slopes at both ends, int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5), which
-    are those of parabolas through three neighbours; at a kink that of the parabola on the step's own side.
+    The trapezoidal rule corrected by the slopes at both ends: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5). Slopes are
+    those of parabolas through three neighbours, at a kink that of the parabola on the step's own side.
     """
     steps = np.diff(time)
     areas = steps * (rate[1:] + rate[:-1]) / 2
@@ -162,8 +162,8 @@ def corrected(time: Array, rate: Array) -> Array:
         kinked = np.isnan(first), np.isnan(last)
         fall = np.select([kinked[0] & kinked[1], *kinked], [0.0, 2 * (secant - last), 2 * (first - secant)], first - last)
         areas += fall * steps**2 / 12
-    return _summed(areas)
+    return _cumulative(areas)
 
 
-def _summed(areas: Array) -> Array:
+def _cumulative(areas: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(areas)])

@@ -1,4 +1,4 @@
-"""What links and blocks did, as plain arrays: rigid links and the blocks of guides. Strips are in `strips`."""
+"""Motions of links and blocks, as plain arrays: rigid links and the blocks of guides. Strips are in `strips`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry import Array, left, turned
+from ..geometry import Array, rotate, rotate_left
 from .lookup import hermite
 
 
@@ -35,8 +35,8 @@ class RigidMotion:
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Place and velocity of a point fixed to the link, each (times, 2)."""
-        arm = turned(self.q[:, 2], self.arms[name])
-        return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * left(arm)
+        arm = rotate(self.q[:, 2], self.arms[name])
+        return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * rotate_left(arm)
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:
         """Angle turned since t = 0 and its rate, each (times,)."""
@@ -79,7 +79,7 @@ class BlockMotion:
 
     @property
     def speed(self) -> Array:
-        """Of the travel, m/s, (times,)."""
+        """Rate of the travel, m/s, (times,)."""
         return self.q_t
 
     def point(self, _name: str = "") -> tuple[Array, Array]:
@@ -99,8 +99,8 @@ class BlockMotion:
         return 0.5 * self.mass * self.q_t**2
 
 
-def chosen(motion: Any, rows: Any) -> Any:
-    """The same motion at some of its times, by index."""
+def select(motion: Any, rows: Any) -> Any:
+    """Select some of the times of a motion, by index."""
     return replace(motion, q=motion.q[rows], q_t=motion.q_t[rows], q_tt=motion.q_tt[rows])
 
 

@@ -1,4 +1,4 @@
-"""What a solver leaves behind: plain arrays over time. Signals, energies, checks and files read nothing else."""
+"""Record of a run: plain arrays over time, made by a solver. Signals, energies, checks and files read nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run gives back: plain arrays with names and units, a status, the work it took, where it came from."""
+"""Result of a run: plain arrays with names and units, status, work, provenance."""
 
 from __future__ import annotations
 

@@ -65,5 +65,5 @@ class Run:
 
     @property
     def traits(self) -> dict[str, Trait]:
-        """What the signals are."""
+        """Properties of the signals."""
         return {name: signal.trait for name, signal in self.signals.items()}

@@ -1,8 +1,8 @@
 """Named signals with units from a record; forces of mechanisms with flexible links also as means over their axial vibration.
 
 A link is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz after each jump of an
-acceleration, hardly damped: how much is a matter of microseconds of the start or of a blow. Beside each such force `F` stands
-`F.mean`, its mean over a period T of its mean over a period T, of which (sin(pi f T)/(pi f T))^2 is left of a frequency f.
+acceleration, hardly damped: how much is a matter of microseconds of the start or of a blow. Each such force `F` comes with
+`F.mean`: a mean over a period T, taken twice. Of a frequency f it leaves (sin(pi f T)/(pi f T))^2.
 """
 
 from __future__ import annotations
@@ -28,20 +28,21 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     Of points and elements that a text does not mention there are none, where one is given.
     """
 
-    def wanted(name: str) -> bool:
+    def is_asked(name: str) -> bool:
+        """Return True if a signal, or part of its name, was asked for."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}
-    for point in filter(wanted, record.mechanism.points):
+    for point in filter(is_asked, record.mechanism.points):
         found |= {signal.name: signal for signal in moving(point, *record.point(point))}
     for name, element in record.mechanism.elements().items():
-        if wanted(name):
+        if is_asked(name):
             free = name in record.undetermined
-            found |= {signal.name: _undetermined(signal) if free else signal for signal in element.signals(name, record)}
+            found |= {signal.name: _mark_undetermined(signal) if free else signal for signal in element.signals(name, record)}
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
 
 
-def _undetermined(signal: Signal) -> Signal:
+def _mark_undetermined(signal: Signal) -> Signal:
     """Mark a reaction as one of many that balance; places and the like of its element are determined."""
     return signal._replace(kind=Kind.UNDETERMINED) if signal.kind is Kind.REACTION else signal
 
@@ -72,13 +73,13 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
         return
     for name, signal in signals.items():
         if signal.kind in RINGING and signal.unit in ("N", "N m"):
-            values = averaged(time, averaged(time, signal.values, period), period)
+            values = running_mean(time, running_mean(time, signal.values, period), period)
             group = f"{signal.group}.mean" if signal.group else ""
             yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period, source=name)
 
 
-def averaged(time: Array, values: Array, period: float) -> Array:
-    """Mean over a period about each time; about the nearest time of which a whole period lies within the run."""
+def running_mean(time: Array, values: Array, period: float) -> Array:
+    """Compute the mean over a period about each time; about the nearest time of which a whole period lies within the run."""
     total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
     period = min(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
@@ -93,7 +94,7 @@ def averaged(time: Array, values: Array, period: float) -> Array:
 
 
 def follows(time: Array, period: float) -> bool:
-    """Whether steps follow a vibration: not where they are long for a whole period of it, as there it is damped away."""
+    """Return True if steps resolve a vibration: not where they are long for a whole period of it, as there it is damped away."""
     steps = np.diff(time)
     return not float(steps[RINGS * steps > period].sum()) > period
 

@@ -91,7 +91,7 @@ class StripMotion:
 
     @property
     def section(self) -> Section | Profile:
-        """Of the link."""
+        """Section of the link."""
         return self.body.section
 
     @property
@@ -101,7 +101,7 @@ class StripMotion:
 
     @property
     def mass(self) -> float:
-        """Of the link, kg."""
+        """Mass of the link, kg."""
         return self.section.mass_per_length * self.length
 
     def by_element(self, nodal: Array) -> Array:
@@ -177,7 +177,7 @@ class BeamMotion(StripMotion):
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
     def stations_of(self) -> tuple[Array, Array, Array]:
-        """Where loads along it act, its nodes: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        """Return nodes, where loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
         return shares(self.body.step, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:

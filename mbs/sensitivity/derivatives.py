@@ -20,7 +20,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Controlled, Spectral
-from ..validate import listed, positive, short
+from ..validate import as_tuple, positive, short
 from .curve import Smooth
 from .numbers import DURATION, Family, Source
 from .reading import check, measure, statical
@@ -222,7 +222,7 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
     ValueError
     """
     found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
-        text: text for text in ([of] if isinstance(of, str) else listed("of", of))
+        text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
     }  # fmt: skip
     if not found:
         raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..elements.element import GROUND, Element
 from ..elements.rows import Along, Distance, Measure, Turn
-from ..geometry import turned
+from ..geometry import rotate
 from . import tables as k
 from .builder import Builder, Pair
 from .frame_body import FrameBody
@@ -42,7 +42,7 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
 
 def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
     """A direction at t = 0 as seen from a marker that has an angle then."""
-    x, y = turned(-np.array(builder.angle_of(marker)), direction)
+    x, y = rotate(-np.array(builder.angle_of(marker)), direction)
     return float(x), float(y)
 
 

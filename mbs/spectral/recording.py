@@ -10,7 +10,7 @@ from ..elements.link import Link
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory
-from ..record.lookup import corrected
+from ..record.lookup import corrected_trapezoidal
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
 from .compiling import aside, copy, jit, lend
@@ -101,7 +101,7 @@ def record_of(scene: Scene, out: Output) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected, scene.undetermined)
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.undetermined)
 
 
 def followed(scene: Scene, out: Output) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c, working_time
 from ..record.errors import Status
 from ..record.run import Run
-from ..solvers import COARSEST, Spectral, divided, stiffly_damped
+from ..solvers import COARSEST, Spectral, stiffly_damped, subdivide
 from . import explicit, implicit, output
 from .elimination import Fronts
 from .fronts import Orders
@@ -124,7 +124,7 @@ def integrate(
     pace = scene.tables.pace[0]
     kinks = [t / pace for t in kinks_of(scene.mechanism, end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
-        kinks = divided(kinks, controls.longest, end / COARSEST)
+        kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
     run, room, order, shortest = _method(scene, solver, state, rest)
     controls.shortest, controls.every = shortest * end, max(every, controls.every)

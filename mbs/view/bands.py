@@ -13,7 +13,7 @@ from buckler.elastica import pinned
 from ..elements import Body, Link, Modal, Strut
 from ..elements.beam import Flexible
 from ..geometry import Array
-from ..record.motion import chosen
+from ..record.motion import select
 from ..record.record import Record
 
 STATIONS = 25
@@ -79,7 +79,7 @@ def _strip(motion: Any, own: object, time: Array, times: Array) -> Bent:
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
     rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
-    strains = chosen(own, rows).strains()
+    strains = select(own, rows).strains()
     stations = motion.arcs(per)
 
     def spread(strain: Any) -> Array:

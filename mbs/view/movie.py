@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.motion import chosen
+from ..record.motion import select
 from ..record.record import Record
 from .bands import Band, bent
 from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, packed, unpacked
@@ -181,7 +181,7 @@ def _finite(record: Record) -> Record:
     if bad[0] < 2:
         return Record(record.mechanism, record.time[:1], {}, {})
     first = slice(bad[0])
-    links, blocks = ({name: chosen(each, first) for name, each in some.items()} for some in (record.links, record.blocks))
+    links, blocks = ({name: select(each, first) for name, each in some.items()} for some in (record.links, record.blocks))
     return Record(record.mechanism, record.time[first], links, blocks)
 
 

@@ -17,7 +17,7 @@ from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status,
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import CrankRocker
-from buckler.mbs.record.lookup import corrected
+from buckler.mbs.record.lookup import corrected_trapezoidal
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
 from buckler.mbs.spectral.ensembles import Member
@@ -139,7 +139,7 @@ def by_turn(result: Result, turn: float, turns: int, settle: int = 0, a: Array |
 
 def root_mean_squares(time: Array, values: Array, edges: Array) -> Array:
     """Return root mean squares of each column between each two times, (edges - 1, columns)."""
-    summed = np.stack([np.interp(edges, time, corrected(time, column**2)) for column in values.T], axis=1)
+    summed = np.stack([np.interp(edges, time, corrected_trapezoidal(time, column**2)) for column in values.T], axis=1)
     return np.asarray(np.sqrt(np.maximum(np.diff(summed, axis=0), 0.0) / np.diff(edges)[:, None]))
 
 

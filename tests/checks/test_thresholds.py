@@ -208,7 +208,7 @@ def _(wrong):
     size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
     known = driven.Followed(None, None, size[:, None, None])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driven, "followed", lambda _record: known)
+        patch.setattr(driven, "follow", lambda _record: known)
         return said("BRANCH", run, result)
 
 
@@ -224,7 +224,7 @@ def test_the_scale_of_accelerations_counts_those_towards_the_centre_of_a_turn():
     """A link of 0.5 m that turns at 4 rad/s steadily has none along its turn, and 8 m/s^2 towards its centre."""
     mechanism = pendulum(0.0)
     speed, nothing = np.array([[0.0, 0.0, 4.0]]), np.zeros((1, 3))
-    off, scale = driven._apart(mechanism, np.array([[0.8]]), nothing, speed)
+    off, scale = driven._difference(mechanism, np.array([[0.8]]), nothing, speed)
     assert off == pytest.approx([0.4]) and scale == pytest.approx(8.0)
 
 

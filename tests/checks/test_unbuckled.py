@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler import mbs
-from buckler.mbs.checks.unbuckled import grown, recent_mean
+from buckler.mbs.checks.unbuckled import growth_exponent, recent_mean
 from buckler.mbs.modal import BarModes
 
 TIME = np.linspace(1.0, 5.0, 4001)
@@ -13,7 +13,7 @@ TIME = np.linspace(1.0, 5.0, 4001)
 
 def test_a_disturbance_grows_only_while_its_rate_is_positive_and_starts_anew_each_time():
     rate = np.where((TIME > 2) & (TIME <= 3) | (TIME > 4), 4.0, 0.0)
-    found = np.interp([2.0, 2.5, 3.5, 4.4, 5.0], TIME, grown(TIME, rate))
+    found = np.interp([2.0, 2.5, 3.5, 4.4, 5.0], TIME, growth_exponent(TIME, rate))
     assert found == pytest.approx([0, 2, 0, 1.6, 4], abs=0.01)
 
 

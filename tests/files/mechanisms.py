@@ -6,7 +6,7 @@ from math import pi
 from hypothesis import strategies as st
 
 from buckler.mbs import elements, laws
-from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, known, specs
+from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, known_kinds, specs
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Motion, Ramp, Revolute, Rigid, Section
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.functions.fields import Function
@@ -163,4 +163,4 @@ def generic(kind, link, point):
 
 def every_kind():
     """Names of all classes a file may hold."""
-    return {name for name, kind in known().items() if dataclasses.is_dataclass(kind)}
+    return {name for name, kind in known_kinds().items() if dataclasses.is_dataclass(kind)}

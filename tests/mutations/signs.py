@@ -61,7 +61,7 @@ PLAIN = (
     ("Rope", f"{ELEMENTS}/rope.py", "-record.channel", "record.channel"),
     # Exudyn
     ("Rigid", f"{ENGINE}/rigid.py", "velocity[0] - velocity[2] * arm", "velocity[0] + velocity[2] * arm"),
-    ("Rigid", f"{ENGINE}/rigid.py", "swing * left(arm) - spin**2", "swing * left(arm) + spin**2"),
+    ("Rigid", f"{ENGINE}/rigid.py", "swing * rotate_left(arm) - spin**2", "swing * rotate_left(arm) + spin**2"),
     ("Rigid", f"{ENGINE}/rigid.py", "start + centre[0] * along + centre[1]", "start + centre[0] * along - centre[1]"),
     ("Beam", f"{ENGINE}/strip.py", "referenceCurvature=curvature", "referenceCurvature=-curvature"),
     ("Cable", f"{ENGINE}/strip.py", "np.column_stack([-tangents", "np.column_stack([tangents"),

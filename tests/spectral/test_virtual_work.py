@@ -9,7 +9,7 @@ pytest.importorskip("numba")
 
 from buckler.mbs import Mechanism
 from buckler.mbs.elements import Beam, Cable, Link, Mass, Revolute, Rigid, Section, Slider, Slot, Weld
-from buckler.mbs.geometry import left, turned
+from buckler.mbs.geometry import rotate, rotate_left
 from buckler.mbs.solvers import Controlled, Spectral
 from buckler.mbs.spectral.run import once
 
@@ -37,7 +37,7 @@ def wrench(joint, record):
     """Force, (times, 2), and moment, (times,), on the second body at the place of the first one's point."""
     if isinstance(joint, Slot):
         effort, (angle, _) = record.channel(joint.key, "effort"), record.turn(f"{joint.second}:A")
-        normal = left(turned(angle, np.array(ALONG) / np.hypot(*ALONG)))
+        normal = rotate_left(rotate(angle, np.array(ALONG) / np.hypot(*ALONG)))
         return effort[:, :1] * normal, effort[:, 1] if isinstance(joint, Slider) else 0.0
     moment = record.channel(joint.key, "moment")
     return record.channel(joint.key, "force"), moment[:, 0] if isinstance(joint, Weld) else 0.0
@@ -51,7 +51,7 @@ def test_a_joint_takes_no_power(kind, body):
     (first, v_first), (second, v_second) = record.point(f"{joint.first}:A"), record.point(f"{joint.second}:A")
     spin_first, spin_second = record.turn(f"{joint.first}:A")[1], record.turn(f"{joint.second}:A")[1]
     force, moment = wrench(joint, record)
-    slip = v_second + spin_second[:, None] * left(first - second) - v_first
+    slip = v_second + spin_second[:, None] * rotate_left(first - second) - v_first
     power = np.abs((force * slip).sum(axis=1) + moment * (spin_second - spin_first))
     speed = np.abs(v_first).max()
     assert np.abs(force[0]).max() > 0 and power[0] < 1e-12 * np.abs(force[0]).max() * speed  # rates are consistent to rounding
