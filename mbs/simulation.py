@@ -22,7 +22,7 @@ from .functions import has_user_code
 from .functions.breaks import WIDTH
 from .geometry import Array
 from .kinematics import exact
-from .kinematics.determined import answered
+from .kinematics.determined import is_kinematic
 from .mechanism import Mechanism
 from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
 from .record.errors import Status
@@ -183,7 +183,7 @@ class _Runs:
 
     def choose_solver(self) -> tuple[Solver, str]:
         """Choose the solver of a run that names none; return it with the reason."""
-        if answered(self.mechanism):
+        if is_kinematic(self.mechanism):
             return Closure(), "joints and drives alone decide the motion"
         if not compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..kinematics.determined import divides
-from ..kinematics.linkage import Linkage, determined, solved
+from ..kinematics.linkage import Linkage, is_determined, solve_rates
 from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result
@@ -40,7 +40,7 @@ class Followed(NamedTuple):
 
 def follow(record: Record) -> Followed | None:
     """Return a driven linkage in its recorded places; None where constraints alone do not decide its motion."""
-    if not determined(record.mechanism):
+    if not is_determined(record.mechanism):
         return None
     linkage, places = Linkage(record.mechanism, float(record.time[-1])), _places(record)
     return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1], record.time)
@@ -81,7 +81,7 @@ def _places(record: Record) -> Array:
 
 def _not_determined(run: Run, _result: Result) -> str:
     """Why there is nothing to look at, where constraints alone do not decide the motion."""
-    return "" if determined(run.record.mechanism) else "not a linkage of which the drives alone decide the motion"
+    return "" if is_determined(run.record.mechanism) else "not a linkage of which the drives alone decide the motion"
 
 
 @check(
@@ -113,8 +113,8 @@ def check_closure(run: Run, _result: Result) -> Iterator[str]:
         return
     closure, places, jacobian, _ = known
     driven = closure.acceleration(record.time)
-    speed = solved(jacobian, closure.speed(record.time))
-    acceleration = solved(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)
+    speed = solve_rates(jacobian, closure.speed(record.time))
+    acceleration = solve_rates(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)
     steady = ~_after_jumps(driven)
     for what, found, right in (
         ("speed", _turning(record, "q_t"), speed),

@@ -14,8 +14,8 @@ from .. import elements
 from ..elements.element import Element
 from ..extensions import extensions
 from ..geometry import Array
-from ..kinematics.diagnosis import redundancies, undetermined
-from ..kinematics.settle import STEP, About, settled, settles
+from ..kinematics.diagnosis import find_undetermined, redundancies
+from ..kinematics.settle import STEP, About, settle_strips, settles
 from ..kinematics.start import start
 from ..mechanism import Mechanism
 from ..record.signals import axial_period
@@ -96,7 +96,7 @@ def build(mechanism: Mechanism) -> Scene:
     system = container.AddSystem()
     scene = Scene(mechanism, system, container)
     scene.start = begun = start(mechanism)
-    scene.redundant, scene.undetermined = redundancies(mechanism), undetermined(mechanism)
+    scene.redundant, scene.undetermined = redundancies(mechanism), find_undetermined(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
         if placed is not None:
@@ -203,7 +203,7 @@ class _Equations:
         self.solver.ComputeODE2RHS(self.system)
         return np.array(self.solver.GetSystemResidual())[: self.size]
 
-    def met(self, q: Array, v: Array) -> tuple[Array, Array]:
+    def project(self, q: Array, v: Array) -> tuple[Array, Array]:
         """See `Equations`."""
         still, h = np.zeros(self.size), self.step
         mass, _, rows, scales = self._matrices(q, v)
@@ -220,7 +220,7 @@ def settle(scene: Scene) -> None:
     data, initial = scene.system.systemData, exu.ConfigurationType.Initial
     q, v = (np.array(get(configuration=initial)) for get in (data.GetODE2Coordinates, data.GetODE2Coordinates_t))
     equations = _Equations(scene, STEP * axial_period(scene.mechanism) / (2 * pi))
-    q, v = settled(equations, scene.mechanism, q, v)
+    q, v = settle_strips(equations, scene.mechanism, q, v)
     data.SetODE2Coordinates(q, configuration=initial)
     data.SetODE2Coordinates_t(v, configuration=initial)
     data.SetTime(0.0)

@@ -13,7 +13,7 @@ import numpy as np
 from ..elements.clearance import clearances
 from ..kinematics.diagnosis import remarks, stuck
 from ..kinematics.exact import sample_times
-from ..kinematics.linkage import determined
+from ..kinematics.linkage import is_determined
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
 from ..record.errors import Status
@@ -144,7 +144,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     """Build the scene and let the engine run."""
     scene = build(mechanism)
     steps = solver.steps
-    if steps.adaptive and steps.tolerance is None and determined(mechanism):
+    if steps.adaptive and steps.tolerance is None and is_determined(mechanism):
         count = len(sample_times(mechanism, duration, steps)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()

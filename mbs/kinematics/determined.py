@@ -22,33 +22,41 @@ from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from .diagnosis import blocked, undetermined
-from .linkage import Linkage, carried, determined, inverted, solved
+from .diagnosis import explain_singularity, find_undetermined
+from .linkage import Linkage, carried_masses, invert, is_determined, solve_rates
 
-FIRST, FAR, NEAR = 0.02, 0.05, 0.01
-"""First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken
-again at half its length, and below which the next is longer."""
-BEND, SLOW = 0.3, 0.01
-"""Change of speeds in a step beyond what their rates say, relative to the largest of them or to this length of the longest link
-in the run."""
+FIRST = 0.02
+"""Turn of the fastest link in the first step [rad]."""
+FAR = 0.05
+"""Largest error of a step's prediction, relative to the links' lengths; beyond it the step is halved."""
+NEAR = 0.01
+"""Error of a step's prediction, relative to the links' lengths, below which the next step is longer."""
+BEND = 0.3
+"""Largest change of speeds in a step that their rates do not explain, relative to the largest speed."""
+SLOW = 0.01
+"""Least speed to which that change is compared, in lengths of the longest link per run."""
 SHORTEST = 1e-9
-"""Shortest step, of the run: what cannot be followed by it ends there."""
-MOST, CHUNK = 30, 1024
-"""Newton steps at most; times that are closed at once."""
-EXACT, CLOSED = 2e-15, 1e-9
-"""Gap, in lengths, at which loops are closed to rounding; gap of redundant rows beyond which they contradict the others."""
+"""Shortest step, relative to the run; a motion that needs a shorter one ends there."""
+MOST = 30
+"""Largest number of Newton steps."""
+CHUNK = 1024
+"""Number of times at which loops are closed at once."""
+EXACT = 2e-15
+"""Gap at which loops are closed to rounding, in lengths."""
+CLOSED = 1e-9
+"""Largest gap of redundant rows, in lengths; beyond it they contradict the others."""
 BLOWN_UP = 20.0
 """Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
 
 
-def answered(mechanism: Mechanism) -> bool:
-    """True if constraints alone decide the motion, and all elements tell their forces in a motion that is known."""
-    return not undecided(mechanism)
+def is_kinematic(mechanism: Mechanism) -> bool:
+    """Return True if constraints alone decide the motion, and all elements know their forces in a known motion."""
+    return not find_undecided(mechanism)
 
 
-def undecided(mechanism: Mechanism) -> str:
-    """Why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
-    if not determined(mechanism):
+def find_undecided(mechanism: Mechanism) -> str:
+    """Say why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
+    if not is_determined(mechanism):
         bend = [link.name for link in mechanism.links if link.body.flexible]
         return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
     nothing = np.empty((0, 3))
@@ -115,7 +123,7 @@ class Follower:
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         self.linkage = Linkage(mechanism, duration)
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
-        self.undetermined = undetermined(mechanism)
+        self.undetermined = find_undetermined(mechanism)
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
@@ -123,7 +131,7 @@ class Follower:
 
     def _follow(self, duration: float) -> Course:
         linkage = self.linkage
-        state = closed(self.linkage, np.zeros(1), linkage.reference[None].copy())
+        state = close_loops(self.linkage, np.zeros(1), linkage.reference[None].copy())
         assert state is not None  # its rows decide it there
         found, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
@@ -140,9 +148,9 @@ class Follower:
             if duration - t - h < 1e-12 * duration:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
-            after = closed(self.linkage, np.array([t + h]), guess)
+            after = close_loops(self.linkage, np.array([t + h]), guess)
             off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
-            if after is None or off > FAR or self._kinked(state, after, slow) or _passes(linkage, state, after):
+            if after is None or off > FAR or self._needs_shorter_step(state, after, slow) or _passes(linkage, state, after):
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -155,8 +163,8 @@ class Follower:
             h *= 2 if off < NEAR / 8 else 1.3 if off < NEAR else 0.8 if off > FAR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
-    def _kinked(self, before: Course, after: Course, slow: float) -> bool:
-        """True if speeds change otherwise than their rates say: steps must follow that, and cannot follow a jump."""
+    def _needs_shorter_step(self, before: Course, after: Course, slow: float) -> bool:
+        """Return True if speeds change otherwise than their rates say; shorter steps resolve that, but no jump."""
         h = float(after.time[0] - before.time[0])
         change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
@@ -164,7 +172,7 @@ class Follower:
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), blocked(self.linkage, state.q[0], _decisive(state.jacobian[0]))
+        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], _decisive(state.jacobian[0]))
         if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
@@ -178,7 +186,7 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _at(self, times: Array) -> Course:
-        found = closed(self.linkage, times, _quintic(self.anchors, times))
+        found = close_loops(self.linkage, times, _quintic(self.anchors, times))
         if found is not None:
             return found
         if len(times) == 1:
@@ -194,25 +202,25 @@ class Follower:
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
             i, origin = linkage.index[guide.link], np.array(mechanism.points[guide.point])
-            _, place, *rates = self._carried(course, i, complex(*(origin - linkage.reference[i, :2])))
+            _, place, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (place - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
         return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
 
-    def _carried(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
-        """Arm from a link's start to what lies there at t = 0, and its place, velocity and acceleration, each (times, 2)."""
+    def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
+        """Compute arm, place, velocity and acceleration of a point of a link, by its arm at t = 0, each (times, 2)."""
         now = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
         arms, spin, change = np.column_stack([now.real, now.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         place, velocity, acceleration = (values[:, i, :2] for values in (course.q, course.q_t, course.q_tt))
         return arms, place + arms, velocity + spin * rotate_left(arms), acceleration + change * rotate_left(arms) - spin**2 * arms
 
     def _motion(self, course: Course, link: Link) -> RigidMotion:
-        """Of a link's centre of mass."""
+        """Compute the motion of a link's centre of mass."""
         mechanism, i = self.linkage.mechanism, self.linkage.index[link.name]
         start = self.linkage.reference[i]
         mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
         arm = complex(*centre) * np.exp(1j * start[2])
-        _, *places = self._carried(course, i, arm)
+        _, *places = self._point_motion(course, i, arm)
         turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         away = {
             point: np.subtract(where, start[:2] + np.array([arm.real, arm.imag])) for point, where in mechanism.points.items()
@@ -222,7 +230,7 @@ class Follower:
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f, of redundant rows the least."""
         right = self._inertia(course) - self._pushes(record)
-        found = (inverted(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
+        found = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
         for name, element in self.linkage.mechanism.elements().items():
@@ -235,9 +243,9 @@ class Follower:
         """M q_tt less weight, (times, links, 3)."""
         linkage, gravity = self.linkage, np.array(self.linkage.mechanism.gravity)
         total = np.zeros_like(course.q)
-        for part in carried(linkage):
+        for part in carried_masses(linkage):
             i = part.link
-            arms, _, _, acceleration = self._carried(course, i, part.arm)
+            arms, _, _, acceleration = self._point_motion(course, i, part.arm)
             force = part.mass * (acceleration - gravity)
             total[:, i, :2] += force
             total[:, i, 2] += cross(arms, force) + part.inertia * course.q_tt[:, i, 2]
@@ -261,7 +269,7 @@ class Follower:
         return total
 
 
-def closed(linkage: Linkage, times: Array, q: Array) -> Course | None:
+def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     """Close the loops by Newton's method at each time from close by, then find the rates; None if one does not close."""
     zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
@@ -276,7 +284,7 @@ def closed(linkage: Linkage, times: Array, q: Array) -> Course | None:
             return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
         last = gap
         try:
-            q = q - solved(jacobian, residual).reshape(q.shape)
+            q = q - solve_rates(jacobian, residual).reshape(q.shape)
         except np.linalg.LinAlgError:
             return None
     return None
@@ -284,7 +292,7 @@ def closed(linkage: Linkage, times: Array, q: Array) -> Course | None:
 
 def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
     try:
-        inverse = inverted(jacobian)
+        inverse = invert(jacobian)
     except np.linalg.LinAlgError:
         return None
     q_t = (inverse @ linkage.speed(times)[..., None])[..., 0].reshape(q.shape)
@@ -294,7 +302,7 @@ def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course 
 
 
 def _decisive(jacobian: Array) -> Array:
-    """As many rows as coordinates, independent of each other and best conditioned: QR with pivots (Businger and Golub, 1965)."""
+    """Choose as many independent rows as coordinates, best conditioned: QR with pivots (Businger and Golub, 1965)."""
     rows, columns = jacobian.shape
     if rows == columns:
         return np.arange(rows)
@@ -320,7 +328,7 @@ def divides(linkage: Linkage, time: float, q: Array, far: float) -> bool:
     jacobian = linkage.system(q, np.zeros_like(q))[1]
     shape = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
     for way in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
-        other = closed(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
+        other = close_loops(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
         if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * far:
             return True
     return False

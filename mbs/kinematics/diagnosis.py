@@ -12,19 +12,21 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.errors import Status
 from ..record.record import Record
-from .linkage import ROUNDING, Linkage, involved, rank
+from .linkage import ROUNDING, Linkage, involved_elements, rank
 from .start import jacobian, overdriven
 
-FLAT, WORSE = 0.05, 0.2
-"""Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""
+FLAT = 0.05
+"""Smallest singular value of the constraints of a regular pose."""
+WORSE = 0.2
+"""Smallest ratio of that value to the one at the start of a regular pose."""
 SHARE = 1e-6
 """Part of a row in a vector that no force balances, above which its force counts as shared."""
 IN_LINE = 0.3
 """Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
 
 
-def blocked(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
-    """In words, what makes a pose singular: links in line, a link square to a guide, or the elements that hold it."""
+def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
+    """Explain a singular pose in words: links in line, a link square to a guide, or the elements that hold it."""
     mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
     for one, two in combinations([link.name for link in mechanism.links], 2):
@@ -40,7 +42,8 @@ def blocked(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
     matrix = linkage.system(q, np.zeros_like(q))[1]
     kept = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[kept])[0][:, -1]
-    names = involved([linkage.names[k] for k in kept], np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0))
+    large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)
+    names = involved_elements([linkage.names[k] for k in kept], large)
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
@@ -51,8 +54,8 @@ def redundancies(mechanism: Mechanism) -> list[str]:
     return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
 
 
-def undetermined(mechanism: Mechanism) -> list[str]:
-    """Elements whose forces no equation determines: they share them with redundant ones, in poses in general position."""
+def find_undetermined(mechanism: Mechanism) -> list[str]:
+    """Find the elements whose forces no equation determines: redundant ones share them, in poses in general position."""
     _, names, matrix = _constraints(mechanism)
     left, values, _ = np.linalg.svd(matrix)
     shares = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
@@ -91,7 +94,7 @@ def stuck(record: Record) -> tuple[Status, str] | None:
     least = [np.linalg.svd(matrix[kept], compute_uv=False)[-1] for matrix in (before, now)]
     if least[1] > min(FLAT, WORSE * least[0]):
         return None
-    t, where = float(record.time[-1]), blocked(linkage, q, np.array(rows)[kept])
+    t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[kept])
     if mechanism.drives:
         return Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})"
     return Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"
@@ -114,7 +117,7 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
     found = []
     if redundant_ones:
-        shared = ", ".join(map(repr, undetermined(mechanism)))
+        shared = ", ".join(map(repr, find_undetermined(mechanism)))
         found.append(f"redundant: {', '.join(map(repr, redundant_ones))}; no equation determines the forces of {shared}")
     if len(mechanism.drives) > 1 and (too_many := overdriven(mechanism)):
         found.append(too_many)
@@ -122,7 +125,7 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
-    found += _undecided(mechanism)
+    found += _free_links(mechanism)
     spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
@@ -138,8 +141,8 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     return found
 
 
-def _undecided(mechanism: Mechanism) -> Iterator[str]:
-    """Links that nothing joins to the rest, and those that can move although the drives are held."""
+def _free_links(mechanism: Mechanism) -> Iterator[str]:
+    """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
     tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
         spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")

@@ -18,19 +18,23 @@ from ..record.errors import Status
 from ..record.record import Record
 from ..record.run import Run
 from ..solvers import Closure, Controlled, Equal
-from .determined import Ended, Follower, UnclosedError, undecided
+from .determined import Ended, Follower, UnclosedError, find_undecided
 from .diagnosis import redundancies, remarks
 from .linkage import turning_speed
 from .start import start
 
 TURN = 400
 """Samples of a turn of the drive."""
-INSIDE, SPELL = 2.5, 0.2
-"""Samples within a contact, and at least in a step in which the linkage is followed, of the resolution of contacts."""
-PIECES, ROUNDS = 24, 4
-"""Pieces into which a step is divided to find a contact's ends, so many times over."""
+INSIDE = 2.5
+"""Samples within a contact, relative to the resolution of contacts."""
+SPELL = 0.2
+"""Least number of samples in a step, relative to the resolution of contacts."""
+PIECES = 24
+"""Pieces into which a step is divided to find the ends of a contact."""
+ROUNDS = 4
+"""Times that division is repeated."""
 BEFORE = 1e-12
-"""Of the run: how long before a kink of the drive a sample shows what was before it."""
+"""Time of a sample before a kink of the drive, relative to the run."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
@@ -43,7 +47,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     KinematicsError
         If the drive cannot move the linkage from where it starts.
     """
-    reason = undecided(mechanism)
+    reason = find_undecided(mechanism)
     if reason:
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
     start(mechanism)  # contradictory velocities are named there
@@ -51,15 +55,15 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     with ctrl_c() as interrupted:
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     try:
-        return _asked(follower, duration, solver, begin)
+        return _sample_motion(follower, duration, solver, begin)
     except UnclosedError as lost:
         reached = follower.anchors.time[follower.anchors.time < lost.time]
         follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(lost))
-        return _asked(follower, duration, solver, begin)
+        return _sample_motion(follower, duration, solver, begin)
 
 
-def _asked(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
-    """What a linkage that was followed does at the times to sample, up to where it ended."""
+def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
+    """Sample the motion of a linkage that was followed, up to where it ended."""
     mechanism = follower.linkage.mechanism
     grid = sample_times(mechanism, duration, solver.steps)
     ended = follower.ended
@@ -91,7 +95,7 @@ def _asked(follower: Follower, duration: float, solver: Closure, begin: float) -
 
 
 def _summary(follower: Follower) -> dict[str, int]:
-    """What there is of each kind, coordinates and constraints."""
+    """Count the elements of each kind, coordinates and constraints."""
     linkage = follower.linkage
     kinds = Counter(type(link.body).__name__ for link in linkage.mechanism.links)
     kinds += Counter(type(element).__name__ for element in linkage.mechanism.elements().values() if not isinstance(element, Link))

@@ -17,7 +17,7 @@ from ..geometry import Array
 
 
 class Ends(NamedTuple):
-    """How bodies are named to forms: number of the body that has a place, the last for the ground, and arm to it at t = 0, m."""
+    """Numbers of bodies in forms: that of the body of a place, the last for the ground, and the arm to it at t = 0, m."""
 
     number: Callable[[Place], int]
     arm: Callable[[Place], complex]
@@ -82,7 +82,7 @@ class Forms:
         self.share = np.array([share for _, share, _ in terms])
         self.begin = np.searchsorted([k for k, _, _ in terms], np.arange(len(rows)))
         self.plain = len(terms) == len(rows) and bool((self.share == 1.0).all())
-        self.start = self._gathered(self._at_start([measure for _, _, measure in terms], ends), -1)
+        self.start = self._sum_terms(self._at_start([measure for _, _, measure in terms], ends), -1)
 
     def _at_start(self, measures: list[Any], ends: Ends) -> Array:
         """Values of all terms at t = 0; turns are counted from there."""
@@ -94,8 +94,8 @@ class Forms:
                 start[k] = abs(apart) if far else (np.conj(complex(*measure.direction)) * apart).real
         return start
 
-    def _gathered(self, values: Array, axis: int) -> Array:
-        """Sums over the terms of each row, each times its coefficient."""
+    def _sum_terms(self, values: Array, axis: int) -> Array:
+        """Sum the terms of each row, each times its coefficient."""
         if self.plain or not self.count:
             return values
         share = self.share.reshape(-1, *[1] * (-1 - axis))
@@ -117,7 +117,7 @@ class Forms:
         n, lead = self.bodies, q.shape[:-2]
         value, jacobian = np.zeros((*lead, len(self.share))), np.zeros((*lead, len(self.share), n + 1, 3))
         i, j, f, at = self.points.first, self.points.second, self.points.frame, self.points.at
-        turned, arm_1, arm_2, apart, d = self._placed(q)
+        turned, arm_1, arm_2, apart, d = self._arms(q)
         value[..., at] = _dot(d, apart)
         for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
             jacobian[..., at, body, 0] += sign * d.real
@@ -128,25 +128,25 @@ class Forms:
         value[..., at] = turned[..., i] - turned[..., j]
         jacobian[..., at, i, 2] += 1.0
         jacobian[..., at, j, 2] -= 1.0
-        whole = self._gathered(jacobian, -3)[..., :n, :].reshape(*lead, self.count, 3 * n)
-        return self._gathered(value, -1) - self.start, whole
+        whole = self._sum_terms(jacobian, -3)[..., :n, :].reshape(*lead, self.count, 3 * n)
+        return self._sum_terms(value, -1) - self.start, whole
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """The term gamma of J q_tt = gamma, what is quadratic in the rates, shape (..., rows)."""
         gamma = np.zeros((*q.shape[:-2], len(self.share)))
         if q_t.any():
             i, j, f = self.points.first, self.points.second, self.points.frame
-            (v, w), (_, arm_1, arm_2, apart, d) = self._with_ground(q_t), self._placed(q)
+            (v, w), (_, arm_1, arm_2, apart, d) = self._with_ground(q_t), self._arms(q)
             change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
             bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
             bend += -2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
             if self.points.apart.any():
                 bend -= self.points.apart * _dot(1j * d, change) ** 2 / np.where(self.points.apart, _dot(d, apart), 1.0)
             gamma[..., self.points.at] = bend
-        return self._gathered(gamma, -1)
+        return self._sum_terms(gamma, -1)
 
-    def _placed(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Turns of all bodies; of terms of points: both arms, from the second place to the first, direction."""
+    def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Compute the turns of all bodies; of terms of points: both arms, from the second place to the first, direction."""
         rows, (z, turned) = self.points, self._with_ground(q)
         unit = np.exp(1j * turned)
         arm_1, arm_2 = rows.arm_1 * unit[..., rows.first], rows.arm_2 * unit[..., rows.second]

@@ -79,7 +79,7 @@ class Linkage:
         return [name for name, _ in self.named_rows]
 
     @cached_property
-    def driven(self) -> list[tuple[int, Any]]:
+    def drive_rows(self) -> list[tuple[int, Any]]:
         """Rows that follow a motion: place among the rows, motion."""
         return [(k, row.motion) for k, (_, row) in enumerate(self.named_rows) if row.motion is not None]
 
@@ -87,7 +87,7 @@ class Linkage:
         return len(self.index) if place.body == GROUND else self.index[place.body]
 
     def _arm(self, place: Place) -> complex:
-        """From a body's start, or the origin, to its point at t = 0."""
+        """Return the arm from a body's start, or the origin, to its point at t = 0."""
         if not place.point:
             return 0j
         point = complex(*self.mechanism.points[place.point])
@@ -143,23 +143,24 @@ class Linkage:
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
     def travel(self, time: ArrayLike) -> Array:
-        """What the drives add to each row by then, m or rad, shape (..., rows)."""
-        return self._told(time, lambda motion, t: motion.position(t))
+        """Return the travel of the drives in each row, m or rad, shape (..., rows)."""
+        return self._drive_values(time, lambda motion, t: motion.position(t))
 
     def speed(self, time: ArrayLike) -> Array:
         """Its rate."""
-        return self._told(time, lambda motion, t: motion.speed(t))
+        return self._drive_values(time, lambda motion, t: motion.speed(t))
 
     def acceleration(self, time: ArrayLike) -> Array:
         """The rate of that; nothing is asked for times beyond `last`."""
-        return self._told(time, lambda motion, t: motion.acceleration(t, self.last))
+        return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
-    def _told(self, time: ArrayLike, ask: Any) -> Array:
+    def _drive_values(self, time: ArrayLike, ask: Any) -> Array:
+        """Evaluate the drives, 0 in rows without one."""
         time = np.asarray(time, dtype=float)
-        told = np.zeros((*time.shape, len(self.names)))
-        for k, motion in self.driven:
-            told[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
-        return told
+        values = np.zeros((*time.shape, len(self.names)))
+        for k, motion in self.drive_rows:
+            values[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
+        return values
 
     @cached_property
     def lasting(self) -> Array:
@@ -182,12 +183,12 @@ class Linkage:
         best, most = drawn, -1
         for mix in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
             way = free @ mix
-            pose = self._closed(drawn + (ASIDE * way / np.abs(way).max() * unit).reshape(drawn.shape), rows, unit)
+            pose = self._close(drawn + (ASIDE * way / np.abs(way).max() * unit).reshape(drawn.shape), rows, unit)
             if pose is not None and (found := rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])) > most:
                 best, most = pose, found
         return best
 
-    def _closed(self, q: Array, rows: Array, unit: Array) -> Array | None:
+    def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
         """Close loops by the Gauss-Newton method from nearby; None where that fails."""
         for _ in range(20):
             residual, jacobian, _ = self.system(q, np.zeros_like(q))
@@ -203,17 +204,17 @@ class Linkage:
         return jacobian.shape[1] - rank(jacobian)
 
 
-def solved(jacobian: Array, right: Array) -> Array:
-    """Rates of linkages whose rows decide them, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
+def solve_rates(jacobian: Array, right: Array) -> Array:
+    """Solve for rates that the rows decide, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
     if jacobian.shape[-2] == jacobian.shape[-1]:
         found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
         return found
-    found = (inverted(jacobian) @ right[..., None])[..., 0]
+    found = (invert(jacobian) @ right[..., None])[..., 0]
     return found
 
 
-def inverted(matrix: Array) -> Array:
-    """Inverse of matrices, shape (..., m, n); that of Moore and Penrose where they are not square."""
+def invert(matrix: Array) -> Array:
+    """Invert matrices, shape (..., m, n); by Moore and Penrose where they are not square."""
     square = matrix.shape[-2] == matrix.shape[-1]
     return np.linalg.inv(matrix) if square else np.linalg.pinv(matrix, rcond=ROUNDING)
 
@@ -224,14 +225,14 @@ def rank(jacobian: Array) -> int:
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
 
-def involved(names: list[str], weights: Array) -> list[str]:
-    """Elements whose rows have a weight, each once."""
+def involved_elements(names: list[str], weights: Array) -> list[str]:
+    """Return the elements whose rows have a weight, each once."""
     big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
     return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
 
 
-def determined(mechanism: Mechanism) -> bool:
-    """True if joints, guides and drives alone decide where the links are: as many independent constraints as coordinates."""
+def is_determined(mechanism: Mechanism) -> bool:
+    """Return True if constraints and drives alone decide the pose: as many independent constraints as coordinates."""
     if any(link.body.flexible for link in mechanism.links) or not mechanism.drives:
         return False
     linkage = Linkage(mechanism)
@@ -256,7 +257,7 @@ class Part(NamedTuple):
     arm: complex
 
 
-def carried(linkage: Linkage) -> Iterator[Part]:
+def carried_masses(linkage: Linkage) -> Iterator[Part]:
     """Yield the links' own masses, the blocks of guides, and what elements put on links."""
     mechanism = linkage.mechanism
     for link in mechanism.links:
@@ -277,7 +278,7 @@ def mass_matrix(linkage: Linkage, q: Array) -> Array:
     """Mass matrix by the coordinates of the links' starts, q (..., links, 3) -> (..., 3 links, 3 links)."""
     n = len(linkage.index)
     matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
-    for part in carried(linkage):
+    for part in carried_masses(linkage):
         i = part.link
         arm = part.arm * np.exp(1j * (q[..., i, 2] - linkage.reference[i, 2]))
         for axis, lever in ((0, -arm.imag), (1, arm.real)):

@@ -25,11 +25,11 @@ from ..mechanism import Mechanism
 from ..record.signals import axial_period
 
 SLOWER = 0.35
-"""Where the filter's middle lies: of the lowest angular frequency along a strip that holds all mass there is."""
+"""Centre of the filter, relative to the lowest axial angular frequency of a strip that bears all mass."""
 ROUNDS = 4
 """Times it is applied: a mode at three times the middle keeps a thousandth; more rounds would take slow modes along."""
 STEP = 1e-2
-"""Of the filter's period over 2 pi, s: by steps of this the force is differenced along the motion."""
+"""Step of the differences of force along the motion, relative to the filter's period over 2 pi."""
 
 
 class About(NamedTuple):
@@ -40,35 +40,35 @@ class About(NamedTuple):
 
 
 class Equations(Protocol):
-    """What is asked of a solver's scene."""
+    """Protocol of a solver's scene."""
 
     def about(self, q: Array, v: Array, shift: float) -> About:
-        """The equations about a state."""
+        """Linearise the equations about a state."""
 
     def acceleration(self, q: Array, v: Array) -> Array:
-        """Of all coordinates at t = 0."""
+        """Return the acceleration of all coordinates at t = 0."""
 
     def force(self, q: Array, v: Array) -> Array:
-        """On all coordinates at t = 0."""
+        """Return the force on all coordinates at t = 0."""
 
-    def met(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """The state on the constraints next to one."""
+    def project(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Project a state on the constraints."""
 
 
 def settles(mechanism: Mechanism) -> bool:
-    """Whether there is something to settle: a strip, where it is wanted."""
+    """Return True if there is a strip to settle and the mechanism asks for it."""
     return mechanism.start == "settled" and any(link.body.meshed for link in mechanism.links)
 
 
-def settled(equations: Equations, mechanism: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
-    """The state at t = 0 with its strips settled; as it was where that does not calm them."""
+def settle_strips(equations: Equations, mechanism: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
+    """Return the state at t = 0 with its strips settled; unchanged where that does not calm them."""
     try:
-        return _filtered(equations, SLOWER * 2 * pi / axial_period(mechanism), q, v)
+        return _filter(equations, SLOWER * 2 * pi / axial_period(mechanism), q, v)
     except ArithmeticError:  # free motions, or constraints that say the same
         return q, v
 
 
-def _filtered(equations: Equations, slow: float, q: Array, v: Array) -> tuple[Array, Array]:
+def _filter(equations: Equations, slow: float, q: Array, v: Array) -> tuple[Array, Array]:
     h, begun, first = STEP / slow, (q, v), 0.0
     for _ in range(ROUNDS):
         mass, solve = equations.about(q, v, slow**2)
@@ -78,5 +78,5 @@ def _filtered(equations: Equations, slow: float, q: Array, v: Array) -> tuple[Ar
         first = first or float(np.linalg.norm(moved))
         if not np.linalg.norm(moved) <= first:
             return begun
-        q, v = equations.met(q + moved, v)
+        q, v = equations.project(q + moved, v)
     return q, v

@@ -16,10 +16,10 @@ from ..elements.link import Link
 from ..elements.rows import Row
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix, rank
+from .linkage import ROUNDING, KinematicsError, Linkage, involved_elements, mass_matrix, rank
 
 EXACT = 1e-9
-"""What may be left of an equation that is met, relative to its right-hand side."""
+"""Largest residual of an equation that holds, relative to its right-hand side."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Start:
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
     def bending(self, link: Link, at: Mapping[str, float], x: Array) -> Array:
-        """What a flexible link moves besides at x along its chord, m: (vx, vy, spin), shape (n, 3).
+        """Return the velocity of bending of a flexible link at x along its chord, m: (vx, vy, spin), shape (n, 3).
 
         Between its points, which are at `at` along the chord, it is linear along the link and cubic across.
         """
@@ -84,8 +84,8 @@ class Stations:
                 found[k] += np.array(slope) @ self.turns[k]
         return found.ravel()
 
-    def own(self, k: int, direction: Array) -> Array:
-        """The same for a velocity (vx, vy, spin) . direction of one station."""
+    def station_row(self, k: int, direction: Array) -> Array:
+        """Return the row of a velocity (vx, vy, spin) . direction of one station."""
         found = np.zeros((len(self.points), 3))
         found[k] = direction @ self.turns[k]
         return found.ravel()
@@ -134,14 +134,14 @@ def start(mechanism: Mechanism) -> Start:
     """
     linkage, rigid, loose = jacobian(mechanism)
     right, names = linkage.speed(0.0), list(linkage.names)
-    for name, row, own, value in _given(mechanism, linkage):
+    for name, row, own, value in _velocity_rows(mechanism, linkage):
         rigid, loose = np.vstack([rigid, row]), np.vstack([loose, own])
         right, names = np.append(right, value), [*names, name]
     bend, rest = _give_way(rigid, loose, right)
     scale = max(1.0, np.abs(right).max(initial=0.0))
     gap = float(np.abs(rest).max(initial=0.0))
     if gap > EXACT * scale:
-        who = ", ".join(f"'{name}'" for name in involved(names, rest))
+        who = ", ".join(f"'{name}'" for name in involved_elements(names, rest))
         too_many = overdriven(mechanism)
         raise KinematicsError(
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
@@ -181,8 +181,8 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     return found + back @ np.linalg.lstsq(rows @ back, rest, rcond=ROUNDING)[0]
 
 
-def _given(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
-    """Rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
+def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
+    """Yield the rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
     stations, n = Stations(mechanism), len(linkage.index)
     for name, value in mechanism.velocities.items():
         if isinstance(value, float):
@@ -196,7 +196,7 @@ def _given(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array,
             row = np.zeros((n, 3))
             row[linkage.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
             k = stations.places.get((link, point))
-            own = np.zeros(3 * len(stations.points)) if k is None else stations.own(k, direction)
+            own = np.zeros(3 * len(stations.points)) if k is None else stations.station_row(k, direction)
             yield f"velocities['{name}']", row.ravel(), own, float(value[axis])
 
 

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array
-from ..kinematics.diagnosis import redundancies, undetermined
+from ..kinematics.diagnosis import find_undetermined, redundancies
 from ..mechanism import Mechanism
 from ..process import compiler
 from . import doors
@@ -111,7 +111,7 @@ class Scene:
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(dict.fromkeys(builder.told)), redundancies(mechanism), undetermined(mechanism), work_for(tables),
+            list(dict.fromkeys(builder.told)), redundancies(mechanism), find_undetermined(mechanism), work_for(tables),
         )  # fmt: skip
         scene._begin()
         scene._hold_start()

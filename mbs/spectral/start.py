@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..kinematics.settle import About, settled, settles
+from ..kinematics.settle import About, settle_strips, settles
 from ..kinematics.start import start
 from .doors import place
 from .scene import Scene
@@ -102,7 +102,7 @@ class _Equations:
         """See `Equations`."""
         return np.asarray(self.scene.assemble(q, v, tangents=False, sparse=True).force)
 
-    def met(self, q: Array, v: Array) -> tuple[Array, Array]:
+    def project(self, q: Array, v: Array) -> tuple[Array, Array]:
         """See `Equations`."""
         still = np.zeros(len(q))
         q = q - self.scene.held(q, still, self.scene.assemble(q, tangents=False, sparse=True).residual)[0]
@@ -113,4 +113,4 @@ class _Equations:
 def begin(scene: Scene) -> tuple[Array, Array]:
     """Coordinates and rates at t = 0, settled if the mechanism asks for it."""
     q, v = scene.q0, start_rates(scene)
-    return settled(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)
+    return settle_strips(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)

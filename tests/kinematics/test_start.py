@@ -7,7 +7,7 @@ import pytest
 from simulations import closed
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
-from buckler.mbs.kinematics.linkage import KinematicsError, Linkage, determined, mass_matrix
+from buckler.mbs.kinematics.linkage import KinematicsError, Linkage, is_determined, mass_matrix
 from buckler.mbs.kinematics.start import start
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
@@ -170,7 +170,7 @@ def test_two_drives_turn_two_cranks():
     assert state.q_tt[[0, 3], 2] == pytest.approx([0.0, -4.0], abs=1e-9)
     ends = [closure.position(link, "B", state.q) for link in "bc"]
     assert ends[0] == pytest.approx(ends[1], abs=1e-12)
-    assert determined(closure.mechanism)
+    assert is_determined(closure.mechanism)
 
 
 def test_many_times_at_once_are_single_times():
