@@ -1,4 +1,4 @@
-"""From a `Mechanism` to an assembled Exudyn system, settled if it asks for it: only what the mechanism names is built."""
+"""Assembly of an Exudyn system from a `Mechanism`, settled if it asks for it: only what the mechanism names is built."""
 
 from __future__ import annotations
 
@@ -134,11 +134,11 @@ def _add_gravity(scene: Scene) -> None:
 
 
 REDUNDANT = 1e-12
-"""What rows that say what others say may give way by, rows scaled to 1."""
+"""Compliance of redundant rows, relative to rows scaled to 1."""
 
 
 class _Equations:
-    """Of a system: mass, forces and constraints by the engine's solver, the constraints' accelerations by differences."""
+    """Equations of a system: mass, forces and constraints by the engine's solver, constraint accelerations by differences."""
 
     def __init__(self, scene: Scene, step: float) -> None:
         solver: Any = exu.MainSolverImplicitSecondOrder()  # its stubs lack the arguments
@@ -175,8 +175,8 @@ class _Equations:
         scales[scales == 0.0] = 1.0
         return mass, stiffness, rows / scales[:, None], scales
 
-    def _solved(self, inner: Array, rows: Array, right: Array, gaps: Array) -> Array:
-        """X with inner x + rows^T mu = right, rows x = gaps."""
+    def _solve(self, inner: Array, rows: Array, right: Array, gaps: Array) -> Array:
+        """Solve inner x + rows^T mu = right, rows x = gaps for x."""
         unit = np.abs(np.diag(inner)).max()
         whole = np.block([[inner / unit, rows.T], [rows, -REDUNDANT * np.eye(len(rows))]])
         try:
@@ -188,14 +188,14 @@ class _Equations:
         """See `Equations`."""
         mass, stiffness, rows, _ = self._matrices(q, v)
         none = np.zeros(len(rows))
-        return About(mass, lambda right: self._solved(stiffness + shift * mass, rows, right, none))
+        return About(mass, lambda right: self._solve(stiffness + shift * mass, rows, right, none))
 
     def acceleration(self, q: Array, v: Array) -> Array:
         """See `Equations`."""
         h = self.step
         before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
         mass, _, rows, scales = self._matrices(q, v)
-        return self._solved(mass, rows, self.force(q, v), -(after - 2 * middle + before) / h**2 / scales)
+        return self._solve(mass, rows, self.force(q, v), -(after - 2 * middle + before) / h**2 / scales)
 
     def force(self, q: Array, v: Array) -> Array:
         """See `Equations`."""
@@ -207,10 +207,10 @@ class _Equations:
         """See `Equations`."""
         still, h = np.zeros(self.size), self.step
         mass, _, rows, scales = self._matrices(q, v)
-        q = q - self._solved(mass, rows, still, self._gaps(q, v, 0.0) / scales)
+        q = q - self._solve(mass, rows, still, self._gaps(q, v, 0.0) / scales)
         mass, _, rows, scales = self._matrices(q, v)
         before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
-        return q, v - self._solved(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
+        return q, v - self._solve(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
 
 
 def settle(scene: Scene) -> None:

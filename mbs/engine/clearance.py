@@ -17,7 +17,7 @@ from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
 from ..record.record import Record
 from . import System
-from .guarded import watched
+from .guarded import watch
 from .kernel import user_function
 from .placed import History
 from .scene import Scene
@@ -153,7 +153,7 @@ def add_clearances(scene: Scene, group: ClearanceGroup) -> int:
     size = 3 * len(group.nodes)
     forces = user_function(group.kernel, group.memory, group.places, group.numbers, size, group.latest)
     if not group.kernel.compiled:
-        forces = watched(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
+        forces = watch(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
     return int(
         scene.system.AddObject(
             eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)

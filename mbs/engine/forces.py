@@ -1,4 +1,4 @@
-"""What stops and struts push, as the engine asks by callback, and what they remember of its last call or step."""
+"""Forces of stops and struts as callbacks of the engine, and their memory of its last call or step."""
 
 from __future__ import annotations
 

@@ -10,14 +10,14 @@ from . import Callback, System
 from .scene import Scene
 
 
-def failed(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
-    """Status and sentence for an exception of a user's function: a ValueError may mean that it is out of its range."""
+def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
+    """Return status and sentence for an exception of a user's function: a ValueError may mean that it is out of its range."""
     if out_of_range is not None and isinstance(error, ValueError):
         return out_of_range, f"at t = {t:.6g} s {what}: {error}"
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
 
-def watched(scene: Scene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
+def watch(scene: Scene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
 
     Parameters
@@ -35,13 +35,13 @@ def watched(scene: Scene | None, what: str, function: Callback, out_of_range: St
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
             if scene is not None and scene.stopped is None:
-                scene.stopped = failed(t, what, error, out_of_range)
+                scene.stopped = describe_failure(t, what, error, out_of_range)
             raise
 
     return call
 
 
-def guarded(scene: Scene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
+def guard(scene: Scene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
     """Return an element's function of the time, for messages, and of its own arguments, whose value is so many numbers.
 
     A number in the place of a function is its constant value.
@@ -49,7 +49,7 @@ def guarded(scene: Scene, name: str, function: Callback | float | Sequence[float
     if not callable(function):
         return lambda _t, *_: function
     what = f"the function of '{name}'"
-    asked = watched(scene, what, lambda _system, _t, *arguments: function(*arguments))
+    asked = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
         value = asked(None, t, *arguments)

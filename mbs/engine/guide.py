@@ -17,12 +17,14 @@ from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from ..record.motion import BlockMotion
 from ..record.record import Record
 from . import System
-from .guarded import watched
+from .guarded import watch
 from .placed import History, Placed, States
 from .scene import Scene
 
-SMALLEST_SHARE, LARGEST_SHARE = 0.1, 5.0
-"""Of the change of a reaction that friction takes over from one Newton iteration to the next."""
+SMALLEST_SHARE = 0.1
+"""Least share of the change of a reaction that friction takes over from one Newton iteration to the next."""
+LARGEST_SHARE = 5.0
+"""Largest share of that change."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class PlacedBlock(Placed):
     origin: tuple[float, float]
 
     def motion(self, states: States) -> BlockMotion:
-        """Of its travel."""
+        """Compute the motion of the block from its travel."""
         column = self.columns()[0, 0]
         travel = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
@@ -84,7 +86,7 @@ def connect(scene: Scene, guides: dict[str, Guide]) -> None:
 
 
 def _weight(scene: Scene, guide: Guide) -> float:
-    """Of the block, to the left of the guide's direction, N."""
+    """Compute the block's weight to the left of the guide's direction, N."""
     gx, gy = scene.mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
@@ -197,7 +199,7 @@ def _add_rubbing(scene: Scene, name: str, guide: Guide) -> None:
     rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)
     scene.remembering.append(rubbing)
     scene.starts_smooth |= not rubbing.remembers
-    force = watched(scene, f"the friction law of the guide of '{guide.point}'", rubbing)
+    force = watch(scene, f"the friction law of the guide of '{guide.point}'", rubbing)
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamper(
             markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=force

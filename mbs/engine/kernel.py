@@ -12,9 +12,12 @@ from . import Callback, System
 if TYPE_CHECKING:
     from ..laws.contact import Kernel
 
-PATIENCE, SLOWER = 1_000_000, 10
-"""Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
-integrator can reject one step for ever, and asks nobody in between but the forces."""
+PATIENCE = 1_000_000
+"""Calls without a later time after which a step counts as stuck, some 10 s of them.
+
+The engine's explicit integrator can reject one step for ever, and calls nothing in between but the forces."""
+SLOWER = 10
+"""Factor by which fewer calls are allowed in plain Python."""
 STUCK = "the step is rejected again and again: no step is short enough for this law"
 
 

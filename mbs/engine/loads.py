@@ -19,7 +19,7 @@ from ..record.record import Record
 from ..record.strips import shares
 from . import Callback, System, rows
 from .forces import StrutSpring
-from .guarded import guarded, watched
+from .guarded import guard, watch
 from .guide import PlacedBlock
 from .placed import History
 from .scene import Scene
@@ -37,7 +37,7 @@ def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
         scene.parts["Force"] += 1
         if load.states is not None:
-            add_states(scene, name, load, _pushed(scene, *at))
+            add_states(scene, name, load, _loaded_point(scene, *at))
             continue
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
@@ -59,8 +59,8 @@ def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], 
     return moment
 
 
-def _pushed(scene: Scene, body: str, point: str) -> Sliding | Moving:
-    """The point as the engine's own coordinates have it."""
+def _loaded_point(scene: Scene, body: str, point: str) -> Sliding | Moving:
+    """Return the point in the engine's own coordinates."""
     placed, at = scene.placed[body], scene.mechanism.points[point]
     if isinstance(placed, PlacedBlock):
         return Sliding(placed.nodes[0], 1, np.array(at), placed.body.along)
@@ -69,7 +69,7 @@ def _pushed(scene: Scene, body: str, point: str) -> Sliding | Moving:
 
 
 def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    value = guarded(scene, name, load.value, 2)
+    value = guard(scene, name, load.value, 2)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
         fx, fy = value(t, t)
@@ -104,7 +104,7 @@ def add_torques(scene: Scene, loads: dict[str, Torque]) -> None:
         if load.states is not None:
             add_states(scene, name, load, Turning(scene.placed[body].contact_node(point)[0]))
         elif callable(load.value):
-            add_torque(scene, scene.turning(body, point), guarded(scene, name, load.value))
+            add_torque(scene, scene.turning(body, point), guard(scene, name, load.value))
         else:
             scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.turning(body, point), load=load.value))
         scene.parts["Torque"] += 1
@@ -126,7 +126,7 @@ def add_torque(scene: Scene, marker: int, torque: Callback) -> None:
 def add_motors(scene: Scene, loads: dict[str, Motor]) -> None:
     """Let each motor turn its link."""
     for name, load in loads.items():
-        voltage = guarded(scene, name, load.voltage)
+        voltage = guard(scene, name, load.voltage)
 
         def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
             return float(load.torque(voltage(t, t), speed))
@@ -151,7 +151,7 @@ def pull(scene: Scene, name: str, load: Spring | TorsionSpring) -> dict[str, Any
     """The engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
-    law = guarded(scene, name, load.law)
+    law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
         return law(t, value, rate)
@@ -185,16 +185,16 @@ def join_struts(scene: Scene, links: dict[str, Link]) -> None:
         scene.struts[name] = spring
         scene.system.AddObject(
             eii.ObjectConnectorSpringDamper(
-                markerNumbers=[_held(scene, link, link.start), _held(scene, link, link.end)],
+                markerNumbers=[_end_marker(scene, link, link.start), _end_marker(scene, link, link.end)],
                 referenceLength=spring.length,
                 stiffness=1.0,
-                springForceUserFunction=watched(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
+                springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
             )
         )
 
 
-def _held(scene: Scene, link: Link, point: str) -> int:
-    """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
+def _end_marker(scene: Scene, link: Link, point: str) -> int:
+    """Return the marker of the body on which a strut's end acts, there or through other struts: a block, a link, the ground."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
@@ -270,8 +270,6 @@ def add_drive(system: System, drive: Drive, coordinate: int, ground: int, scene:
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
         motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
-        asked = [
-            watched(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)
-        ]
+        asked = [watch(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)]
         item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=asked[0], offsetUserFunction_t=asked[1])
     return int(system.AddObject(item))

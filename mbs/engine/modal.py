@@ -25,8 +25,10 @@ ARM = 0.05
 """Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 ENDS = STATIONS[:2]
-IN_PLANE, OUT_OF_PLANE = (0, 1, 5), (2, 3, 4)
-"""Coordinates of the engine's frame node: x, y, z and three Tait-Bryan angles, the last in the plane."""
+IN_PLANE = (0, 1, 5)
+"""Coordinates of the engine's frame node in the plane; it has x, y, z and three Tait-Bryan angles."""
+OUT_OF_PLANE = (2, 3, 4)
+"""Coordinates of that node out of the plane."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
-    """At each end the joint's centre and a cross about it, and how each mode moves them."""
+    """Return at each end the joint's centre and a cross about it, and their motion in each mode."""
     offsets = ARM * model.length * CROSS
     turned = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
     places = np.concatenate([model.place(station) + offsets for station in ENDS])

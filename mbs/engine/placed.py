@@ -1,4 +1,4 @@
-"""Where a link or block lies in the engine, and what its steps leave before they are a record."""
+"""Links and blocks in the engine, and the history of its steps before it becomes a record."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Placed:
         return States(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
 
     def motion(self, states: States) -> Moved:
-        """What it did, as the record keeps it."""
+        """Return its motion, as the record keeps it."""
         raise NotImplementedError
 
     def weights(self) -> Array:
-        """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
+        """Return the displacement of the link by one unit of each coordinate, m, shape as `columns`: a norm for step errors."""
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
@@ -106,7 +106,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class History:
-    """What the engine's steps left behind, as arrays.
+    """History of the engine's steps, as arrays.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class History:
 
 
 class Remembering(Protocol):
-    """What keeps a memory from one accepted step to the next."""
+    """Protocol of forces with a memory from one accepted step to the next."""
 
     memory: Array
     remembers: bool

@@ -103,7 +103,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike, *, t
     for k, guess in enumerate(guesses):
         travel[0] = -u[k] * length
         scene.system.systemData.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
-        if not _solved(engine, scene.system, settings):
+        if not _solve(engine, scene.system, settings):
             failure = (Status.NEWTON_DIVERGED, f"no equilibrium found at u = {u[k]:g}")
             break
         iterations += engine.it.newtonStepsCount
@@ -155,7 +155,8 @@ def _static_settings(scene: Scene, tolerance: float) -> exu.SimulationSettings:
     return settings
 
 
-def _solved(engine: Any, system: System, settings: exu.SimulationSettings) -> bool:
+def _solve(engine: Any, system: System, settings: exu.SimulationSettings) -> bool:
+    """Return True if the engine finds an equilibrium."""
     try:
         return bool(engine.SolveSystem(system, settings))
     except exu.ExudynError:
@@ -171,7 +172,7 @@ def _shapes(scene: Scene, states: list[Array]) -> Array:
 
 
 def _thickness(section: Section | Profile, length: float) -> float:
-    """How far the Euler load of a strip with shear and axial stiffness may be from that without, relative."""
+    """Bound the relative difference of the Euler load with and without shear and axial stiffness."""
     return 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
 
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind, step by step, and the reasons for which it must not go on."""
+"""Recording of a run, step by step, and the reasons for which it must stop."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..record.errors import Status
 from ..solvers import Exudyn
 from . import System
 from .forces import StopContact
-from .guarded import failed
+from .guarded import describe_failure
 from .placed import History, Remembering, States
 from .scene import Scene
 
@@ -26,7 +26,7 @@ CHECK_EVERY = 16
 
 @dataclass
 class Rows:
-    """What the accepted steps left behind, row by row."""
+    """Rows of the accepted steps."""
 
     time: list[float] = field(default_factory=list)
     q: list[Array] = field(default_factory=list)
@@ -97,7 +97,7 @@ class Recorder:
         try:
             return stop.step(q, q_t)
         except Exception as error:
-            self.failure = failed(t, f"the law of the stop of '{stop.stop.point}'", error)
+            self.failure = describe_failure(t, f"the law of the stop of '{stop.stop.point}'", error)
             return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:

@@ -38,7 +38,7 @@ class PlacedRigid(Placed):
     own: Array
 
     def motion(self, states: States) -> RigidMotion:
-        """Of its own centre of mass."""
+        """Compute the motion of its centre of mass."""
         columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
@@ -51,7 +51,7 @@ class PlacedRigid(Placed):
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def weights(self) -> Array:
-        """Of places 1, of the turn half the link's length."""
+        """Return 1 for places and half the link's length for the turn."""
         return np.array([[1.0, 1.0, self.radius]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
@@ -65,11 +65,11 @@ class PlacedRigid(Placed):
         return int(self.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
 
     def direction(self, _point: str) -> float:
-        """Of the link."""
+        """Return the angle of the link."""
         return float(self.reference[0, 2])
 
     def mobility(self, point: str, along: Pair) -> float:
-        """Of its mass and inertia."""
+        """Compute the mobility of its mass and inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 

@@ -27,18 +27,18 @@ def connect(scene: Scene, elements: dict[str, Element]) -> None:
         rows = list(element.rows(scene.mechanism))
         if any(row.bodies & scene.strut_links for row in rows):
             continue
-        parts = _added(scene, rows)
+        parts = _add(scene, rows)
         scene.constraints |= {f"{name}: {k}" if k else name: part for k, part in enumerate(parts)}
         for channel in element.reactions(np.zeros((0, len(rows)))) or ():
             scene.reads(name, channel, _reader(scene, parts, element, channel))
         scene.parts[type(element).__name__] += 1
 
 
-def _added(scene: Scene, rows: list[Row]) -> list[int]:
-    """Engine numbers of the constraints for an element's rows, in order: a pin for two that hold a point, else one for all."""
+def _add(scene: Scene, rows: list[Row]) -> list[int]:
+    """Add the constraints of an element's rows, return their numbers: a pin for two that hold a point, else one for all."""
     pin = find_pin(rows)
     if pin is None:
-        return [Held(scene, rows).add()]
+        return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
     held = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:
@@ -58,7 +58,7 @@ def _reader(scene: Scene, parts: list[int], element: Element, channel: str) -> R
     return read
 
 
-class Held:
+class RowConstraint:
     """Rows as equations of engine nodes, each a body with place and turn.
 
     Attributes

@@ -24,7 +24,7 @@ from .forces import StopContact, StrutSpring
 from .placed import History, Placed, Remembering, States
 
 Reader = Callable[[History, Record], Array]
-"""What a run is asked for of an element: (times, columns)."""
+"""Function that reads the channels of an element from a run: (times, columns)."""
 SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
@@ -89,7 +89,7 @@ class Scene:
         self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
 
     def summary(self) -> dict[str, int]:
-        """What was built, part by part, and how many coordinates, constraints and engine items it has."""
+        """Count the parts, coordinates, constraints and engine items."""
         data = self.system.systemData
         return {
             **self.parts,

@@ -51,13 +51,13 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: exu.Simul
     if control.raised is not None:
         raise control.raised
     if any(np.isinf(group.latest[1]) for group in scene.remembering):
-        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
+        return _divergence(control, "a step is rejected again and again, however short: look at the contact law")
     told = control.failure or scene.stopped
     if told is not None or finished:
         return told
     if complaint is None or isinstance(complaint, exu.SolverError):
-        return _diverged(control, "the smallest step did not help")
-    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
+        return _divergence(control, "the smallest step did not help")
+    return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
 
 
 def _record_seldom(scene: Scene, control: Recorder) -> None:
@@ -73,11 +73,11 @@ def _record_seldom(scene: Scene, control: Recorder) -> None:
     scene.system.Assemble()
 
 
-def _diverged(control: Recorder, reason: str) -> tuple[Status, str]:
-    return Status.NEWTON_DIVERGED, f"no convergence after t = {_reached(control):.6g} s: {reason}"
+def _divergence(control: Recorder, reason: str) -> tuple[Status, str]:
+    return Status.NEWTON_DIVERGED, f"no convergence after t = {_last_time(control):.6g} s: {reason}"
 
 
-def _reached(control: Recorder) -> float:
+def _last_time(control: Recorder) -> float:
     return control.record.time[-1] if control.record.time else 0.0
 
 
@@ -137,7 +137,7 @@ def _reachable_residual(scene: Scene) -> float:
 
 
 UNFINISHED = 1e-9
-"""Of the duration: what may be missing of it at the end."""
+"""Part of the duration that may be missing at the end."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:

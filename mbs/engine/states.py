@@ -17,21 +17,21 @@ from ..elements.states import Stateful
 from ..geometry import Array
 from ..record.record import Record
 from . import System
-from .guarded import guarded
+from .guarded import guard
 from .placed import History
 from .scene import Scene
 
 
 class Pushed(Protocol):
-    """What a law sees and pushes of a node: its number and how many coordinates it has."""
+    """Protocol of a node on which a law acts: its number and count of coordinates."""
 
     @property
     def node(self) -> int: ...  # noqa: D102
     @property
     def size(self) -> int: ...  # noqa: D102
 
-    def seen(self, q: Array, v: Array) -> tuple[float, ...]:
-        """What the law is a function of but for time and states."""
+    def arguments(self, q: Array, v: Array) -> tuple[float, ...]:
+        """Return the arguments of the law besides time and states."""
 
     def forces(self, q: Array, values: Sequence[float]) -> list[float]:
         """Generalised forces on the node's coordinates, but for zeros at their end, by the law's values."""
@@ -43,8 +43,8 @@ class Turning(NamedTuple):
     node: int
     size: int = 3
 
-    def seen(self, q: Array, v: Array) -> tuple[float, ...]:
-        """Angle and speed."""
+    def arguments(self, q: Array, v: Array) -> tuple[float, ...]:
+        """Return angle and speed."""
         return q[2], v[2]
 
     def forces(self, _q: Array, values: Sequence[float]) -> list[float]:
@@ -60,8 +60,8 @@ class Sliding(NamedTuple):
     at: Array
     along: tuple[float, float]
 
-    def seen(self, q: Array, v: Array) -> tuple[float, ...]:
-        """Place and velocity."""
+    def arguments(self, q: Array, v: Array) -> tuple[float, ...]:
+        """Return place and velocity."""
         (x, y), (ax, ay) = self.at, self.along
         return x + ax * q[0], y + ay * q[0], ax * v[0], ay * v[0]
 
@@ -78,25 +78,26 @@ class Moving(NamedTuple):
     at: Array
     arm: Array
 
-    def _turned(self, q: Array) -> tuple[float, float]:
+    def _arm(self, q: Array) -> tuple[float, float]:
+        """Rotate the arm with the node."""
         (ax, ay), angle = self.arm, q[2]
         return cos(angle) * ax - sin(angle) * ay, sin(angle) * ax + cos(angle) * ay
 
-    def seen(self, q: Array, v: Array) -> tuple[float, ...]:
-        """Place and velocity."""
-        (x, y), (bx, by) = self.at, self._turned(q)
+    def arguments(self, q: Array, v: Array) -> tuple[float, ...]:
+        """Return place and velocity."""
+        (x, y), (bx, by) = self.at, self._arm(q)
         return x + q[0] + bx, y + q[1] + by, v[0] - v[2] * by, v[1] + v[2] * bx
 
     def forces(self, q: Array, values: Sequence[float]) -> list[float]:
         """The force and its moment about the node."""
-        (fx, fy), (bx, by) = values, self._turned(q)
+        (fx, fy), (bx, by) = values, self._arm(q)
         return [fx, fy, bx * fy - by * fx]
 
 
 def add_states(scene: Scene, name: str, load: Stateful, pushed: Pushed) -> None:
     """Add a load and its states."""
     initial, size = load.states.initial, pushed.size  # type: ignore[union-attr]
-    functions, count, none = [guarded(scene, name, each) for each in load.functions()], len(initial), [0.0] * len(initial)
+    functions, count, none = [guard(scene, name, each) for each in load.functions()], len(initial), [0.0] * len(initial)
     node = scene.system.AddNode(
         eii.NodeGenericODE2(
             numberOfODE2Coordinates=count, referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=[*initial]
@@ -104,7 +105,7 @@ def add_states(scene: Scene, name: str, load: Stateful, pushed: Pushed) -> None:
     )
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> list[float]:
-        values = [function(t, t, *pushed.seen(q, q_t), *q_t[size:]) for function in functions]
+        values = [function(t, t, *pushed.arguments(q, q_t), *q_t[size:]) for function in functions]
         own = pushed.forces(q, values[: load.law.size])
         return [*own, *[0.0] * (size - len(own)), *values[load.law.size :]]
 

@@ -125,7 +125,7 @@ def implicit_control(
 
 
 class _StopWatch:
-    """How large a step may be near and on a stop."""
+    """Control of the step near and on a stop."""
 
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution

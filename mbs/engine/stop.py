@@ -14,7 +14,7 @@ from ..geometry import Array
 from ..record.record import Record
 from . import System
 from .forces import End, FreeContact, StopContact
-from .guarded import watched
+from .guarded import watch
 from .placed import History
 from .scene import Scene
 
@@ -66,7 +66,7 @@ def add_stop(scene: Scene, contact: StopContact, coordinate: int, ground: int) -
             eii.ObjectConnectorCoordinateSpringDamper(
                 markerNumbers=[ground, coordinate],
                 stiffness=1.0,
-                springForceUserFunction=watched(scene, f"the law of the stop of '{contact.stop.point}'", spring_force),
+                springForceUserFunction=watch(scene, f"the law of the stop of '{contact.stop.point}'", spring_force),
             )
         )
     )
@@ -76,7 +76,7 @@ def _add_free(scene: Scene, contact: FreeContact) -> int:
     """Add a stop as a user element without mass."""
     nodes = [end.node for end in (contact.first, contact.second) if end.size]
     size = contact.first.size + contact.second.size
-    forces = watched(scene, f"the law of the stop of '{contact.stop.point}'", contact.forces)
+    forces = watch(scene, f"the law of the stop of '{contact.stop.point}'", contact.forces)
     return int(
         scene.system.AddObject(
             eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)

@@ -36,12 +36,12 @@ class PlacedStrip(Placed):
     anchors: dict[str, int] = field(default_factory=dict)
 
     def motion(self, states: States) -> BeamMotion | CableMotion:
-        """Of its nodes."""
+        """Compute the motion of its nodes."""
         motion = BeamMotion if self.body.turns else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
     def weights(self) -> Array:
-        """Of places 1, of turns and slopes 0."""
+        """Return 1 for places, 0 for turns and slopes."""
         weights = np.zeros_like(self.reference)
         weights[:, :2] = 1.0
         return weights
@@ -57,7 +57,7 @@ class PlacedStrip(Placed):
         return self.anchors[point], place
 
     def direction(self, point: str) -> float:
-        """Of the section's normal."""
+        """Return the angle of the section's normal."""
         row = self.reference[self.at[point]]
         return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
 
@@ -67,7 +67,7 @@ class PlacedStrip(Placed):
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Of the mass that the elements about the node lend it."""
+        """Compute the mobility of the mass of the elements next to the node."""
         place = np.cumsum(np.concatenate([[0.0], self.pieces]))
         step = self.body.nodes - 1 if self.body.turns else 1
         k = self.at[point] // step
@@ -88,7 +88,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
 
-    def turned(_system: System, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
+    def clamp_residual(_system: System, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
         if velocity_level:
             return [float((row(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
@@ -97,7 +97,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
         eii.ObjectConnectorCoordinateVector(
             markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
             scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
-            constraintUserFunction=turned,
+            constraintUserFunction=clamp_residual,
             jacobianUserFunction=lambda _system, _t, _item, q, _q_t, _velocity_level: row(q),
         )
     )
@@ -139,8 +139,8 @@ def mesh(link: Link, chord: float) -> Mesh:
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
     if body.turns:
-        held = np.array([(0.0, 0.0), *(body.along(chord, part) for part, _ in inner), (chord, 0.0)])
-        places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, held)
+        fixed = np.array([(0.0, 0.0), *(body.along(chord, part) for part, _ in inner), (chord, 0.0)])
+        places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
@@ -153,12 +153,12 @@ def _shares(parts: Array, count: int) -> list[int]:
     return [int(n) for n in shares]
 
 
-def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, held: Array) -> tuple[Array, Array, Array]:
-    """Move a beam's nodes so that no element has a strain at its integration points, and some `nodes` lie at places `held`.
+def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
+    """Move a beam's nodes so that no element has a strain at its integration points, and some `nodes` lie at places `fixed`.
 
-    The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2)
-    with its middle node d above mid-chord (3 nodes); the curvature is constant if the middle direction is the mean one.
-    Turning and scaling what lies between two held nodes keeps that: strains are taken against this line.
+    The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes). With a middle node d
+    above mid-chord (3 nodes) that length is sqrt(c^2 + 16/3 d^2). The curvature is constant if the middle direction is the mean.
+    Turning and scaling what lies between two fixed nodes keeps that: strains are taken against this line.
     """
     place = places[:, 0] + 1j * places[:, 1]
     ends = place[::step]
@@ -174,7 +174,7 @@ def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: A
     place[::step] = ends
     if step == 2:
         place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
-    targets, fitted, pieces = held @ (1, 1j), place.copy(), share.copy()
+    targets, fitted, pieces = fixed @ (1, 1j), place.copy(), share.copy()
     for (a, b), (start, end) in zip(pairwise(nodes), pairwise(targets), strict=True):
         factor = (end - start) / (place[b] - place[a])
         fitted[a : b + 1] = start + (place[a : b + 1] - place[a]) * factor
