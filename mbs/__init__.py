@@ -85,7 +85,7 @@ offer({
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
     "write_fit": "buckler.mbs.view.shell:write_fit",
-    "framed": "buckler.mbs.view.report:framed",
+    "notebook_frame": "buckler.mbs.view.report:notebook_frame",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
     "planar_model": "buckler.mbs.modal.bar:planar_model",
 })  # fmt: skip

@@ -144,7 +144,7 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
     used, compact = np.unique(cells[:, :corners], return_inverse=True)
     straight = from_meshio(meshio.Mesh(points[used], [(plain, compact.reshape(-1, corners))]))
     _check_connected(straight, where)
-    grid = straight if kind == plain else _curved(straight, shape, KINDS[kind], points[cells[:, corners:]])
+    grid = straight if kind == plain else _add_second_order_nodes(straight, shape, KINDS[kind], points[cells[:, corners:]])
     _check_inverted(straight, grid, where)
     if loose := len(found := hanging(straight)):
         at = ", ".join(f"{x:.6g}" for x in straight.p[:, found[0]])
@@ -154,8 +154,8 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
     return grid
 
 
-def _curved(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Give a straight mesh its second-order nodes (cells, nodes, 3): each belongs to the place of the element nearest to it."""
+def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
+    """Add the second-order nodes to a straight mesh (cells, nodes, 3): each belongs to the place of the element nearest to it."""
     fem, dim = skfem(), straight.p.shape[0]
     first, second = straight.elem(), getattr(fem, f"Element{element}")()
     corners = straight.p[:, straight.t].transpose(2, 1, 0)  # cells, corners, dim

@@ -81,7 +81,7 @@ class PlanarModel:
 
     def kinetic(self, q: Array, q_t: Array) -> Array:
         """Return the kinetic energy [J], shape (times,), about mean axes."""
-        own, spin = self._own_angular_momentum(q, q_t), q_t[:, 2]
+        own, spin = self._spin_momentum(q, q_t), q_t[:, 2]
         swirl = np.einsum("ti,ij,tj->t", q[:, 3:], self.gyration, q_t[:, 3:])
         return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + spin * (own + swirl) + (q_t[:, 3:] ** 2).sum(axis=1))
 
@@ -96,10 +96,10 @@ class PlanarModel:
     def momentum(self, q: Array, q_t: Array) -> tuple[Array, Array]:
         """Linear momentum (times, 2), N s, and angular momentum about the origin (times,), N m s."""
         linear = self.mass * q_t[:, :2]
-        return linear, cross(q[:, :2], linear) + self._own_angular_momentum(q, q_t)
+        return linear, cross(q[:, :2], linear) + self._spin_momentum(q, q_t)
 
-    def _own_angular_momentum(self, q: Array, q_t: Array) -> Array:
-        """(I + 2 h q + q G q) theta_t + q C q_t, about the centre of mass."""
+    def _spin_momentum(self, q: Array, q_t: Array) -> Array:
+        """Compute the angular momentum about the centre of mass, (I + 2 h q + q G q) theta_t + q C q_t."""
         amount = q[:, 3:]
         inertia = self.inertia + 2 * amount @ self.radial + np.einsum("ti,ij,tj->t", amount, self.gram, amount)
         return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", amount, self.gyration, q_t[:, 3:])

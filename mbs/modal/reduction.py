@@ -122,11 +122,11 @@ def reduced(modal: Modal, length: float) -> ReducedModel:
         If the mesh's joints are not `length` apart, an interface has too few nodes, or a mode number is too high.
     """
     file = Path(modal.mesh.path) if isinstance(modal.mesh, MeshFile) else None
-    return _reduced(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
+    return _reduce_cached(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
 
 
 @lru_cache(maxsize=32)
-def _reduced(modal: Modal, length: float, _stamp: int) -> ReducedModel:
+def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:
     mesh, section = modal.mesh, modal.section
     if isinstance(mesh, MeshFile):
         grid, span = read_mesh(mesh)
@@ -236,7 +236,7 @@ def _section_at(solid: Solid, place: Array) -> Array:
 
 
 def _line(solid: Solid, modes: Array, ends: Array) -> tuple[Array, Array]:
-    """In-plane motion of the link's axis, slice by slice between the joints: stations (p,) and (modes, p, 2)."""
+    """Compute the in-plane motion of the link's axis, slice by slice between the joints: stations (p,) and (modes, p, 2)."""
     stations, moves = [0.0], [ends[0, :, :2]]
     for nodes in slices(solid):
         weights = solid.weights[nodes]

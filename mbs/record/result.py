@@ -243,7 +243,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         """The report, in a frame, for notebooks."""
-        return find_offer("framed")(self)
+        return find_offer("notebook_frame")(self)
 
     # --- for other programs -------------------------------------------------------------------------------------------
 

@@ -1,1 +1,1 @@
-"""What one looks at: pictures, moving pictures, the report page, ParaView, tables. Heavy imports stand in functions."""
+"""Output for people: pictures, movies, the report page, ParaView, tables. Heavy imports stand in functions."""

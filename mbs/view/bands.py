@@ -55,12 +55,12 @@ class Band:
 
 
 @singledispatch
-def bent(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
+def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
     """Line, bending and axial strain of a link that bends; None for one that does not."""
     return None
 
 
-@bent.register
+@bent_line.register
 def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is not None:
@@ -68,7 +68,7 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
     return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
 
 
-def _strip(motion: Any, own: object, time: Array, times: Array) -> Bent:
+def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
 
     Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
@@ -79,7 +79,7 @@ def _strip(motion: Any, own: object, time: Array, times: Array) -> Bent:
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
     rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
-    strains = select(own, rows).strains()
+    strains = select(recorded, rows).strains()
     stations = motion.arcs(per)
 
     def spread(strain: Any) -> Array:
@@ -92,7 +92,7 @@ def _strip(motion: Any, own: object, time: Array, times: Array) -> Bent:
     return line, spread(strains[-1]), spread(strains[0])
 
 
-@bent.register
+@bent_line.register
 def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is None:
@@ -123,7 +123,7 @@ def _elasticas() -> tuple[Array, Array]:
     return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
 
 
-@bent.register
+@bent_line.register
 def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     # A massless strip between its ends: the exact elastica, drawn on the left of its chord as the model knows no side.
     length = record.mechanism.length(link.name)

@@ -1,4 +1,4 @@
-"""How gears, racks, belts and ropes are drawn: pitch circles to scale, belts and ropes from place to place."""
+"""Symbols of gears, racks, belts and ropes: pitch circles to scale, belts and ropes from place to place."""
 
 from __future__ import annotations
 

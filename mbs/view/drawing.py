@@ -1,4 +1,4 @@
-"""What a picture of a mechanism is made of: a few marks, each tied to a frame that moves. Every picture draws the same marks.
+"""Marks of a picture of a mechanism, each tied to a frame that moves. Every picture draws the same marks.
 
 A frame has a place and an angle turned since t = 0. Lengths are in m, in the axes of the ground at t = 0.
 """
@@ -106,13 +106,13 @@ INKS: dict[str, Ink] = {
 """Colours by what a mark stands for; links take theirs in turn. Lines keep 3 : 1 against white."""
 
 
-def packed(mark: Mark) -> list[Any]:
-    """A mark as a list that JSON can hold."""
+def pack(mark: Mark) -> list[Any]:
+    """Return a mark as a list that JSON can hold."""
     return [type(mark).__name__, *mark]
 
 
-def unpacked(row: list[Any]) -> Mark:
-    """The mark that `packed` made a list of."""
+def unpack(row: list[Any]) -> Mark:
+    """Return the mark that `pack` made a list of."""
     name, *values = row
     mark: Mark = KINDS[name](*(_tuples(value) for value in values))
     return mark
@@ -132,7 +132,7 @@ Pair = tuple[float, float]
 
 
 class Sheet:
-    """What a picture is drawn on: the mechanism, the size of a symbol, the frames that symbols asked for.
+    """Sheet of a picture: the mechanism, the size of a symbol, the frames that symbols need.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ class Sheet:
         return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
 
     def local(self, name: str, point: str) -> Pair:
-        """Where a point is in the frame of a link, or of the ground, at t = 0."""
+        """Return the place of a point in the frame of a link, or of the ground, at t = 0."""
         points = self.mechanism.points
         (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]
         return x - x0, y - y0
@@ -184,8 +184,8 @@ class Sheet:
         grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
         return str(grounded[0]) if grounded else self.mechanism.link(link).start
 
-    def shared(self, first: str, second: str) -> str:
-        """Point that two bodies share: that of their joint, or one both reach."""
+    def shared_point(self, first: str, second: str) -> str:
+        """Return the point that two bodies share: that of their joint, or one both reach."""
         for joint in self.mechanism.joints:
             if {joint.first, joint.second} == {first, second}:
                 return str(joint.point)
@@ -204,8 +204,8 @@ def unit(vector: Pair) -> Pair:
     return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
 
 
-def turned(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
-    """Points with their x axis laid along a unit vector, enlarged, moved."""
+def place_along(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
+    """Rotate the x axis of points onto a unit vector, scale and move them."""
     (ax, ay), (x0, y0) = along, origin
     return tuple((x0 + scale * (ax * x - ay * y), y0 + scale * (ay * x + ax * y)) for x, y in points)
 
@@ -229,7 +229,7 @@ def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[
     """A line with a filled head."""
     along = unit((tip[0] - tail[0], tip[1] - tail[1]))
     yield Path(frame, ink, (tail, tip))
-    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
+    yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
@@ -237,7 +237,7 @@ def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> I
     (x, y), bend = centre, arc(radius, -0.9, 3.6)
     yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
     (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
-    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
+    yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
 
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
@@ -248,7 +248,7 @@ def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground
     for k in range(count):
         s = length * (k + 0.5) / count
         comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]
-    yield Path(frame, ink, turned([*comb, (length, 0.0)], along, 1.0, start))
+    yield Path(frame, ink, place_along([*comb, (length, 0.0)], along, 1.0, start))
 
 
 def hull(points: Sequence[Pair]) -> Points:

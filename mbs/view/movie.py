@@ -19,12 +19,16 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.motion import select
 from ..record.record import Record
-from .bands import Band, bent
-from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, packed, unpacked
-from .symbols import drawn
+from .bands import Band, bent_line
+from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, pack, unpack
+from .symbols import draw_marks
 
-FEWEST, MOST, A_TURN = 240, 1440, 180
-"""Pictures of a movie: at least, at most, and for a turn of the link that turns most."""
+FEWEST = 240
+"""Least number of pictures of a movie."""
+MOST = 1440
+"""Largest number of pictures of a movie."""
+A_TURN = 180
+"""Pictures for a turn of the link that turns most."""
 ROUND = np.exp(2j * pi * np.arange(48) / 48)
 """A circle."""
 
@@ -61,7 +65,7 @@ class Movie:
         """Least and largest x, then y, of all that moves, m."""
         places = [frame[:, :2] for name, frame in self.frames.items() if name]
         places += [band.points.reshape(-1, 2) for band in self.bands.values()]
-        places += [placed(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
+        places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
@@ -77,7 +81,7 @@ class Movie:
     def arrays(self) -> dict[str, Array]:
         """All of it as arrays by name, for a file."""
         bands = {name: [band.thickness, band.width, band.modulus] for name, band in self.bands.items()}
-        head = {"unit": self.unit, "points": self.points, "bands": bands, "marks": [packed(mark) for mark in self.marks]}
+        head = {"unit": self.unit, "points": self.points, "bands": bands, "marks": [pack(mark) for mark in self.marks]}
         found = {"head": np.array(json.dumps(head)), "time": self.time}
         found |= {f"frame/{name}": frame.astype(np.float32) for name, frame in self.frames.items()}
         for name, band in self.bands.items():
@@ -94,12 +98,12 @@ class Movie:
             name: Band(arrays[f"band/{name}/points"], arrays[f"band/{name}/bending"], arrays[f"band/{name}/axial"], *sizes)
             for name, sizes in head["bands"].items()
         }
-        marks = tuple(unpacked(row) for row in head["marks"])
+        marks = tuple(unpack(row) for row in head["marks"])
         return cls(arrays["time"], frames, bands, marks, head["unit"], tuple(head["points"]))
 
 
-def placed(frame: Array, points: ArrayLike) -> Array:
-    """Points of a frame (x, y, turn) in the ground's axes, (n, 2)."""
+def to_ground(frame: Array, points: ArrayLike) -> Array:
+    """Transform points of a frame (x, y, turn) to the ground's axes, (n, 2)."""
     c, s = np.cos(frame[2]), np.sin(frame[2])
     return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
 
@@ -122,7 +126,7 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
             local = mark.points
         case _:
             raise ValueError(f"{mark}: has no corners")
-    return placed(movie.frames[mark.frame][k], local)
+    return to_ground(movie.frames[mark.frame][k], local)
 
 
 @dataclass(eq=False)
@@ -136,7 +140,7 @@ class Film:
         """The movie at `pictures` times."""
         if self.kept is None:
             assert self.record is not None
-            self.kept = filmed(self.record)
+            self.kept = make_movie(self.record)
         return self.kept
 
     def __reduce__(self) -> Any:
@@ -148,7 +152,7 @@ def film_of(arrays: Mapping[str, Array]) -> Film:
     return Film(None, Movie.of(arrays))
 
 
-def filmed(record: Record, times: Array | None = None) -> Movie:
+def make_movie(record: Record, times: Array | None = None) -> Movie:
     """Make the movie of a record, at `times` or evenly spaced ones; a run that failed, up to its last finite state."""
     record = _finite(record)
     if len(record.time) < 2:
@@ -165,7 +169,7 @@ def still(mechanism: Mechanism) -> Movie:
 
 
 def pictures(record: Record) -> int:
-    """How many pictures show a run: `A_TURN` for each turn of the link that turns most, within limits."""
+    """Count the pictures of a run: `A_TURN` for each turn of the link that turns most, within limits."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
     return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST)) + 1
@@ -189,13 +193,13 @@ def _movie(record: Record, source: Record) -> Movie:
     """The movie of a record at the movie's times; `source` holds the solver's own."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
-    marks = tuple(drawn(sheet))
+    marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
         sheet.frame(point)
     frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
-        shape = bent(link.body, record, source, link)
+        shape = bent_line(link.body, record, source, link)
         if shape is not None:
             section, middle = link.body.section, shape[0][:, shape[0].shape[1] // 2]
             bands[link.name] = Band(*shape, section.thickness, section.width, section.material.modulus)

@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..record.record import Record
 from ..record.result import Result
 from .drawing import Path
-from .movie import Movie, filmed, placed
+from .movie import Movie, make_movie, to_ground
 
 OF_STRIPS = ("curvature", "axial_force", "stress")
 """Point data that strips have; all other links have zeros."""
@@ -44,7 +44,7 @@ def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None
     if times is not None:
         if record is None:
             raise ValueError("times: a result from a file holds its movie's times only")
-        movie = filmed(record, np.atleast_1d(np.asarray(times, dtype=float)))
+        movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
     solids = list(_solids(movie, record))
     corners = np.concatenate([solid.corners for solid in solids], axis=1)
     first = np.cumsum([0, *(solid.corners.shape[1] for solid in solids)])
@@ -70,7 +70,7 @@ def _solids(movie: Movie, record: Record | None) -> Iterator[Solid]:
     for name, band in movie.bands.items():
         body = record.mechanism.link(name).body if record is not None else None
         if name in motions and isinstance(body, Modal) and body.modes.of_solid:
-            yield _deformed(body, record.mechanism.length(name), motions[name].q)  # type: ignore[union-attr]  # it has a motion
+            yield _deform(body, record.mechanism.length(name), motions[name].q)  # type: ignore[union-attr]  # it has a motion
             continue
         along = np.gradient(band.points, axis=1)
         left = (
@@ -92,14 +92,14 @@ def _at_height(plane: Array, z: ArrayLike) -> Array:
 
 def _prism(movie: Movie, mark: Path) -> Solid:
     """Extrude a convex outline: wedges on a fan of triangles."""
-    outline = np.stack([placed(frame, mark.points) for frame in movie.frames[mark.frame]])
+    outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
     n = len(mark.points)
     fan = np.array([[0, k, k + 1] for k in range(1, n - 1)])
     corners = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
     return Solid(np.concatenate(corners, axis=1), "wedge", np.hstack([fan, fan + n]), {})
 
 
-def _deformed(body: Modal, length: float, q: Array) -> Solid:
+def _deform(body: Modal, length: float, q: Array) -> Solid:
     """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k); a planar mesh has the section's width."""
     from ..modal.reduction import reduced
 
@@ -109,7 +109,7 @@ def _deformed(body: Modal, length: float, q: Array) -> Solid:
     cells = cells.reshape(len(model.cells[1]), -1)
     modes = model.modes[model.moves_in_plane][:, used, :2]
     local = model.nodes[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
-    plane = np.stack([placed(frame, points) for frame, points in zip(q[:, :3], local, strict=True)])
+    plane = np.stack([to_ground(frame, points) for frame, points in zip(q[:, :3], local, strict=True)])
     if kind in ("tetra", "hexahedron"):
         return Solid(_at_height(plane, model.nodes[used, 2]), kind, cells, {})
     faces = [_at_height(plane, z) for z in (-body.section.width / 2, body.section.width / 2)]

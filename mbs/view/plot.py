@@ -67,7 +67,7 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
 
 
 def _axes(axes: Axes | None, movie: Movie) -> Axes:
-    """Those given, or new ones about as high as the mechanism."""
+    """Return the given axes, or new ones about as high as the mechanism."""
     if axes is not None:
         return axes
     import matplotlib.pyplot as plt
@@ -195,7 +195,7 @@ def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: flo
     rate = max(1, round(len(rows) / seconds))
     path.parent.mkdir(parents=True, exist_ok=True)
     with house_style():
-        figure, put = _stage(movie, width)
+        figure, draw = _stage(movie, width)
         if kind == ".mp4":
             from matplotlib.animation import FFMpegWriter
 
@@ -203,10 +203,10 @@ def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: flo
             writer = FFMpegWriter(rate, codec="libx264", extra_args=even)
             with writer.saving(figure, str(path), 100):
                 for k in rows:
-                    put(k)
+                    draw(k)
                     writer.grab_frame()
         else:
-            _write_gif(path, [put(k) for k in rows], rate)
+            _write_gif(path, [draw(k) for k in rows], rate)
     return path
 
 
@@ -224,14 +224,15 @@ def _stage(movie: Movie, width: float) -> tuple[Figure, Callable[[int], Array]]:
     axes.set_axis_off()
     clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
 
-    def put(k: int) -> Array:
+    def draw(k: int) -> Array:
+        """Draw picture k."""
         for mark in drawn:
             mark.move(movie, k)
         clock.set_text(f"t = {movie.time[k]:.3f} s")
         canvas.draw()
         return np.array(canvas.buffer_rgba())
 
-    return figure, put
+    return figure, draw
 
 
 def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:

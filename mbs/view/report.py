@@ -16,14 +16,16 @@ from ..geometry import Array
 from ..record.energy import ledger
 from ..record.result import Result
 from ..sensitivity.reading import parsed
-from .drawing import INKS, Arrow, packed
+from .drawing import INKS, Arrow, pack
 from .measures import Measure, measures
-from .movie import Movie, filmed
-from .shell import filled
+from .movie import Movie, make_movie
+from .shell import fill_page
 from .verdicts import IDLE, verdicts
 
-MOTION, SIGNALS = 190_000, 180_000
-"""Bytes for the motion and for the signals, before base64 adds a third."""
+MOTION = 190_000
+"""Bytes for the motion, before base64 adds a third."""
+SIGNALS = 180_000
+"""Bytes for the signals, before base64 adds a third."""
 STATIONS = 1000
 """Places along all strips together from which on each has fewer."""
 BINS = (40, 800)
@@ -42,8 +44,8 @@ def write_html(result: Result, path: str | Path, title: str = "") -> Path:
     return path
 
 
-def framed(result: Result) -> str:
-    """The report in a frame of a notebook."""
+def notebook_frame(result: Result) -> str:
+    """Return the report in a frame of a notebook."""
     text = html.escape(page(result, "run"))
     return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
 
@@ -69,7 +71,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
         "signals": _signals(result, store, first_shown(result, [each.name for each in read] if texts else ())),
     }
     data["store"] = store.text()
-    return filled(__package__, "report", data)
+    return fill_page(__package__, "report", data)
 
 
 def _plain(measure: Measure) -> dict[str, Any]:
@@ -131,7 +133,7 @@ def _motion(result: Result, store: Store) -> dict[str, Any] | None:
     for mark in movie.marks:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
-        row = packed(_rounded(mark))
+        row = pack(_round(mark))
         row[1] = index.get(row[1], row[1])
         if row[0] == "Span":
             row[2] = index[row[2]]
@@ -166,20 +168,20 @@ def _band(band: Any, store: Store) -> dict[str, Any]:
 
 def _short(result: Result) -> Movie:
     """The movie with as many pictures as the page has room for."""
-    movie: Movie = _thinned(result.film.movie())
+    movie: Movie = _thin(result.film.movie())
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
     if len(movie.time) <= room:
         return movie
     if result.film.record is not None:
-        return _thinned(filmed(result.film.record, np.linspace(movie.time[0], movie.time[-1], room)))
+        return _thin(make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room)))
     rows = np.unique(np.linspace(0, len(movie.time) - 1, room).round().astype(int))
     return movie.rows(rows)
 
 
-def _thinned(movie: Movie) -> Movie:
-    """The movie with every second station of each strip, and again, down to eight parts, while there is no room for all."""
+def _thin(movie: Movie) -> Movie:
+    """Drop every second station of each strip, and again, down to eight parts, while there are too many."""
     bands = movie.bands
     while sum(band.points.shape[1] for band in bands.values()) > STATIONS:
         thinner = {
@@ -194,10 +196,11 @@ def _thinned(movie: Movie) -> Movie:
     return replace(movie, bands=bands)
 
 
-def _rounded(mark: Any) -> Any:
-    """The mark with its numbers cut to what a screen shows."""
+def _round(mark: Any) -> Any:
+    """Round the numbers of a mark to what a screen shows."""
 
     def cut(value: object) -> Any:
+        """Round one value."""
         if isinstance(value, float):
             return float(f"{value:.5g}")
         return tuple(map(cut, value)) if isinstance(value, tuple) else value
@@ -219,7 +222,7 @@ def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, An
     edges = np.linspace(time[0], time[-1], bins + 1)
     block = np.array([values for _, values, _ in rows], dtype=float)
     block[~np.isfinite(block)] = np.nan
-    at, low, high = binned(time, block, edges)
+    at, low, high = bin_extremes(time, block, edges)
     kept = []
     for k, (name, _, unit) in enumerate(rows):
         inside = block[k][np.isfinite(block[k])]
@@ -229,8 +232,8 @@ def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, An
     return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": kept, "first": list(first)}
 
 
-def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """Values at the edges of bins, and the least and largest in each bin, its edges among them.
+def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
+    """Return values at the edges of bins, and the least and largest in each bin, its edges among them.
 
     Parameters
     ----------
@@ -277,7 +280,7 @@ def first_shown(result: Result, texts: Sequence[str] = ()) -> list[str]:
 
 
 def summary(result: Result) -> str:
-    """What ran, in a line."""
+    """Summarise the run in a line."""
     span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
     return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
 

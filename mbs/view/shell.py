@@ -16,8 +16,8 @@ from .style import house_style, subplots
 HERE = "buckler.mbs.view"
 
 
-def filled(package: str, name: str, content: dict[str, Any]) -> str:
-    """A page as text.
+def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
+    """Return a page as text.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def write_fit(fit: Any, path: str | Path, title: str) -> Path:
 
 
 def page(fit: Any, title: str) -> str:
-    """That page as text."""
+    """Return that page as text."""
     rows = "".join(
         f"<tr><td>{html.escape(labelled(name, fit.units[name]))}</td><td>{value:.6g}</td><td>{fit.intervals[name].low:.6g} to "
         f"{fit.intervals[name].high:.6g}</td><td>{fit.free[name][0]:.6g} to {fit.free[name][1]:.6g}</td></tr>"

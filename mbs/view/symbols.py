@@ -1,7 +1,7 @@
-"""Which kind of element is drawn how: a kind is a line in `SYMBOLS`; one without a line gets a neutral mark.
+"""Symbols of elements: a kind is a line in `SYMBOLS`; one without a line gets a neutral mark.
 
-A symbol is a function (sheet, name, element) that yields marks. Kinds are known by the names of their classes, so that a
-subclass of a known kind is drawn as that one, and a kind need not be there to have its line.
+A symbol is a function (sheet, name, element) that yields marks. Kinds are known by the names of their classes: a
+subclass of a known kind is drawn as that one. A kind need not exist to have its line.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from .drawing import (
     capsule,
     hatching,
     hull,
-    turned,
+    place_along,
     turning,
     unit,
 )
@@ -55,8 +55,8 @@ from .drawing import (
 Symbol = Callable[..., Iterator[Mark]]
 
 
-def drawn(sheet: Sheet) -> list[Mark]:
-    """All marks: links below, then what joins and loads them, names on top."""
+def draw_marks(sheet: Sheet) -> list[Mark]:
+    """Return all marks: links below, then what joins and loads them, names on top."""
     found: list[Mark] = []
     for name, element in sheet.mechanism.elements().items():
         found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
@@ -73,7 +73,7 @@ def drawn(sheet: Sheet) -> list[Mark]:
 
 
 def _free_side(sheet: Sheet, point: str) -> Pair:
-    """Where a point's name covers least: in the middle of the widest angle between its links, and what holds it from below."""
+    """Find the side where a point's name covers least: in the middle of the widest angle between its links and supports."""
     mechanism = sheet.mechanism
     x, y = mechanism.points[point]
     others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
@@ -89,15 +89,15 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     return off * cos(angle), off * sin(angle)
 
 
-def _beside(sheet: Sheet, name: str, middle: Pair, along: Pair, thickness: float) -> Pair:
-    """Place of a bar's name beside its middle, to its left at t = 0: half the text, some 0.2 symbols a letter, from the bar."""
+def _label_place(sheet: Sheet, name: str, middle: Pair, along: Pair, thickness: float) -> Pair:
+    """Return the place of a bar's name, to the left of its middle at t = 0: half the text from it, 0.2 symbols a letter."""
     x, y = -along[1], along[0]
     off = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
     return middle[0] + off * x, middle[1] + off * y
 
 
 def symbol(element: object) -> Symbol:
-    """How an element, or a link's body, is drawn."""
+    """Return the symbol of an element, or of a link's body."""
     for kind in type(element).__mro__:
         if kind.__name__ in SYMBOLS:
             return SYMBOLS[kind.__name__]
@@ -124,7 +124,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Path(frame, ink, outline, True, width)
-        side = _beside(sheet, name, side, along, thickness)
+        side = _label_place(sheet, name, side, along, thickness)
     if not plain:
         x, y = section.centre or (length / 2, 0.0)
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
@@ -175,16 +175,16 @@ def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """A pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
-    yield Path(sheet.body(joint.second), "rail", turned(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
+    yield Path(sheet.body(joint.second), "rail", place_along(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
     yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     """A block of the first body on a line of the second."""
     u, along = sheet.unit, unit(joint.along)
-    line = turned(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
+    line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
     yield Path(sheet.body(joint.second), "rail", line)
-    yield Path(sheet.at(joint.first, joint.point), "block", turned(_BLOCK, along, u), True)
+    yield Path(sheet.at(joint.first, joint.point), "block", place_along(_BLOCK, along, u), True)
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
@@ -192,10 +192,10 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     u, along = sheet.unit, guide.along
     a, b = sheet.travel(guide.point, along)
     frame = sheet.at(GROUND, guide.point)
-    start, end = turned(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
+    start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
     block = sheet.frame(FIXED + guide.point)
-    yield Path(block, "block", turned(_BLOCK, along, u), True)
+    yield Path(block, "block", place_along(_BLOCK, along, u), True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
 
@@ -212,7 +212,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
     reach = stop.face(mechanism) + side * clear
     wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
-    yield Path(frame, "stop", turned(wall, along, 1.0, (x - x0, y - y0)), True)
+    yield Path(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
     push = (-side * along[0], -side * along[1])
     point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
@@ -236,7 +236,7 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """A spiral about the point that its two bodies share."""
-    frame = sheet.frame(FIXED + sheet.shared(spring.first, spring.second))
+    frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
     u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
     yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
 
@@ -248,7 +248,7 @@ def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     point = place(load.point).point
     frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)
     start = sheet.local(follows, point) if follows else (0.0, 0.0)
-    tail, tip = turned(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
+    tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
     yield from arrow(frame, "load", tail, tip, sheet.unit)
 
 
@@ -256,7 +256,7 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Arrows onto a strip's ends, in the direction of the force; a turning arrow for moments."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     for point in (link.start, link.end) if any(load.force) else ():
-        tail, tip = turned(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), u, sheet.local(link.name, point))
+        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), u, sheet.local(link.name, point))
         yield from arrow(sheet.body(link.name), "load", tail, tip, u)
     if load.moment:
         yield from torque(sheet, _name, load)
@@ -284,7 +284,7 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
         yield from turning(sheet.frame(FIXED + sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
     guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
-    tail, tip = turned(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
+    tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
     yield from arrow(sheet.frame(FIXED + drive.target), "drive", tail, tip, 0.8 * u)
 
 

@@ -1,4 +1,4 @@
-"""What the checks of a run said, one row each, for pages and tables."""
+"""Verdicts of the checks of a run, one row each, for pages and tables."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ QUESTIONS = {
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
 IDLE = "not_applicable"
-"""Of a result's provenance: the checks that had nothing to look at, and why."""
+"""Key of a result's provenance: the checks that had nothing to look at, and why."""
 
 
 BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
-"""Where the sentence of the next check begins; a sentence may have semicolons of its own."""
+"""Pattern of the beginning of the next check's sentence; a sentence may have semicolons of its own."""
 
 
 class Verdict(NamedTuple):

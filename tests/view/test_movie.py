@@ -12,7 +12,7 @@ from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
 from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Path, Sheet, Span, Strip
-from buckler.mbs.view.movie import Film, Movie, filmed, placed, still
+from buckler.mbs.view.movie import Film, Movie, make_movie, still, to_ground
 from buckler.mbs.view.symbols import SYMBOLS, symbol, unknown
 
 LENGTH = 0.31
@@ -97,7 +97,7 @@ def test_a_plate_turns_with_its_link():
     assert len(plate.points) == 3
     frame = movie.frames[plate.frame]
     for k in (0, 100, -1):
-        corners = placed(frame[k], plate.points)
+        corners = to_ground(frame[k], plate.points)
         for point in "OAC":
             assert np.hypot(*(corners - movie.frames[point][k, :2]).T).min() < 1e-9
     assert np.ptp(frame[:, 2]) > 1.0
@@ -106,7 +106,7 @@ def test_a_plate_turns_with_its_link():
 def test_a_wall_stands_where_its_block_touches():
     movie = run("failed").movie
     wall = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "stop")
-    reach = (placed(movie.frames[wall.frame][0], wall.points) @ (0.8, 0.6)).min()
+    reach = (to_ground(movie.frames[wall.frame][0], wall.points) @ (0.8, 0.6)).min()
     assert reach - 0.95 * movie.unit == pytest.approx(0.05, abs=1e-12)
     (push,) = [mark for mark in movie.marks if isinstance(mark, Arrow) and mark.signals == ("A.contact_force",)]
     assert push.along == pytest.approx((-0.8, -0.6))
@@ -135,11 +135,11 @@ def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
     motion = record.links["plate"]
     broken = {**record.links, "plate": type(motion)(**{**vars(motion), "q": motion.q.copy()})}
     broken["plate"].q[30:] = np.nan
-    movie = filmed(Record(record.mechanism, record.time, broken, {}))
+    movie = make_movie(Record(record.mechanism, record.time, broken, {}))
     assert movie.time[-1] == record.time[29]
     assert all(np.isfinite(frame).all() for frame in movie.frames.values())
     broken["plate"].q[:] = np.nan
-    assert len(filmed(Record(record.mechanism, record.time, broken, {})).time) == 1
+    assert len(make_movie(Record(record.mechanism, record.time, broken, {})).time) == 1
 
 
 def test_every_kind_has_a_symbol():

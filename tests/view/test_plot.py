@@ -13,7 +13,7 @@ from buckler.mbs import Force, Mechanism
 from buckler.mbs.view import plot
 from buckler.mbs.view.drawing import Label
 from buckler.mbs.view.drawing import Path as Path_
-from buckler.mbs.view.movie import placed, still
+from buckler.mbs.view.movie import still, to_ground
 
 
 @pytest.fixture(autouse=True)
@@ -47,7 +47,7 @@ def test_a_force_that_turns_with_another_point_ends_at_its_own():
     mechanism = Mechanism(**{**vars(pushed()), "loads": [Force("B", (0.0, 1.0), follows="bar:B")]})
     movie = still(mechanism)
     (line,) = [mark for mark in movie.marks if isinstance(mark, Path_) and mark.ink == "load" and len(mark.points) == 2]
-    tip = placed(movie.frames[line.frame][0], line.points)[1]
+    tip = to_ground(movie.frames[line.frame][0], line.points)[1]
     assert tip == pytest.approx(np.array(mechanism.points["B"]) - (0.0, 0.5 * movie.unit), abs=1e-12)
 
 
@@ -144,7 +144,7 @@ def test_names_of_points_and_bars_lie_beside_the_links():
     labels = [mark for mark in movie.marks if isinstance(mark, Label) and mark.text not in ("coupler", "D")]
     assert {mark.text for mark in labels} >= {"crank", "rod", "output", "A", "B", "E"}
     for mark in labels:
-        x, y = placed(movie.frames[mark.frame][0], [mark.place])[0]
+        x, y = to_ground(movie.frames[mark.frame][0], [mark.place])[0]
         for a, b in ends:
             share = np.clip((np.array([x, y]) - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
             assert np.hypot(*(np.array([x, y]) - a - share * (b - a))) > 0.4 * movie.unit, mark.text

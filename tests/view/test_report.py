@@ -13,7 +13,7 @@ from looked_at import MECHANISMS, run
 
 from buckler.mbs import Status
 from buckler.mbs.checks.suspicions import CHECKS
-from buckler.mbs.view.report import binned, page
+from buckler.mbs.view.report import bin_extremes, page
 from buckler.mbs.view.verdicts import QUESTIONS, verdicts
 
 LEVEL = 1 / 65534
@@ -79,7 +79,7 @@ def test_bins_hold_what_lies_in_them():
         time = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, samples)]))
         values = rng.normal(size=(2, len(time)))
         edges = np.linspace(0, 1, bins + 1)
-        at, low, high = binned(time, values, edges)
+        at, low, high = bin_extremes(time, values, edges)
         for row in range(2):
             for k in range(bins):
                 inside = values[row][(time >= edges[k]) & (time <= edges[k + 1])]
