@@ -29,7 +29,7 @@ from .declare import (
 )  # fmt: skip
 from .declare.spec import Schema
 from .documents import document as documents
-from .documents.shorthand import SHORT, expanded
+from .documents.shorthand import SHORT, expand
 from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen
@@ -222,7 +222,7 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in expanded(content).items() if key not in ASIDE}
+        described = {key: each for key, each in expand(content).items() if key not in ASIDE}
         made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT))
         return made
 

@@ -213,7 +213,7 @@ def measured(text: str) -> float:
     return Measured(value, text.strip(), source.dimension)
 
 
-def labelled(name: str, unit: str) -> str:
+def label_with_unit(name: str, unit: str) -> str:
     """A quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
 

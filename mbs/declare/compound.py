@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from ..validate import word
-from .spec import Nothing, Quantity, Schema, Spec, shown
+from .spec import Nothing, Quantity, Schema, Spec, show
 
 
 @dataclass(eq=False, repr=False)
@@ -73,7 +73,7 @@ class Several(Spec):
             raise self.refusal(name, given)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(given))
         if self.distinct and len(set(found)) < len(found):
-            raise ValueError(f"{name} = {shown(given)}: must be given once each")
+            raise ValueError(f"{name} = {show(given)}: must be given once each")
         return found
 
     def write(self, name: str, value: Any) -> list[Any]:

@@ -162,7 +162,7 @@ def declarations(kind: Any) -> dict[str, Declaration]:
 
 
 def _declaration(kind: Any, each: Any) -> Declaration:
-    spec = each.metadata.get(SPEC) or _undeclared(kind, each.name)
+    spec = each.metadata.get(SPEC) or _spec_by_annotation(kind, each.name)
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
     return Declaration(
@@ -175,7 +175,7 @@ def specs(kind: object) -> dict[str, Spec]:
     return {key: declaration.spec for key, declaration in declarations(kind).items()}
 
 
-def _undeclared(kind: type, key: str) -> Spec:
+def _spec_by_annotation(kind: type, key: str) -> Spec:
     """Derive the specification of a field of a user's own dataclass from its annotation."""
     plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
     return plain.get(typing.get_type_hints(kind).get(key), Anything())

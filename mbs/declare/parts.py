@@ -11,7 +11,7 @@ from typing import Any
 
 from .compound import any_of
 from .declared import Declared, RefusalError, declarations, known_kinds, specs
-from .spec import Schema, Spec, did_you_mean, shown
+from .spec import Schema, Spec, did_you_mean, show
 
 
 @dataclass(eq=False, repr=False)
@@ -40,12 +40,12 @@ class Part(Spec):
         if isinstance(given, Mapping):
             return build(name, given, self.kinds_by_name())
         if not self.fits(given):
-            what = given.__name__ if isinstance(given, type) else shown(given)
+            what = given.__name__ if isinstance(given, type) else show(given)
             raise ValueError(f"{name} = {what}: {self._lacking(given)}")
         try:
             hash(given)
         except TypeError:
-            raise ValueError(f"{name} = {shown(given)}: must be hashable; make its class a frozen dataclass") from None
+            raise ValueError(f"{name} = {show(given)}: must be hashable; make its class a frozen dataclass") from None
         return given
 
     def write(self, name: str, value: object) -> Any:
@@ -130,7 +130,7 @@ def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
     if word is not None:
         if not isinstance(word, str) or word not in kinds:
             said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
-            raise ValueError(f"{name}.kind = {shown(word)}: {said}")
+            raise ValueError(f"{name}.kind = {show(word)}: {said}")
         return kinds[word]
     fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or _sharing(given, kinds)
     if len(fitting) != 1:

@@ -59,7 +59,7 @@ class Spec:
 
     def refusal(self, name: str, given: object, why: str = "") -> ValueError:
         """Return the error for a value of the wrong sort."""
-        return ValueError(f"{name} = {shown(given)}: {why}must be {self.words}")
+        return ValueError(f"{name} = {show(given)}: {why}must be {self.words}")
 
 
 @dataclass(eq=False, repr=False)
@@ -261,6 +261,6 @@ def did_you_mean(given: str, names: Iterable[str]) -> str:
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def shown(given: object) -> str:
+def show(given: object) -> str:
     """Write a value as a file has it, not too long."""
     return "true" if given is True else "false" if given is False else short(given)

@@ -145,7 +145,7 @@ def get(content: Any, path: str) -> Any:
     return content
 
 
-def changed(content: object, changes: Mapping[str, object]) -> Any:
+def change(content: object, changes: Mapping[str, object]) -> Any:
     """Return a copy of a document with other values at some paths.
 
     Raises

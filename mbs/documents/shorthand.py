@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..declare import Declared, declarations, known_kinds
-from ..declare.spec import Schema, did_you_mean, shown
+from ..declare.spec import Schema, did_you_mean, show
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
@@ -14,7 +14,7 @@ KINDS = ("section", "body", "joint")
 """Tables that may have defaults."""
 
 
-def expanded(content: Mapping[str, Any]) -> dict[str, Any]:
+def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the document without its short forms.
 
     Raises
@@ -44,12 +44,12 @@ def schema() -> Schema:
 
 def _read_defaults(defaults: object) -> dict[str, Any]:
     if not isinstance(defaults, Mapping):
-        raise ValueError(f"{DEFAULTS} = {shown(defaults)}: must be a table of {', '.join(KINDS)}")
+        raise ValueError(f"{DEFAULTS} = {show(defaults)}: must be a table of {', '.join(KINDS)}")
     for key, each in defaults.items():
         if key not in KINDS:
             raise ValueError(f"{DEFAULTS}.{key}: unknown key{did_you_mean(str(key), KINDS)}; known: {', '.join(KINDS)}")
         if not isinstance(each, Mapping):
-            raise ValueError(f"{DEFAULTS}.{key} = {shown(each)}: must be a table")
+            raise ValueError(f"{DEFAULTS}.{key} = {show(each)}: must be a table")
     return dict(defaults)
 
 
@@ -84,16 +84,16 @@ def _fill(given: Any, usual: Mapping[str, Any]) -> Any:
 def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
     """Joints of `"A: crank coupler"`: the first link with each of the others."""
     if not isinstance(pins, list):
-        raise ValueError(f'{PINS} = {shown(pins)}: must be a list, as ["A: crank coupler"]')
+        raise ValueError(f'{PINS} = {show(pins)}: must be a list, as ["A: crank coupler"]')
     bodies = ["ground", *(links if isinstance(links, Mapping) else ())]
     for k, text in enumerate(pins):
         point, colon, words = text.partition(":") if isinstance(text, str) else ("", "", "")
         names = words.replace(",", " ").split()
         if not colon or not point.strip() or len(names) < 2:
-            raise ValueError(f'{PINS}[{k}] = {shown(text)}: write a point and two links or more, as "A: crank coupler"')
+            raise ValueError(f'{PINS}[{k}] = {show(text)}: write a point and two links or more, as "A: crank coupler"')
         for name in names:
             if name not in bodies:
                 said = f"unknown link '{name}'{did_you_mean(name, bodies)}; known: {', '.join(bodies)}"
-                raise ValueError(f"{PINS}[{k}] = {shown(text)}: {said}")
+                raise ValueError(f"{PINS}[{k}] = {show(text)}: {said}")
         for other in names[1:]:
             yield {"point": point.strip(), "first": names[0], "second": other}

@@ -59,7 +59,7 @@ class Flexible(Body):
         return 1
 
     @property
-    def curved(self) -> bool:
+    def is_curved(self) -> bool:
         """True if it is bowed when free of stress."""
         return bool(self.imperfection) or self.shape is not None
 
@@ -71,7 +71,7 @@ class Flexible(Body):
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
         """Place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of its ends, m."""
-        if not self.curved:
+        if not self.is_curved:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
         return float(x), float(y)

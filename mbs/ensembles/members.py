@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..documents.document import changed
+from ..documents.document import change
 from ..elements.clearance import Clearance
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -90,7 +90,7 @@ class Members:
         """Make the mechanism of a member."""
         if isinstance(self.source, Mechanism):
             return self.source
-        return Mechanism.from_dict(changed(self.source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
+        return Mechanism.from_dict(change(self.source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
     def shift(self, scene: Scene, k: int) -> Array:
         """Draw a member's start: journals anywhere in their bushes, or a tiny offset where there are none, shape (n,)."""

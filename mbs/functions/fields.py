@@ -11,7 +11,7 @@ from typing import Any
 
 from ..declare import Either, Quantity, Several, Spec, build, fields_written, known_kinds, nameless
 from ..declare.compound import any_of, is_list
-from ..declare.spec import Schema, shown
+from ..declare.spec import Schema, show
 from ..units import is_measured
 from ..validate import function as called
 from ..validate import pair
@@ -35,7 +35,7 @@ class Callables(Spec):
             try:
                 return Expression(given)
             except ValueError as error:
-                raise ValueError(f"{name} = {shown(given)}: {error}") from None
+                raise ValueError(f"{name} = {show(given)}: {error}") from None
         if not self.fits(given):
             raise self.refusal(name, given)
         return given

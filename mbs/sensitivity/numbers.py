@@ -8,7 +8,7 @@ from dataclasses import dataclass, is_dataclass
 from typing import Any, NamedTuple
 
 from ..declare import Declaration, declarations
-from ..documents.document import changed, get, steps
+from ..documents.document import change, get, steps
 from ..mechanism import Mechanism
 from ..units import parse_quantity
 from ..validate import short
@@ -136,4 +136,4 @@ class Family:
             if isinstance(now, bool) or not isinstance(now, int | float):
                 raise ValueError(f"{name} = {short(now)}: no number; name a number of the mechanism")
             found[name] = float(now)
-        return cls(lambda values: Mechanism.from_dict(changed(document, dict(values))), found, units)
+        return cls(lambda values: Mechanism.from_dict(change(document, dict(values))), found, units)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..documents.document import changed, get
+from ..documents.document import change, get
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.scene import Scene
@@ -37,7 +37,7 @@ class Varied(Problem):
         """Make the scene with this number."""
         if parameter != self.current:
             self.current = parameter
-            self.scene = Scene.of(Mechanism.from_dict(changed(self.document, {self.name: parameter})), self.degree)
+            self.scene = Scene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Derivative of (f - G^T lambda, g) by the number, by central differences."""

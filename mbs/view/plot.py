@@ -16,7 +16,7 @@ from ..elements.element import Element
 from ..elements.link import Link
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..units import labelled
+from ..units import label_with_unit
 from ..validate import near
 from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
 from .movie import Movie, corners, still
@@ -139,7 +139,7 @@ def plot_signals(result: Result, names: Sequence[str], axes: Axes | Sequence[Axe
             shown = [name for name in names if result.units[name] == unit]
             for name in shown:
                 row.plot(result.time, result.signals[name], label=name)
-            row.set_ylabel(labelled(shown[0] if len(shown) == 1 else "", unit).strip())
+            row.set_ylabel(label_with_unit(shown[0] if len(shown) == 1 else "", unit).strip())
             if len(shown) > 1:
                 row.legend()
         rows[-1].set_xlabel("time [s]")

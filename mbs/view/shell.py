@@ -10,7 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from ..units import labelled
+from ..units import label_with_unit
 from .style import house_style, subplots
 
 HERE = "buckler.mbs.view"
@@ -61,12 +61,12 @@ def write_fit(fit: Any, path: str | Path, title: str) -> Path:
 def page(fit: Any, title: str) -> str:
     """Return that page as text."""
     rows = "".join(
-        f"<tr><td>{html.escape(labelled(name, fit.units[name]))}</td><td>{value:.6g}</td><td>{fit.intervals[name].low:.6g} to "
-        f"{fit.intervals[name].high:.6g}</td><td>{fit.free[name][0]:.6g} to {fit.free[name][1]:.6g}</td></tr>"
+        f"<tr><td>{html.escape(label_with_unit(name, fit.units[name]))}</td><td>{value:.6g}</td><td>{fit.intervals[name].low:.6g}"
+        f" to {fit.intervals[name].high:.6g}</td><td>{fit.free[name][0]:.6g} to {fit.free[name][1]:.6g}</td></tr>"
         for name, value in fit.values.items()
     )
     left = "".join(
-        f"<p>rms of what is left of {html.escape(labelled(name, fit.units[name]))}: {value:.4g}</p>"
+        f"<p>rms of what is left of {html.escape(label_with_unit(name, fit.units[name]))}: {value:.4g}</p>"
         for name, value in fit.rms.items()
     )
     told = left + "".join(f'<p class="doubt">{html.escape(each)}</p>' for each in fit.unidentified)
@@ -103,8 +103,8 @@ def _signals(fit: Any) -> list[Any]:
             left.plot(each.time, each.signals[name], ".", markersize=2, label="data")
             left.plot(each.time, said[name], label="fit")
             right.plot(each.time, each.signals[name] - said[name], ".", markersize=2)
-            left.set_ylabel(labelled(name, fit.units[name]))
-            right.set_ylabel(labelled("data less fit", fit.units[name]))
+            left.set_ylabel(label_with_unit(name, fit.units[name]))
+            right.set_ylabel(label_with_unit("data less fit", fit.units[name]))
         axes[0, 0].set_title(each.name or "experiment")
         axes[0, 0].legend()
         for ax in axes[-1]:
@@ -123,7 +123,7 @@ def _profiles(fit: Any) -> list[Any]:
         ax.axhline(profile.level, linestyle="--", label="end of the 95 % interval")
         ax.legend()
         ax.set(
-            xlabel=labelled(name, fit.units[name]),
+            xlabel=label_with_unit(name, fit.units[name]),
             ylabel="half the sum of squares",
             ylim=(None, profile.cost.min() + 4 * (profile.level - profile.cost.min())),
         )

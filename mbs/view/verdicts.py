@@ -22,7 +22,7 @@ QUESTIONS = {
     "ACCURACY": "Is the error what was asked for, or what a run without settings may have?",
     "SOLVERS": "Does the other solver say the same?",
 }
-"""What each check asks, by the word its sentences begin with."""
+"""Questions of the checks, by the word their sentences begin with."""
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
 IDLE = "not_applicable"

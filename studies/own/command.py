@@ -8,7 +8,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.documents.document import changed
+from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
@@ -56,7 +56,7 @@ class File:
         """Make cases from values at places of the file."""
         with named(self.path):
             base, changes = self._settings(options)
-            document, places = changed(json.loads(base["document"]), changes), {}
+            document, places = change(json.loads(base["document"]), changes), {}
             for name in (text.partition("=")[0].strip() for text in options.vary):
                 try:
                     places[name] = spec(document, name)

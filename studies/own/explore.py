@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.document import changed
-from buckler.mbs.documents.shorthand import expanded
+from buckler.mbs.documents.document import change
+from buckler.mbs.documents.shorthand import expand
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import compiler
 from buckler.mbs.sensitivity.numbers import Family
@@ -130,7 +130,7 @@ class Explorer:
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file with these values beside the one that was opened, never over another."""
         self.mechanism(values)
-        content = changed(expanded(documents.read(self.path)), {path: float(value) for path, value in values.items()})
+        content = change(expand(documents.read(self.path)), {path: float(value) for path, value in values.items()})
         number = 1
         while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
             number += 1

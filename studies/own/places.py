@@ -12,8 +12,8 @@ from typing import Any
 from buckler.mbs.declare import Declaration, Quantity, Whole, declarations
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.document import changed
-from buckler.mbs.documents.shorthand import expanded
+from buckler.mbs.documents.document import change
+from buckler.mbs.documents.shorthand import expand
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.sensitivity.numbers import standing
 
@@ -38,7 +38,7 @@ def named(path: Path) -> Iterator[None]:
 
 def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the document of a file, with its short forms expanded, and its table [run]."""
-    document = expanded(documents.read(path))
+    document = expand(documents.read(path))
     document.pop("about", None)
     run = document.pop(RUN, {})
     if not isinstance(run, dict) or set(run) - set(SETTINGS):
@@ -64,7 +64,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
             raise ValueError(f"--set {text}: write PATH=VALUE, as links.coupler.body.section.thickness=0.2mm")
         found[path.strip()] = read_value(value)
         try:
-            Mechanism.from_dict(changed(document, {path.strip(): found[path.strip()]}))
+            Mechanism.from_dict(change(document, {path.strip(): found[path.strip()]}))
         except ValueError as error:
             raise ValueError(f"--set {text}: {error}") from None
     return found

@@ -14,12 +14,12 @@ from buckler.mbs.accuracy.demand import key_of
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, wanted
 from buckler.mbs.declare import Flag, Name, Quantity, declared, field
 from buckler.mbs.declare.spec import Anything, Text
-from buckler.mbs.documents.document import changed
+from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
-from buckler.mbs.units import labelled
+from buckler.mbs.units import label_with_unit
 from buckler.mbs.view.measures import measures
 from buckler.mbs.view.report import page
 
@@ -87,7 +87,7 @@ class Parameters(StudyParameters):
 
     def mechanism(self) -> Mechanism:
         """Make the mechanism with its changes."""
-        return Mechanism.from_dict(changed(json.loads(self.document), dict(self.changes)))
+        return Mechanism.from_dict(change(json.loads(self.document), dict(self.changes)))
 
     def plain(self) -> dict[str, Any]:
         """Return what a store and a file keep: the mechanism by a hash of its document, and the settings."""
@@ -174,7 +174,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
     drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)
     for name, ax in zip(names, axes[:, 0], strict=True):
         ax.plot(result.signals["time"], result.signals[name])
-        ax.set_ylabel(labelled(name, result.units.get(name, "")))
+        ax.set_ylabel(label_with_unit(name, result.units.get(name, "")))
     axes[-1, 0].set_xlabel("time [s]")
     drawn.align_ylabels()
     return {"signals": drawn}

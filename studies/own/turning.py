@@ -9,7 +9,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.documents.document import changed
+from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
@@ -90,7 +90,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
             start=options.start, starts=options.starts, robust=options.robust, profiles=options.profile,
         )  # fmt: skip
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
-    mechanism = Mechanism.from_dict(changed(file.document, kept)).save(out / f"{options.file.stem}-fitted.toml")
+    mechanism = Mechanism.from_dict(change(file.document, kept)).save(out / f"{options.file.stem}-fitted.toml")
     page = found.write_html(out / "report.html", f"{options.file.stem}: fit to {options.data.name}")
     if options.json:
         print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
@@ -120,7 +120,7 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     with count_runs():
         found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
                          starts=options.starts, budget=options.budget)  # fmt: skip
-    chosen = Mechanism.from_dict(changed(file.document, found.values))
+    chosen = Mechanism.from_dict(change(file.document, found.values))
     path = chosen.save(writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         content = {each.name: getattr(found, each.name) for each in fields(found) if each.name != "front"}

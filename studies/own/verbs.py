@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from buckler.mbs.documents.document import changed
+from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
@@ -44,7 +44,7 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
     with named(path):
         document, run = read_file(path)
         seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
-        opened = Opened(changed(document, read_changes(document, changes)), seconds, run.get("measure", ()))
+        opened = Opened(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
         _ = opened.mechanism  # refused here, with the name of the file
     return opened
 

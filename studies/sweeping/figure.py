@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.lines import Line2D
 
 from buckler.mbs.geometry import Array
-from buckler.mbs.units import labelled
+from buckler.mbs.units import label_with_unit
 
 from ..kit.style import COLOURS, Figure, subplots
 from .table import Point
@@ -59,7 +59,7 @@ def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Map
                 label,
                 look,
             )
-    axes[0, 0].set_ylabel(labelled(metric, unit))
+    axes[0, 0].set_ylabel(label_with_unit(metric, unit))
     _legend(axes[0, 0], found)
     return fig
 
@@ -77,7 +77,7 @@ def _family(ax: Any, x: Array, y: Array, error: Array, found: Sequence[Point], l
 
 def _scale(ax: Any, axis: Axis, units: Mapping[str, str]) -> None:
     """Name and scale the axis of a varied number."""
-    ax.set_xlabel(labelled(axis.name.replace("_", " "), units[axis.name]))
+    ax.set_xlabel(label_with_unit(axis.name.replace("_", " "), units[axis.name]))
     if axis.log:
         ax.set_xscale("log")
     else:

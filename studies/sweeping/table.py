@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.units import labelled
+from buckler.mbs.units import label_with_unit
 
 from ..kit.report import Table
 from ..kit.statistics import Mean
@@ -93,8 +93,8 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
 def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """Tabulate one line a point of the design."""
     failing = any(point.status != "OK" for point in found)
-    headers = [labelled(name, units[name]) for name in plan.names] + [f"of {plan.repeats}"] * (plan.repeats > 1)
-    headers += [labelled(name, unit) for name, unit in shown.items()] + ["status"] * failing
+    headers = [label_with_unit(name, units[name]) for name in plan.names] + [f"of {plan.repeats}"] * (plan.repeats > 1)
+    headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
     lines = [
         [*point.values, *[len(point.used)] * (plan.repeats > 1), *(_cell(point.mean(name)) for name in shown)]
         + [point.status] * failing
@@ -125,15 +125,15 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[Any
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]
-        found[labelled(name, units.get(name, ""))] = [",".join(map(str, v)) if isinstance(v, list) else v for v in values]
+        found[label_with_unit(name, units.get(name, ""))] = [",".join(map(str, v)) if isinstance(v, list) else v for v in values]
     found |= {"status": [row.status for row in rows], "message": [row.message for row in rows]}
     for name, unit in {name: metric.unit for row in rows for name, metric in row.metrics.items()}.items():
         metrics = [row.metrics.get(name) for row in rows]
-        found[labelled(name, unit)] = [None if each is None else each.value for each in metrics]
+        found[label_with_unit(name, unit)] = [None if each is None else each.value for each in metrics]
         if any(each is not None and each.error is not None for each in metrics):
             found[f"{name} relative error"] = [None if each is None else each.error for each in metrics]
         if any(each is not None and each.absolute is not None for each in metrics):
-            found[labelled(f"{name} error", unit)] = [None if each is None else each.off for each in metrics]
+            found[label_with_unit(f"{name} error", unit)] = [None if each is None else each.off for each in metrics]
     found["wall_s [s]"] = [row.wall_s for row in rows]
     return found | {name: [str(row.provenance.get(name, "")) for row in rows] for name in ("ended", "host", "sources")}
 

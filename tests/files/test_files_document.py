@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from buckler.mbs import Beam, Clearance, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
 from buckler.mbs.declare import known_kinds, register
 from buckler.mbs.documents import document
-from buckler.mbs.documents.document import changed, get, read, text
+from buckler.mbs.documents.document import change, get, read, text
 from buckler.mbs.functions import Expression, Table
 from buckler.mbs.laws import CarvalhoMartins, Impact
 
@@ -27,7 +27,7 @@ def arm(**changes):
         "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Beam", "section": {"width": 0.03, "thickness": "0.3 mm"}}}},
         "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "arm"}],
     }
-    return changed(content, changes)
+    return change(content, changes)
 
 
 def refused(content):
@@ -278,7 +278,7 @@ def test_what_is_written_as_toml_reads_the_same(content):
 def test_places_by_number_and_by_name():
     content = EXAMPLE
     assert get(content, "stops.B.law.restitution") == get(content, "stops[0].law.restitution") == 0.5
-    assert get(changed(content, {"joints.A.gap": 2e-4}), "joints[1].gap") == 2e-4
+    assert get(change(content, {"joints.A.gap": 2e-4}), "joints[1].gap") == 2e-4
     for path, message in [
         ("links.cupler.body", "links.cupler: not in the file, did you mean 'coupler'?"),
         ("joints[7].gap", "joints[7]: there are only 2, counted from 0"),
@@ -287,7 +287,7 @@ def test_places_by_number_and_by_name():
         ("", "'' is no path"),
     ]:
         with pytest.raises(ValueError) as error:
-            changed(content, {path: 1})
+            change(content, {path: 1})
         assert str(error.value).startswith(message)
 
 
