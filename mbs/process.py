@@ -61,6 +61,29 @@ class Interrupted(KeyboardInterrupt):
         self.result = result
 
 
+class TimeUpError(Exception):
+    """The time of `time_limit` is over."""
+
+
+@contextmanager
+def time_limit(seconds: float | None) -> Iterator[None]:
+    """Raise TimeUpError in the main thread once, after so many seconds [s]; without a number never."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise TimeUpError(f"--timeout {seconds:g}: the time is over")
+
+    if seconds is None:
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
 class _Noted:
     """Handler that notes Ctrl-C for as long as it is the handler."""
 

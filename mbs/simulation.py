@@ -25,6 +25,7 @@ from .kinematics import exact
 from .kinematics.determined import is_kinematic
 from .mechanism import Mechanism
 from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
+from .progress import USUAL, Forecast, forecast
 from .record.errors import Status
 from .record.result import Result
 from .record.run import Run
@@ -84,7 +85,7 @@ def simulate(
     ledger: bool = False,
     shapes: Sequence[float] = (),
     timeout: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: bool | Callable[[float], None] | None = None,
 ) -> Result:
     """Simulate a mechanism from t = 0, its velocities given by the drive through the constraints.
 
@@ -114,9 +115,11 @@ def simulate(
     shapes : sequence of float
         Times, s, at which to keep the shapes of flexible links.
     timeout : float, optional
-        Wall-clock limit, s; beyond it the run ends as TIMED_OUT with what it has.
-    progress : callable, optional
-        Called with the fraction done after each step; of each run in turn, where there are several.
+        Wall-clock limit, s; beyond it the result is TIMED_OUT with the best so far: the finest run that ended, or the part of the
+        first one that there is.
+    progress : bool or callable, optional
+        True shows a bar and says how long it will take, by default in terminals and notebooks. A function is called with the
+        fraction done after each step; of each run in turn, where there are several.
 
     Returns
     -------
@@ -140,7 +143,10 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    runs = _Runs(mechanism, timeout, progress)
+    followed = forecast(progress)
+    runs = _Runs(mechanism, timeout, followed)
+    if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
+        followed.runs = USUAL
     try:
         if accuracy is None and solver is not None:
             result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
@@ -153,6 +159,9 @@ def simulate(
         return verified(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.made) if runs.made else stop) from None
+    finally:
+        if isinstance(followed, Forecast):
+            followed.close()
 
 
 class _Runs:
@@ -201,6 +210,10 @@ class _Runs:
         found = replace(found, provenance=found.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
         if answer.run.failure:
             return found
+        last = self.made[-1].failure
+        if last and last[0] is Status.TIMED_OUT:
+            best = f"timeout = {self.timeout:g} s is over; the best so far is a run to the end, the one before the last"
+            return replace(found, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, answer.missed(demand)))))
         if answer.chaos:
             status = answer.chaos if demand.asked > 0 else Status.OK
             return replace(found, status=status, message=answer.errors.notes[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
@@ -13,6 +12,7 @@ from scipy.stats import qmc
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..process import TimeUpError
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import positive, whole
@@ -182,15 +182,21 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     found, runs = list[tuple[tuple[float, float], Task, Array]](), 0
     for values in product(*lists.values()):
         each = replace(task, kept=dict(zip(lists, values, strict=True)), cache={}, runs=0)
-        with suppress(EnoughError):
+        try:
             each.search()
+        except EnoughError:
+            pass
+        except TimeUpError as error:
+            task.stopped = str(error)
         if (x := each.best()) is not None:
             found.append((each.merit(each.cache[point_of(x)]), each, x))
         runs += each.runs
+        if task.stopped:
+            break
     if not found:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {each.failed}")
     _, best, x = min(found, key=lambda item: item[0])
-    before = best.runs
+    before, best.stopped = best.runs, task.stopped
     design = _checked(best, x)
     return replace(design, runs=runs + design.runs - before)
 
@@ -204,8 +210,14 @@ def _checked(task: Task, x: Array) -> Design:
         if not task.missed(fine) or not np.isfinite(fine).all():
             break
         task.offset, task.cache = fine - found, {point_of(x): found}
-        with suppress(EnoughError):
+        if task.stopped:
+            break
+        try:
             task.descend(x)
+        except EnoughError:
+            pass
+        except TimeUpError as error:
+            task.stopped = str(error)
         new = task.best()
         if new is None or point_of(new) == point_of(x):
             break
@@ -216,7 +228,7 @@ def _checked(task: Task, x: Array) -> Design:
 def _design(task: Task, x: Array, found: Array, fine: Array) -> Design:
     """Say what binds, and what is missed."""
     missed = task.missed(fine)
-    complete = task.runs < task.budget or not (task.aims or missed)
+    complete = not task.stopped and (task.runs < task.budget or not (task.aims or missed))
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
@@ -229,7 +241,8 @@ def _design(task: Task, x: Array, found: Array, fine: Array) -> Design:
     message = f"none of the designs tried keeps {wrong}" if missed else ""
     if not complete:
         best = f"; the best so far misses {wrong}" if missed else ": this is the best so far"
-        message = f"the budget of {task.budget} runs was used up{best}"
+        why = task.stopped or f"the budget of {task.budget} runs was used up"
+        message = f"{why}{best}"
     readings, changes = (dict(zip(task.readings, map(float, each), strict=True)) for each in (fine, fine - found))
     return Design(task.values(x), binding, readings, changes, not missed, message, task.runs, task.units, complete)
 

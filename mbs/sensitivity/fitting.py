@@ -15,6 +15,7 @@ from scipy.stats import t as student
 
 from ..geometry import Array
 from ..offers import find_offer
+from ..process import TimeUpError
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
@@ -186,7 +187,7 @@ def fit(
     if unknown := [name for name in profiles if name not in search.problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
     best = search.best(starts, seed)
-    if not search.problem.known:
+    if not search.problem.known and not search.problem.stopped:
         search.weigh(best)
         best = search.solve(best)
     return search.answer(best, {name: search.profile(best, name) for name in profiles})
@@ -202,10 +203,21 @@ class Search(NamedTuple):
         """Find the best point from the middle and from points of a Halton sequence."""
         d, residuals = len(self.problem.names), self.problem.residuals
         points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)])
-        alive = [(float(np.sum(r**2)), x) for x in points if not np.all((r := residuals(x)) == FAR)]
+        alive, ends = list[tuple[float, Array]](), list[Array]()
+        try:
+            for x in points:
+                if not np.all((r := residuals(x)) == FAR):
+                    alive.append((float(np.sum(r**2)), x))
+            alive.sort(key=lambda pair: pair[0])
+            for _, x in alive[:POLISHED]:
+                ends.append(self.solve(x))
+        except TimeUpError as error:
+            if not alive:
+                raise
+            self.problem.stopped = f"TIMED_OUT: {error}; these numbers are the best so far"
+            return ends[0] if ends else min(alive, key=lambda pair: pair[0])[1]
         if not alive:
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {self.problem.failed}")
-        ends = [self.solve(x) for _, x in sorted(alive, key=lambda pair: pair[0])[:POLISHED]]
         return min(ends, key=lambda x: float(np.sum(residuals(x) ** 2)))
 
     def solve(self, x: Array, kept: int | None = None) -> Array:
@@ -284,9 +296,10 @@ class Search(NamedTuple):
         intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
         intervals |= {name: profile.interval() for name, profile in profiles.items()}
         correlation = covariance / np.outer(deviation, deviation)
+        said = [*filter(None, [problem.stopped]), *self.vague(best, deviation, correlation), *self.unexplained(best)]
         return Fit(
             dict(zip(problem.names, map(float, values), strict=True)), intervals,
-            [*self.vague(best, deviation, correlation), *self.unexplained(best)], correlation, self.left(best),
+            [*said], correlation, self.left(best),
             problem.predictions(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
             {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
             problem.units, profiles,

@@ -52,6 +52,8 @@ class Problem:
     solver : Spectral
     failed : str
         Reason of the first run that failed.
+    stopped : str
+        Why the search ended before its end.
     blocked : dict of str to str
         Numbers beside which both runs fail, and why.
     """
@@ -66,6 +68,7 @@ class Problem:
     units: dict[str, str]
     solver: Spectral
     failed: str = ""
+    stopped: str = ""
     blocked: dict[str, str] = field(default_factory=dict)
     cached: tuple[Array, list[dict[str, Any]]] | None = None
 

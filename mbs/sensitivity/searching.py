@@ -46,7 +46,8 @@ class EnoughError(Exception):
 class Task:
     """Readings over the unit cube of the free numbers, and what is asked of them.
 
-    `kept` are values of lists; `offset` is the difference of a finer run, `failed` the reason of the first run's failure.
+    `kept` are values of lists; `offset` is the difference of a finer run, `failed` the reason of the first run's failure,
+    `stopped` why the search ended before its end.
     """
 
     family: Family
@@ -60,6 +61,7 @@ class Task:
     budget: int
     kept: dict[str, float] = field(default_factory=dict)
     runs: int = 0
+    stopped: str = ""
     failed: str = "readings have no value there"
     units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from math import isfinite, nan
 from typing import NamedTuple
@@ -9,12 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..accuracy.demand import STRIKE
+from ..record.errors import Status
 from ..record.result import Result
 from ..sensitivity.reading import parsed
 
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
 """Last parts of the names of signals whose peaks are read where no measure is given."""
+
+ENDED = (Status.TIMED_OUT, Status.INTERRUPTED)
+"""Ends of a run from outside."""
+TIMED = re.compile(r"\bat\(")
+"""Readings at a time, which the part of a run may not have."""
 
 
 class Measure(NamedTuple):
@@ -44,8 +51,13 @@ class Measure(NamedTuple):
 
 
 def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
-    """Read these formulas off a run, by default the peaks of its forces, torques and deflections; none of a run that failed."""
-    return [_measure(result, text) for text in texts or peaks(result)] if result.status.finished else []
+    """Read these formulas off a run, by default the peaks of its forces, torques and deflections; none of a run that failed.
+
+    A run that was ended from outside has those of the part that ran.
+    """
+    ended = result.status in ENDED and len(result.time) > 1
+    wanted = [text for text in texts or peaks(result) if not (ended and TIMED.search(text))]
+    return [_measure(result, text) for text in wanted] if ended or result.status.finished else []
 
 
 def _measure(result: Result, text: str) -> Measure:

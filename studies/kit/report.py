@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from buckler.mbs.progress import Forecast
+
 from .parameters import StudyParameters
 from .versions import versions
 
@@ -186,31 +188,16 @@ def _cpu() -> str:
 class Progress:
     """Progress of a run on stderr, if it takes long; `run` gets one."""
 
-    def __init__(self, quiet: bool = False) -> None:
-        self.quiet = quiet
+    def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
+        self.quiet, self.cases = quiet, cases
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items and count them."""
         yield from items if self.quiet else _bar(iterable=items, desc=label or None, total=total)
 
-    @contextmanager
-    def of_runs(self, label: str) -> Iterator[Callable[[float], None] | None]:
-        """Show the fraction done of one run after another; a fraction that falls, or follows 1, is of the next run."""
-        if self.quiet:
-            yield None
-            return
-        runs, form = 1, "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
-        with _bar(total=1.0, desc=f"{label}, run 1", bar_format=form) as bar:
-
-            def show(done: float) -> None:
-                nonlocal runs
-                if done < bar.n or bar.n >= 1.0:
-                    runs += 1
-                    bar.set_description_str(f"{label}, run {runs}", refresh=False)
-                    bar.update(-bar.n)
-                bar.update(done - bar.n)
-
-            yield show
+    def forecast(self, title: str) -> Forecast | bool:
+        """Return the progress of `simulate`: a bar and how long it will take, of all cases where this is the first."""
+        return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
 
 
 @contextmanager

@@ -23,6 +23,9 @@ from .style import Figure, house_style
 from .versions import versions
 from .words import print_error
 
+INTERRUPTED = 130
+"""Exit status of what Ctrl-C has ended, as in shells."""
+
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
     """Run the study or the mechanism of the file; return the exit status."""
@@ -93,7 +96,7 @@ def finish(
         print(f"{name}: {result.status}{' (allowed)' * trusted}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
-    return 0 if result.status == "OK" or trusted else 1
+    return 0 if result.status == "OK" or trusted else INTERRUPTED if result.status == Status.INTERRUPTED else 1
 
 
 def _work(result: StudyResult) -> str:

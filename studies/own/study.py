@@ -67,6 +67,10 @@ class Parameters(StudyParameters):
     )
     solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
     changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with their new values", default=())
+    timeout: float | None = field(
+        Quantity("s", 0, open_low=True), "longest time of computing; then the best so far is the result, TIMED_OUT",
+        default=None, group=GROUP,
+    )  # fmt: skip
     report: bool = field(Flag(), "write the report page; no store keeps this", default=False)
 
     def check(self) -> None:
@@ -109,17 +113,17 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     mechanism = p.mechanism()
     solver = make_solver(dict(p.solver), mechanism)
     try:
-        with progress.of_runs(p.name) as shown:
-            return read_off(p, simulate(
-                mechanism, p.duration, p.accuracy, of=p.of, solver=solver, ledger=p.ledger, verify=p.verify, progress=shown
-            ))  # fmt: skip
+        return read_off(p, simulate(
+            mechanism, p.duration, p.accuracy, of=p.of, solver=solver, ledger=p.ledger, verify=p.verify, timeout=p.timeout,
+            progress=progress.forecast(p.name),
+        ))  # fmt: skip
     except Interrupted as stop:
         raise Interrupted(read_off(p, stop.result)) from None
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
     """Return metrics, signals and page of a result; a failed one has its signals only."""
-    metrics = _metrics(parameters, result) if result.status.finished else {}
+    metrics = _metrics(parameters, result)
     empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
         parameters=parameters,
@@ -150,6 +154,8 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
         relative = None if isnan(each.relative) else each.relative
         absolute = each.error if relative is None and each.error >= 0 else None
         found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)
+    if not result.status.finished:
+        return found
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
         found |= {f"relative error of {name}": Metric(result.error[key_of(name)], "1") for name in target_signals(parameters)}

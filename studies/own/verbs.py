@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.sensitivity.runs import RunFailedError, before_run
@@ -59,11 +60,17 @@ def file_command(
         add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
         if runs:
             parser.add_argument("--duration", metavar="s", help="duration [s]; default that of the file, or 1 s")
+        parser.add_argument("--timeout", metavar="s", help="longest time of computing [s]; a search then shows its best so far")
         declare(parser)
 
     def answer_all(options: argparse.Namespace) -> int:
+        seconds = None if options.timeout is None else OPTIONS["timeout"].spec.read("--timeout", options.timeout)
         try:
-            return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
+            with time_limit(seconds):
+                return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
+        except TimeUpError as error:
+            print(f"{options.file}: TIMED_OUT: {error}, and there is no answer yet", file=sys.stderr)
+            return 1
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
             return 1

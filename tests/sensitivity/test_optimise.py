@@ -1,5 +1,9 @@
 """Designs against closed forms."""
 
+import itertools
+import os
+import signal
+
 import numpy as np
 import pytest
 from simulations import pushed, slim
@@ -18,6 +22,8 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.process import time_limit
+from buckler.mbs.sensitivity import runs
 from buckler.mbs.sensitivity.runs import RunFailedError
 from buckler.mbs.sensitivity.wants import wanted
 
@@ -185,3 +191,18 @@ def test_a_run_whose_length_goes_with_its_numbers():
         minimise="speed", readings={"speed": "(mean(O.vx) - 0.2)**2"}, starts=2,
     )  # fmt: skip
     assert found.values["stiffness"] == pytest.approx(4 * 3.0**2 / (np.pi**2 * 0.5 * 0.2**2), rel=1e-3)
+
+
+def test_a_search_whose_time_is_over_shows_its_best_so_far():
+    asked = {"free": {K: (100.0, 180.0)}, "minimise": "max(O.x)"}
+    whole = optimise(pushed(150.0), 0.4, **asked, starts=2)
+    limit = time_limit(3600.0)
+    with limit:
+        runs.before_run.set(lambda: os.kill(os.getpid(), signal.SIGALRM) if next(counted) == 2 else None)
+        counted = itertools.count()
+        found = optimise(pushed(150.0), 0.4, **asked, starts=2)
+    runs.before_run.set(lambda: None)
+    assert whole.complete and not found.complete and found.runs < whole.runs
+    assert found.message == "--timeout 3600: the time is over: this is the best so far"
+    assert 100 <= found.values[K] <= 180
+    assert signal.getsignal(signal.SIGALRM) is signal.SIG_DFL and signal.getitimer(signal.ITIMER_REAL)[0] == 0

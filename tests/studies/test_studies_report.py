@@ -101,13 +101,12 @@ def test_progress_stays_silent_on_short_work_and_shows_on_a_terminal(capsys, mon
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     assert list(Progress()(range(30), label="cases")) == list(range(30))
     assert "cases" in terminal.getvalue()
-    with Progress().of_runs("arch") as show:
-        for done in (0.0, 0.4, 1.0, 0.2, 0.9, 0.1):  # three runs, the second one not to its end
-            show(done)
-    assert "arch, run 1:  40%" in terminal.getvalue() and "arch, run 2:  90%" in terminal.getvalue()
-    assert "arch, run 3:  10%" in terminal.getvalue()
-    with QUIET.of_runs("arch") as show:
-        assert show is None
+    show = Progress().forecast("arch")
+    for done in (0.0, 0.4, 1.0, 0.2, 0.9, 0.1):  # three runs, the second one not to its end
+        show(done)
+    assert "arch run 1:  40%" in terminal.getvalue() and "arch run 2:  90%" in terminal.getvalue()
+    assert "arch run 3:  10%" in terminal.getvalue()
+    assert QUIET.forecast("arch") is False
 
 
 def test_figures_are_a_column_wide_and_legible():
