@@ -90,7 +90,7 @@ class Answer:
     count: int = 1
 
     def missed(self, demand: Demand) -> str:
-        """Why it is not what was asked for, in a sentence; '' if it is."""
+        """Return why it is not what was asked for, in a sentence; '' if it is."""
         why = f"; {self.said}" if self.said else ""
         if not self.errors.known:
             return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
@@ -128,7 +128,7 @@ class _Refinement:
         self.allowed: dict[Key, float] = {}
         self.best: Callable[[], Answer] | None = None
 
-    def trial(self, level: Level, end: float) -> Trial:
+    def make(self, level: Level, end: float) -> Trial:
         """Make a run; _FailedError if it ends early."""
         self.count += 1
         made = Trial(self._run(level, end), level, end)
@@ -139,133 +139,133 @@ class _Refinement:
     def answer(self) -> Answer:
         """Find the answer; a run that fails ends it with what there is by then."""
         try:
-            coarse = self.pilot()
+            coarse = self.run_first()
             self.best = partial(Answer, coarse.run)
-            fine = self.trial(self.next(coarse, self.levels.ratio), self.duration * self.levels.prefix)
-            return self.climb(coarse, fine)
+            fine = self.make(self.next_level(coarse, self.levels.ratio), self.duration * self.levels.prefix)
+            return self.refine(coarse, fine)
         except _FailedError as failure:
             found = self.best() if self.best else Answer(failure.trial.run)
             return replace(found, said=_failure(failure.trial), count=self.count)
 
-    def climb(self, coarse: Trial, fine: Trial) -> Answer:
+    def refine(self, coarse: Trial, fine: Trial) -> Answer:
         """Compare the last two runs, and go finer until the error is allowed."""
         looked = False
         while True:
-            parting = self.compared(coarse, fine)
+            parting = self.find_parting(coarse, fine)
             if parting.at < inf and not looked:
-                looked, found = True, self.chaotic(coarse, fine, parting)
+                looked, found = True, self.look_for_chaos(coarse, fine, parting)
                 if isinstance(found, Answer):
                     return found
-                coarse, fine = (self.whole(trial) for trial in found)
+                coarse, fine = (self.complete(trial) for trial in found)
                 continue
             if fine.end < self.duration:
-                fine = self.whole(fine)
+                fine = self.complete(fine)
                 continue
-            errs, now, gain = self.estimate(coarse, fine)
+            errs, now, gain = self.estimate_errors(coarse, fine)
             beyond = worst(self.allowed, errs).ratio
-            self.best = partial(self.judged, coarse, fine, errs, gain, dict(self.allowed))
+            self.best = partial(self.finish, coarse, fine, errs, gain, dict(self.allowed))
             if beyond <= 1 and self.levels.resolved(fine.run) <= self.demand.place:
                 return self.best()
             if self.count >= self.levels.runs_at_most or fine.level.tolerance <= 2 * self.levels.finest:
-                return self.until(coarse, fine, Status.SENSITIVE) if parting.at < inf else self.best()
+                return self.answer_until(coarse, fine, Status.SENSITIVE) if parting.at < inf else self.best()
             self.before, self.ratio_before = now, coarse.level.tolerance / fine.level.tolerance
-            coarse, fine = fine, self.trial(self.next(fine, self.needed(beyond, parting.at < inf)), self.duration)
+            coarse, fine = fine, self.make(self.next_level(fine, self.find_ratio(beyond, parting.at < inf)), self.duration)
 
-    def whole(self, trial: Trial) -> Trial:
-        """The run of a level up to the end."""
-        return trial if trial.end == self.duration else self.trial(trial.level, self.duration)
+    def complete(self, trial: Trial) -> Trial:
+        """Make the run of a level up to the end."""
+        return trial if trial.end == self.duration else self.make(trial.level, self.duration)
 
-    def pilot(self) -> Trial:
-        """The coarsest run that does not fail."""
+    def run_first(self) -> Trial:
+        """Make the coarsest run that does not fail."""
         level = self.levels.first()
         for _ in range(PATIENCE):
             try:
-                return self.trial(level, self.duration)
+                return self.make(level, self.duration)
             except _FailedError as failure:
                 if failure.trial.run.failure is None or failure.trial.run.failure[0] not in CURED:
                     raise
                 level = self.levels.finer(level, self.levels.ratio)
-        return self.trial(level, self.duration)
+        return self.make(level, self.duration)
 
-    def next(self, trial: Trial, ratio: float) -> Level:
-        """The level after a run, with degrees enough as far as that run tells."""
+    def next_level(self, trial: Trial, ratio: float) -> Level:
+        """Return the level after a run, with degrees enough as far as that run tells."""
         return self.levels.spanned(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
 
-    def needed(self, beyond: float, parts: bool) -> float:
-        """Ratio of tolerances that should make the error what is allowed."""
+    def find_ratio(self, beyond: float, parts: bool) -> float:
+        """Find the ratio of tolerances that should make the error what is allowed."""
         ratio, most = self.levels.ratio, self.levels.orders[1]
         return float(ratio**JUMP if parts else np.clip((1 + 2 * beyond) ** (1 / most), ratio, ratio**JUMP))
 
-    def compared(self, coarse: Trial, fine: Trial, until: float = inf) -> Parting:
-        """When two runs part."""
+    def find_parting(self, coarse: Trial, fine: Trial, until: float = inf) -> Parting:
+        """Find when two runs part."""
         self.allowed = self.demand.limits(fine.trajectory)
         return Parting(Difference(coarse.trajectory, fine.trajectory, until), self.allowed)
 
-    def chaotic(self, coarse: Trial, fine: Trial, parting: Parting) -> Answer | tuple[Trial, Trial]:
-        """The answer where finer runs show that none can follow the motion to its end, else the first two that agree."""
+    def look_for_chaos(self, coarse: Trial, fine: Trial, parting: Parting) -> Answer | tuple[Trial, Trial]:
+        """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
         rattles, last = fine.end < self.duration, fine
         pair = (coarse, fine) if rattles else None
         for _ in range(1 if rattles else CONFIRMED):
             least = (self.duration - parting.at) / max(1.0, self.levels.left(last.level))
             end = min(last.end, (parting.at + least) * (1 + LAST / WINDOWS))
-            finer = self.trial(self.next(last, self.levels.ratio), end)
-            parting = self.compared(last, finer)
+            finer = self.make(self.next_level(last, self.levels.ratio), end)
+            parting = self.find_parting(last, finer)
             if parting.at == inf:
                 return last, finer
             pair, last = pair or (last, finer), finer
-        return self.until(*(pair or (coarse, fine)), Status.CHAOTIC)
+        return self.answer_until(*(pair or (coarse, fine)), Status.CHAOTIC)
 
-    def until(self, a: Trial, b: Trial, chaos: Status) -> Answer:
-        """The run a with errors up to the time to which run b, a finer one, tells that they are allowed."""
+    def answer_until(self, a: Trial, b: Trial, chaos: Status) -> Answer:
+        """Return run a with errors up to the time to which its difference to b, a finer run, is allowed."""
         gain = (a.level.tolerance / b.level.tolerance) ** self.levels.orders[0]
         whole = gain / (gain - 1)
-        until = self.compared(a, b).within(1 / whole)
+        until = self.find_parting(a, b).within(1 / whole)
         now, sizes = Difference(a.trajectory, b.trajectory, until).norms(b.trajectory.signals)
         note = (
             f"the motion is one trajectory to about t = {until:.4g} s; beyond it is one of many, and errors are those up to "
             "then: result.reading(...) gives means, rms and peaks with their sampling errors"
         )
-        return self.told(a, {key: max(LEAST, whole * off) for key, off in now.items()}, sizes, until, (note,), chaos)
+        return self.attach_errors(a, {key: max(LEAST, whole * off) for key, off in now.items()}, sizes, until, (note,), chaos)
 
-    def estimate(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
-        """Errors of what is demanded of the finer run, differences they are estimated from, and gains."""
+    def estimate_errors(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
+        """Estimate errors of what is demanded of the finer run; return also differences and gains."""
         asked = {name for name, _ in self.allowed}
         pair = Difference(coarse.trajectory, fine.trajectory)
         now, _ = pair.norms({n: s for n, s in fine.trajectory.signals.items() if n in asked})
-        gain = self.gain(coarse, fine, {key: now[key] for key in self.allowed if key in now})
+        gain = self.find_gains(coarse, fine, {key: now[key] for key in self.allowed if key in now})
         found = errors({key: now[key] for key in gain}, gain)
         if worst(self.allowed, found).ratio <= 1:  # energies are looked at last
             self.allowed |= {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-            off = {key: each for key, each in self.energies(coarse, fine)[0].items() if key in self.allowed}
+            off = {key: each for key, each in self.compare_energies(coarse, fine)[0].items() if key in self.allowed}
             found |= errors(off, gain) | {BALANCE: fine.energies[1]}
         return found, now, gain
 
-    def energies(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Differences of the energies."""
+    def compare_energies(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Compare the energies of two runs."""
         a, b = coarse.energies[0], fine.energies[0]
         return Difference(a, b).norms(b.signals)
 
-    def gain(self, coarse: Trial, fine: Trial, now: Mapping[Key, float]) -> dict[Key, float]:
-        """By how much the finer run errs less than the coarser one."""
+    def find_gains(self, coarse: Trial, fine: Trial, now: Mapping[Key, float]) -> dict[Key, float]:
+        """Find by how much the finer run errs less than the coarser one."""
         least, most = self.levels.orders
         ratio = coarse.level.tolerance / fine.level.tolerance
         return gains(now, self.before, (ratio, self.ratio_before), (least, least if fine.trajectory.strikes else most))
 
-    def judged(
+    def finish(
         self, coarse: Trial, fine: Trial, found: Mapping[Key, float], gain: Mapping[Key, float], allowed: Mapping[Key, float]
     ) -> Answer:
-        """The finer run with the errors of all its signals."""
+        """Return the finer run with the errors of all its signals."""
         now, sizes = Difference(coarse.trajectory, fine.trajectory).norms(fine.trajectory.signals)
-        energies, others = self.energies(coarse, fine)
+        energies, others = self.compare_energies(coarse, fine)
         every = errors(now | energies, gain) | {BALANCE: fine.energies[1]} | dict(found)
         self.allowed = dict(allowed)
-        return self.told(fine, every, sizes | others, float(fine.run.record.time[-1]))
+        return self.attach_errors(fine, every, sizes | others, float(fine.run.record.time[-1]))
 
-    def told(
+    def attach_errors(
         self, trial: Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float, notes: tuple[str, ...] = (),
         chaos: Status | None = None,
     ) -> Answer:  # fmt: skip
-        """A run with errors, those of ringing that its steps do not follow infinite."""
+        """Attach errors to a run, infinite ones where its steps do not follow a ringing."""
         run, unresolved = trial.trajectory, tuple(trial.trajectory.unresolved)
         found = {**found, **{(name, norm): inf for name in unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}}
         averaged = [signal.source for signal in run.signals.values() if signal.period]
@@ -275,13 +275,12 @@ class _Refinement:
             notes += (f"{rings[0]}{others}: rings faster than the steps follow; read {rings[0]}.mean",)
         motion = [found[n, Norm.RMS] for n, s in run.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in found]
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
-        told = Errors(
-            max(motion, default=0.0), dict(found), dict(sizes), kind, until, turn_of(trial.run.record.mechanism), rings, notes
-        )
-        return Answer(trial.run, told, worst(self.allowed, found), chaos, count=self.count)
+        turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
+        estimate = Errors(largest, dict(found), dict(sizes), kind, until, turn, rings, notes)
+        return Answer(trial.run, estimate, worst(self.allowed, found), chaos, count=self.count)
 
 
 def _failure(trial: Trial) -> str:
-    """Why a run ended early, in words."""
+    """Return why a run ended early, in words."""
     status, said = trial.run.failure or (Status.NOT_FINITE, "no samples")
     return f"a finer run ended as {status}: {said}"
