@@ -21,6 +21,7 @@ import numpy as np
 
 from ..elements.clearance import clearances
 from ..kinematics.exact import sample_times
+from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..record.run import Run
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
@@ -28,6 +29,8 @@ from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose,
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
 mechanisms part from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+STICKING = 1 / 128
+"""First tolerance of guides whose friction bends bristles, over `FIRST`: coarser runs miss when they slip."""
 DEGREE = 6
 """Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 would do."""
 FINEST = 5e-10
@@ -135,7 +138,8 @@ class SpectralLevels(Levels):
 
     def first(self) -> Level:
         """The coarsest level."""
-        return Level(FIRST * min(1.0, self.share), self.solver.degree or DEGREE)
+        bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
+        return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
     def more(self, ratio: float) -> int:
         """Two degrees a level."""

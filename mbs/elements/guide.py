@@ -57,6 +57,12 @@ class GuideFriction(Declared):
         return cls(coefficient * mass * gravity, **kw)
 
 
+RESOLVED = 20
+"""Steps in a period of a block on its bristles that resolve the work of its friction, which jumps where bristles slip."""
+STUCK = 1e-4
+"""Way of a block that is stuck, over the longest link: nobody sees it, and its friction works on its bristles alone."""
+
+
 @declared
 class Guide(Guided):
     """A slider block pinned to a link's point, free to move along a straight line through the point's initial place."""
@@ -124,8 +130,11 @@ class Guide(Guided):
         if self.friction is not None:
             held = self._bristle_energy(name, record)
             yield Energy("held", "contact", held)
-            rubbed = record.work(self._drag(name, record) * block.speed)
-            yield Energy("taken", "friction", rubbed - (held - held[0]))
+            if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
+                yield Energy("taken", "friction", np.zeros_like(held))
+            else:
+                rubbed = record.work(self._drag(name, record) * block.speed)
+                yield Energy("taken", "friction", rubbed - (held - held[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the guide's force on the block to the left of its direction, friction against the speed, and its limit, N."""
@@ -159,6 +168,13 @@ class Guide(Guided):
         assert self.friction is not None  # or nobody asks
         normal, bristle = self._reaction_and_bristle(name, record)
         return np.asarray(remembering(self.friction).coefficient(speed, bristle) * normal)
+
+    def _is_stuck(self, name: str, record: Recorded) -> bool:
+        """True if the block moves by no more than nobody sees, and steps do not resolve how it rings on its bristles."""
+        size, way = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point].travel
+        force, bend = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
+        period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * bend / force) if force > 0 else 0.0
+        return bool(np.ptp(way) < STUCK * size and RESOLVED * np.diff(record.time).max() > period)
 
     def _bristle_energy(self, name: str, record: Recorded) -> Array:
         """Compute the energy of a bent bristle, J."""

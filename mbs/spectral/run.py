@@ -47,9 +47,10 @@ ROWS = 2000
 def scene_for(mechanism: Mechanism, degree: int | None) -> Scene | None:
     """The scene of a mechanism; None where this solver does not know a kind of element, or cannot compile its functions.
 
-    Laws of friction that follow a guide's reaction are known, but the energy of their bristles does not add up.
+    Laws of friction without memory that follow a guide's reaction are known, but near a wedge they start wrongly.
     """
-    if any(isinstance(guide.friction, FrictionLaw | BristleLaw) for guide in mechanism.guides):
+    laws = [guide.friction for guide in mechanism.guides]
+    if any(isinstance(law, FrictionLaw) and not isinstance(law, BristleLaw) for law in laws):
         return None
     try:
         return Scene.of(mechanism, degree)
