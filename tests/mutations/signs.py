@@ -146,7 +146,7 @@ COMPILED = (
     ("Clearance", "registry.py add_clearance", "forces.py", "- FLIP * b[SPIN] * (e + radius)"),
     ("Force", "registry.py add_force", "forces.py", "FLIP * w.state[b, TURN] - s.data[number + 2]"),
     ("Force", "registry.py add_force", "forces.py", "FLIP * s.factors[k] * (sn * px"),
-    ("States", "builder.py Builder.add_stateful", "stateful.py", "return FLIP * factor * called("),
+    ("States", "builder.py Builder.add_stateful", "stateful.py", "return FLIP * factor * call_array("),
     ("States", "builder.py Builder.add_stateful", "stateful.py", "+= FLIP * _value(s, w, k, count + i, count)"),
     ("Strip", "strip_body.py add_strip", "strips.py", "return FLIP * data[d] * e0"),
     ("Beam", "strip_body.py add_strip", "strips.py", "FLIP * data[d + 1] * e1"),
