@@ -1,4 +1,4 @@
-"""What answers of the statics have in common: how they ended, in a word and a sentence; paths, and checks of what is asked."""
+"""Results of the statics: status and message, paths, and checks of the input."""
 
 from __future__ import annotations
 
@@ -20,23 +20,27 @@ if TYPE_CHECKING:
 
 
 RISE = 4
-"""By how much the degree of strips is raised at once."""
+"""Increment of the degree of strips in a refinement."""
 HIGHEST = 40
-"""Degree at which that ends."""
-PLACES, CRITICAL = 1e-8, 1e-6
-"""Errors up to which it is raised, relative: of states of rest and frequencies; of critical points and motions."""
-FIRST, LONGEST = 0.02, 0.1
-"""First and longest arc of a path, by default."""
+"""Degree at which refinement ends."""
+PLACES = 1e-8
+"""Relative error at which refinement ends, for states of rest and frequencies."""
+CRITICAL = 1e-6
+"""Relative error at which refinement ends, for critical points and periodic motions."""
+FIRST = 0.02
+"""First arc of a path, by default."""
+LONGEST = 0.1
+"""Longest arc of a path, by default."""
 
 
 class Ending(StrEnum):
-    """How a search for rest ended. Anything but OK comes with a sentence a person can act on."""
+    """Status of a search for rest. Every status but OK comes with a message that says what to do."""
 
     OK = "OK"
     FREE_MOTION = "FREE_MOTION"
     """No equilibrium: a load pushes along a motion that nothing resists."""
     OPEN_CONTACT = "OPEN_CONTACT"
-    """Likewise, and contacts that could resist it stay open."""
+    """No equilibrium: contacts that could resist the motion stay open."""
     NOT_REACHED = "NOT_REACHED"
     """Newton's method did not get there; the message says how far the load came."""
     UNSTABLE = "UNSTABLE"
@@ -59,23 +63,23 @@ class Answer:
     message: str
 
     def rows(self) -> list[tuple[str, str]]:
-        """What it found: name and value with unit."""
+        """Return rows of the table: name, and value with unit."""
         raise NotImplementedError
 
     def __str__(self) -> str:
-        """Status, message and a line a number."""
+        """Return status, message and a line for each number."""
         return "\n".join(
             [f"{self.status}: {self.message}" if self.message else str(self.status), *(f"{a}: {b}" for a, b in self.rows())]
         )
 
     def _repr_html_(self) -> str:
-        """The same as a table for a notebook."""
+        """Return the table in HTML, for a notebook."""
         lines = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.rows())
         return f"<p><b>{self.status}</b> {escape(self.message)}</p><table>{lines}</table>"
 
 
 def check(mechanism: Mechanism, degree: int | None) -> None:
-    """Raise a ValueError if this is no mechanism, a load of it has states, or this is no degree of its strips."""
+    """Raise a ValueError unless the mechanism has no integrated states and the degree is valid."""
     one_of("mechanism", mechanism, (Mechanism,))
     for name, element in mechanism.elements().items():
         if element.has_states:
@@ -85,7 +89,7 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
 
 
 def check_way(to: float, steps: int, step: float, longest: float, **one: object) -> None:
-    """Raise a ValueError if a path or curve cannot go there in such steps, or several of what it changes are given."""
+    """Raise a ValueError if the end or a step of a path is invalid, or more than one parameter is named."""
     number("to", to, -np.inf, np.inf, "1")
     whole("steps", steps, 1, 100_000)
     for name, value in (("step", step), ("longest", longest)):
@@ -95,7 +99,7 @@ def check_way(to: float, steps: int, step: float, longest: float, **one: object)
 
 
 def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
-    """Status and sentence of a path or curve that ended so, at a parameter."""
+    """Return status and message of a path or curve that ended at the parameter `last`."""
     sentences = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
         "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
@@ -107,8 +111,8 @@ def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tupl
     return known.get(ended, Ending.OK), sentences.get(ended, "")
 
 
-def left_out(mechanism: Mechanism, friction: str) -> list[str]:
-    """What statics do not know of a mechanism: dry friction, which holds it in an interval, and how good modes are."""
+def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
+    """List effects that the statics leave out: dry friction, and the error of truncated modes."""
     rubs = [element.rubs for element in mechanism.elements().values() if element.rubs]
     modes = [link.name for link in mechanism.links if link.body.linear]
     said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
@@ -116,12 +120,12 @@ def left_out(mechanism: Mechanism, friction: str) -> list[str]:
 
 
 def check_coordinates(name: str, value: object, scene: Scene) -> Array:
-    """Coordinates of a scene, (n,), as they were given.
+    """Convert coordinates of a scene to an array, shape (n,).
 
     Raises
     ------
     ValueError
-        If they are none.
+        If they are not n finite numbers.
     """
     try:
         found = np.array(value, dtype=float)
@@ -133,10 +137,10 @@ def check_coordinates(name: str, value: object, scene: Scene) -> Array:
 
 
 def reactions(scene: Scene, multipliers: Array, name: str) -> Array:
-    """Turn multipliers into what an element's signals tell, shape (states, rows).
+    """Convert multipliers to the reactions of an element, with the signs of its signals, shape (states, rows).
 
-    Of a joint that is the force on its second body, of a guide the lateral force on its block, of a drive its torque or force, of
-    a rope its tension, of a gear the force at its teeth.
+    A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
+    tension, a gear the force at its teeth.
 
     Raises
     ------
@@ -159,12 +163,12 @@ KEYS = {
     "doubling": "doublings",
     "torus": "tori",
 }
-"""Names of kinds of critical points, several of them."""
+"""Plural of each kind of critical point."""
 
 
 @dataclass(frozen=True)
 class Route(Answer):
-    """What paths of equilibria and of periodic motions share: critical points with errors, a diagram."""
+    """Path of equilibria or of periodic motions: critical points with errors, a diagram."""
 
     ended: str
     scene: Scene
@@ -177,13 +181,13 @@ class Route(Answer):
         return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
 
     def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
-        """Draw the diagram: a point's place, or amplitude, over the parameter, stable and unstable; returns the axes."""
+        """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
         from ..view.equilibria import plot_path  # Matplotlib takes half a second to load
 
         return plot_path(self, link, point, axis, ax)
 
     def rows(self) -> list[tuple[str, str]]:
-        """Critical points in their order, and the end."""
+        """Return rows of the table: critical points in their order, and the end."""
         out, count = [], dict.fromkeys(KEYS, 0)
         for each in self.points:
             errors = self.errors.get(KEYS[each.kind], np.array([]))
@@ -205,7 +209,7 @@ class Path(Route):
         OK where `to` was reached.
     message : str
     ended : str
-        Why it ended: 'reached', 'closed', 'steps' or 'singular'.
+        Reason of the end: 'reached', 'closed', 'steps' or 'singular'.
     scene : Scene
     parameter : array, shape (steps,)
         Factor of the loads, travel of the drive, rad or m, or the number.
@@ -214,13 +218,13 @@ class Path(Route):
     growth : array, shape (steps,)
         Largest rate at which a small motion grows, 1/s; 0 where none does.
     unstable : array of int, shape (steps,)
-        How many eigenvalues of K are negative.
+        Number of negative eigenvalues of K.
     points : list of Critical
         Limits, branchings and flutter points in their order.
     errors : dict of str to array
-        Of `limits`, `branchings`, `flutter`: what a higher degree of the strips changes; of `end`, if it was reached, in places.
+        Change by a higher degree of the strips, of `limits`, `branchings`, `flutter`, and of the positions at `end`, if reached.
     branches : list of Path
-        Paths that leave its branchings, where they were asked for.
+        Paths that leave its branchings, on request.
     """
 
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
@@ -229,42 +233,42 @@ class Path(Route):
     branches: list[Path] = field(default_factory=list)
 
     def rounding(self, name: str, count: int) -> Array:
-        """What rounding leaves in `limits`, `branchings` or `flutter`, shape (count,)."""
+        """Return the rounding error of `limits`, `branchings` or `flutter`, shape (count,)."""
         known = [each.rounding for each in self.points if each.kind == name.rstrip("s") for _ in range(each.multiple)]
         return np.array((known + count * [0.0])[:count])
 
     @property
     def limits(self) -> list[float]:
-        """Parameter where it turns."""
+        """Parameters at limit points."""
         return self._at("limit")
 
     @property
     def branchings(self) -> list[float]:
-        """Parameter where other paths leave it; of a multiple branching as often as eigenvalues pass zero there."""
+        """Parameters at branchings; a multiple one is repeated for each eigenvalue that passes zero."""
         return self._at("branching")
 
     @property
     def flutter(self) -> list[float]:
-        """Parameter where a motion that swings begins to grow, or ceases to."""
+        """Parameters where an oscillation begins or ceases to grow."""
         return self._at("flutter")
 
     @property
     def stable(self) -> Array:
-        """Where no small motion grows, shape (steps,)."""
+        """Stability of each equilibrium: no small motion grows, shape (steps,)."""
         return self.growth == 0.0
 
     def place(self, q: Array, link: str, point: str) -> Array:
-        """Place of a point of a link at coordinates of the path's scene, shape (2,)."""
+        """Return the position of a point of a link at coordinates of the path's scene [m], shape (2,)."""
         return places(self.scene, q, link, point).position
 
     def point(self, link: str, point: str) -> Array:
-        """Places of a point of a link, shape (steps, 2)."""
+        """Return the positions of a point of a link [m], shape (steps, 2)."""
         return np.array([self.place(q, link, point) for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """What a diagram shows: places along the path, those of the critical points, and what they are called."""
+        """Return data of a diagram: positions along the path and at the critical points, and a prefix of the label."""
         return self.point(link, point), [self.place(each.rest.q, link, point) for each in self.points], ""
 
     def reaction(self, name: str) -> Array:
-        """Force or torque of a constraint along the path, N or N m, shape (steps, rows), with the signs of a run's signals."""
+        """Return force or torque of a constraint [N or N m], shape (steps, rows), with the signs of a run's signals."""
         return reactions(self.scene, self.multipliers, name)

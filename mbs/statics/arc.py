@@ -1,4 +1,4 @@
-"""Steps along a path of equilibria by arc length, and the roots of functions along a step.
+"""Pseudo-arclength continuation of equilibria, and roots of functions along a step.
 
 References
 ----------
@@ -23,28 +23,28 @@ from ..geometry import Array
 from .problem import Problem, Rest, StaticsError
 
 SHORTEST = 1e-7
-"""Arc below which a step is given up."""
+"""Arc below which continuation is given up."""
 NEAR = 1e-9
-"""Arc, in the measure of the path, that is not told apart from none."""
+"""Arc, in the metric of the path, that counts as zero."""
 BEND = 0.15
-"""Angle by which the path may turn in a step, rad: the next one is as long as that asks for."""
+"""Angle by which the path should turn in a step [rad]; it sets the length of the next one."""
 CORNER = 0.5
-"""Angle, rad, by which places may turn in a step: where paths cross, one that turns more has reached over to another."""
+"""Largest turn of the coordinates in a step [rad]; a step that turns more has jumped to a crossing path."""
 ASIDE = (1e-2, 1e-3, 5e-2)
-"""Shares of a step within which a crossing is sought at first; the last where paths part before they cross."""
+"""Half widths, over the step, of the stencils for a crossing; the last serves paths that separate before they cross."""
 ALIKE = 1e-3
-"""Difference of two polynomials' roots, over twice that."""
+"""Largest difference of the roots of two polynomials, over the spacing of the stencil."""
 SAME = 1e-2
-"""Distance of an equilibrium from a step's curve, over the step, within which it lies on the path."""
+"""Largest distance of an equilibrium on the path from the curve of a step, over the step."""
 CLOUD = 3
-"""Known equilibria of a step that others are sought between."""
+"""Number of known equilibria through which a step is interpolated."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
 SHARP = 1e-7
-"""The same over the step, from which no nearer equilibria are looked at: of the better of the two it is an upper bound."""
+"""Difference of the two roots, over the step, at which no narrower stencil is tried: an upper bound of the error."""
 
 
 class Step(NamedTuple):
-    """From an equilibrium along a direction (n + r + 1,) to the next one, an arc away on the plane across it."""
+    """Step from an equilibrium along a direction, (n + r + 1,), to the one on the plane an arc away."""
 
     rest: Rest
     direction: Array
@@ -53,19 +53,19 @@ class Step(NamedTuple):
 
 
 class Arc:
-    """The measure of a path, its planes and directions."""
+    """Metric of a path, its planes and directions."""
 
     def __init__(self, problem: Problem, begun: float, to: float) -> None:
         self.problem, self.span = problem, to - begun
         n, r = problem.scene.size, len(problem.scene.row_names)
-        self.metric = np.concatenate([1.0 / problem.room**2 / n, np.zeros(r), [1.0 / self.span**2]])
+        self.metric = np.concatenate([1.0 / problem.extents**2 / n, np.zeros(r), [1.0 / self.span**2]])
 
     def size(self, vector: Array) -> float:
-        """Length of a change."""
+        """Return the length of a change in the metric of the path."""
         return float(np.sqrt(self.metric @ vector**2))
 
     def direction(self, rest: Rest, before: Array | None) -> Array:
-        """Unit tangent of the path, on from the one before, or towards the end."""
+        """Return the unit tangent of the path, oriented as the one before or towards the end."""
         normal = self.metric * before if before is not None else np.zeros(len(self.metric))
         if before is None:
             normal[-1] = 1.0 / self.span
@@ -73,7 +73,7 @@ class Arc:
         return np.asarray(out / self.size(out))
 
     def on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
-        """The equilibrium at a distance along a direction, sought from a guess, by default on that direction."""
+        """Find the equilibrium on the plane at a distance along a direction; the default guess lies on the direction."""
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
@@ -82,14 +82,14 @@ class Arc:
         begin = Rest(begun[:n], begun[n:-1], float(begun[-1]))
         new = problem.newton(begin, (normal, value, abs(self.span)), near=guess is None, origin=rest)
         way, apart = step * direction, problem.vector(new) - moved
-        for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
+        for part in (slice(None), slice(n)):  # coordinates alone, too: a large load would hide their change
             expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
             if off > 0.5 * expected + NEAR:
                 raise StaticsError("too far from where the path was expected")
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """The next equilibrium, at the arc or as near as it must be.
+        """Find the next equilibrium, at the arc or, by halving it, nearer.
 
         Raises
         ------
@@ -104,33 +104,34 @@ class Arc:
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def along(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
-        """The equilibrium at an arc within a step, sought between its ends and others known by their arcs."""
+        """Find the equilibrium at an arc within a step, from an interpolant of its ends and of the `known`."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
         return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
-        """Whether an equilibrium lies on the curve of a step: of many links others may be nearer than a step is long."""
+        """Check that an equilibrium lies on the curve of a step, not only near it."""
         arc = self.reach(step, rest)
         return 0.0 < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < SAME * step.arc
 
     def reach(self, step: Step, rest: Rest) -> float:
-        """How far along a step's direction an equilibrium lies."""
+        """Return the coordinate of an equilibrium along the direction of a step."""
         return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
 
     def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
-        """Where the polynomial from a step's start, in its direction, through the nearest known equilibria is at an arc."""
+        """Interpolate a step at an arc: start and direction by Hermite, and the nearest known equilibria."""
         rests = {step.arc: step.new, **known}
         near = sorted(rests.keys() - {0.0}, key=lambda each: abs(each - arc))[:CLOUD]
         values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in near)]
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *near]) / step.arc, values)(arc / step.arc))
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Where in a step a function of its equilibria is zero; None where it has one sign."""
+        """Find the root of a function of the equilibria of a step by Brent's method; None where it has one sign."""
         seen: dict[float, Rest] = {}
         value: dict[float, float] = {}
 
         def at(arc: float) -> float:
+            """Evaluate the function at an arc."""
             rest = self.along(step, arc, seen)
             seen[arc], value[arc] = rest, function(rest)
             return value[arc]
@@ -153,9 +154,9 @@ class Arc:
             return Rest(between[:n], between[n:-1], float(between[-1]))
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """The same of what is zero where paths cross: there Newton's matrix is singular, so that the root is that of polynomials.
+        """Find the root of a function that is zero where paths cross, by polynomials, as Newton's matrix is singular there.
 
-        They go through equilibria on both sides of a rough root; where two of them do not agree, it is sought there after all.
+        They interpolate equilibria on both sides of a rough root. Where two of them disagree, `root` is used instead.
         """
         if function(step.rest) * function(step.new) > 0.0:
             return None
@@ -180,9 +181,10 @@ class Arc:
         return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
 
     def _rough(self, step: Step, function: Callable[[Rest], float], near: float) -> float:
-        """A root to within about `near`: at the crossing itself, on which a secant may fall, none is found, but beside it."""
+        """Find a root to within `near`; where Newton's method fails, as at the crossing itself, evaluate next to it."""
 
         def value(arc: float) -> float:
+            """Evaluate the function at an arc or next to it."""
             for part in (0.0, 0.3, -0.3):
                 try:
                     return function(self.along(step, min(max(arc + part * near, 0.0), step.arc)))
@@ -193,7 +195,7 @@ class Arc:
         return float(brentq(value, 0.0, step.arc, xtol=near))
 
     def reaches_over(self, step: Step, after: Array) -> bool:
-        """Whether a step that could be shorter turns so much that it may have ended on another path."""
+        """Check whether a step turns so much that it may have jumped to another path, and can be shorter."""
         n = len(step.rest.q)
         one, other = (np.sqrt(self.metric[:n]) * way[:n] for way in (step.direction, after))
         moves = float(np.linalg.norm(other))
@@ -201,17 +203,17 @@ class Arc:
         return step.arc > 10.0 * SHORTEST and step.arc * moves > NEAR and turns
 
     def next_arc(self, step: Step, after: Array, longest: float) -> float:
-        """Length of the next step, by how far this one turned."""
+        """Return the length of the next step, by the turn of this one."""
         turned = float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
         return next_arc(step.arc, turned, longest)
 
 
 def next_arc(arc: float, turned: float, longest: float) -> float:
-    """Length of the next step after one that turned so much, rad: at most some times shorter or longer."""
+    """Return the length of the step after one that turned by an angle [rad], 0.3 to 1.6 times as long."""
     return min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
 
 
 def _root_of(x: Array, y: list[float]) -> float:
-    """The least root of the polynomial through points."""
+    """Return the real root of least size of the polynomial through points."""
     roots = Polynomial.fit(x, y, len(x) - 1).roots()
     return float(min(roots[np.abs(roots.imag) < 1e-9].real, key=abs, default=np.inf))

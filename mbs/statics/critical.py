@@ -1,11 +1,11 @@
-"""What happens in a step along a path: limit points, branchings, simple or multiple, and where a flutter begins or ends.
+"""Critical points in a step along a path: limit points, branchings, simple or multiple, and onsets of flutter.
 
 K alone decides where a path turns or branches: there an eigenvalue of K z = mu M z passes zero. A flutter begins where two of
 them meet, or, with damping, where a complex exponent s passes the imaginary axis.
 
 At a double branching two shapes are free, and paths leave in some of the directions between them. The state at a small distance
-in a direction is found with one force more, across it in the plane of both shapes: where that force is zero, a path leaves (the
-reduction of Liapunov and Schmidt, by numbers).
+in a direction is found with one more force, across it in the plane of both shapes. Where that force is zero a path leaves: the
+reduction of Liapunov and Schmidt, done numerically.
 
 References
 ----------
@@ -29,9 +29,9 @@ from .problem import ITERATIONS, Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum, squares
 
 FEW = 1
-"""Eigenvalues above zero that are found of a large tangent: the next ones to pass it."""
+"""Number of eigenvalues above zero computed of a large tangent: the next ones to pass zero."""
 SAME = 1e-5
-"""Share of a step, in the parameter, within which critical points are one multiple point."""
+"""Distance, over the step, within which critical points are one multiple point."""
 
 
 class State(NamedTuple):
@@ -44,7 +44,7 @@ class State(NamedTuple):
     growth : float
         Largest rate of growth of the whole tangent, 1/s.
     flutters : int
-        How many motions that swing grow.
+        Number of oscillations that grow.
     """
 
     squares: Spectrum
@@ -53,16 +53,16 @@ class State(NamedTuple):
 
     @property
     def negative(self) -> int:
-        """How many eigenvalues mu are real and below zero."""
+        """Number of eigenvalues mu that are real and below zero."""
         grows = (self.squares.growth > 0.0) & (self.squares.values.imag == 0.0)
         return int(grows.sum())
 
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
-    """Stability of an equilibrium of a problem; of many eigenvalues so many above those below zero."""
+    """Compute the stability of an equilibrium, of many unknowns with `count` eigenvalues above zero."""
     problem.set(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
-    plain = spectrum(tangent.undamped(), problem.shift, count)
+    plain = spectrum(tangent.without_damping(), problem.shift, count)
     problem.shift = plain.shift
     whole = plain if tangent.conservative else spectrum(tangent)
     swings = (whole.growth > 0.0) & (np.abs(whole.values.imag) > whole.rounding)
@@ -71,7 +71,7 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
 
 @dataclass(frozen=True)
 class Critical:
-    """A critical point of a path.
+    """Critical point of a path.
 
     Attributes
     ----------
@@ -79,11 +79,11 @@ class Critical:
         'limit', 'branching' or 'flutter'.
     rest : Rest
     multiple : int
-        How many eigenvalues pass zero there.
+        Number of eigenvalues that pass zero there.
     shapes : array, shape (n, multiple)
-        What moves; of a limit or a branching.
+        Critical eigenvectors of a limit or a branching.
     rounding : float
-        What rounding leaves in its parameter.
+        Rounding error of its parameter.
     """
 
     kind: str
@@ -94,7 +94,7 @@ class Critical:
 
 
 def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) -> list[Critical]:
-    """Critical points within a step that ends in the direction `turned`, in their order."""
+    """Find the critical points within a step that ends in the direction `turned`, in their order."""
     found = list(_limits(arc, step, turned))
     found += _branchings(arc, step, before, after, found)
     if before.flutters != after.flutters:
@@ -104,7 +104,7 @@ def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) 
 
 
 def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
-    """Where the parameter turns."""
+    """Find where the parameter turns back."""
     if step.direction[-1] * turned[-1] >= 0.0:
         return
     rest = arc.root(step, lambda rest: float(arc.direction(rest, step.direction)[-1]))
@@ -113,18 +113,19 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
 
 
 def _mu(problem: Problem, rest: Rest, count: int) -> Array:
-    """Real parts of the eigenvalues mu = -s^2, ascending, at least so many; those that pass zero are real there."""
+    """Return real parts of at least `count` eigenvalues mu = -s^2, ascending; those that pass zero are real there."""
     problem.set(rest.parameter)
     return squares(Tangent.at(problem.scene, rest.q, rest.multipliers), problem.shift, count)
 
 
 def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
-    """Where eigenvalues pass zero and the path goes on: at a limit one of them does."""
+    """Find where eigenvalues pass zero and the parameter does not turn back."""
     low, high = sorted((before.negative, after.negative))
     rests = []
     for k in range(low, high):
 
         def passing(rest: Rest, k: int = k) -> float:
+            """Return the k-th eigenvalue mu."""
             return float(_mu(arc.problem, rest, k + 1)[k])
 
         rest = arc.crossing(step, passing)
@@ -156,7 +157,7 @@ def _branching(arc: Arc, group: list[Rest]) -> Critical:
 
 
 def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critical]:
-    """Where motions that swing begin or cease to grow."""
+    """Find where oscillations begin or cease to grow."""
     problem = arc.problem
     problem.set(step.rest.parameter)
     damped = Tangent.at(problem.scene, step.rest.q, step.rest.multipliers).damping.any()
@@ -169,7 +170,7 @@ def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critica
 
 
 def _fastest(problem: Problem, rest: Rest) -> float:
-    """Largest real part of an exponent that swings, rounding left out; below zero where none swings any more."""
+    """Return the largest real part of an oscillating exponent; below zero where none oscillates."""
     problem.set(rest.parameter)
     found = spectrum(Tangent.at(problem.scene, rest.q, rest.multipliers))
     swings = np.abs(found.values.imag) > found.rounding
@@ -178,7 +179,7 @@ def _fastest(problem: Problem, rest: Rest) -> float:
 
 
 def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
-    """Of the two mu that meet: a quarter of their squared difference, positive where they are real and negative beyond."""
+    """Make the function ((mu_1 - mu_2)/2)^2 of the two mu that meet: positive while real, negative beyond."""
     unstable = before if before.flutters > after.flutters else after
     mu = -(unstable.squares.values**2)
     order = np.argsort(mu.real, kind="stable")
@@ -189,6 +190,7 @@ def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
         first = max(first - 1, 0)
 
     def discriminant(rest: Rest) -> float:
+        """Compute the discriminant of the two eigenvalues at an equilibrium."""
         values = -(state_at(arc.problem, rest).squares.values ** 2)
         values = values[np.argsort(values.real, kind="stable")]
         a, b = values[first], values[min(first + 1, len(values) - 1)]
@@ -198,17 +200,17 @@ def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
 
 
 DISTANCE = 0.05
-"""How far from the point it is looked around, in units of the coordinates, of a shape of length 1."""
+"""Distance from the branching at which directions are scanned, in units of the coordinates."""
 ANGLES = 64
-"""Directions that are looked at: two paths in less than a turn over this are taken for none."""
+"""Number of directions that are scanned; two paths within one interval are missed."""
 CONVERGED = 1e-11
-"""Last step of Newton's method, in the same units."""
+"""Last step of Newton's method, in units of the coordinates."""
 NOTHING = 1e-15
-"""Force, over the tangent's entries, that is rounding: all directions alike, none is preferred."""
+"""Force, over the tangent's entries, that counts as rounding: no direction is preferred."""
 
 
 def partings(problem: Problem, rest: Rest, shapes: Array, unit: float) -> list[Array]:
-    """Directions, (n,) each, in which paths leave a branching of two shapes, (n, 2); none where they cannot be told apart.
+    """Find directions, (n,) each, in which paths leave a branching of two shapes, (n, 2); none where all are alike.
 
     `unit` is that of the parameter.
     """
@@ -216,6 +218,7 @@ def partings(problem: Problem, rest: Rest, shapes: Array, unit: float) -> list[A
     turns = np.linspace(0.0, 2 * np.pi, ANGLES + 1) + 0.1
 
     def across(turn: float) -> float:
+        """Compute the transverse force at an angle in the plane."""
         return _across(problem, rest, plane, unit, turn)
 
     try:
@@ -230,14 +233,14 @@ def partings(problem: Problem, rest: Rest, shapes: Array, unit: float) -> list[A
 
 
 def _across(problem: Problem, rest: Rest, plane: Array, unit: float, turn: float) -> float:
-    """Force across a direction that holds the state at the distance in it, over the tangent's entries."""
+    """Compute the transverse force, over the tangent's entries, that holds the state at a distance in a direction."""
     n, held, units = problem.scene.size, 0.0, problem.units
     along, side = plane @ [np.cos(turn), np.sin(turn)], plane @ [-np.sin(turn), np.cos(turn)]
     new = rest._replace(q=rest.q + DISTANCE * units * along)
     for _ in range(ITERATIONS):
         force, gap, a = problem.residual(new)
         slope = problem.slope(new, (force, gap))
-        matrix, scale = problem.scaled(a)
+        matrix, scale = problem.scale_matrix(a)
         if not isinstance(matrix, np.ndarray):
             raise StaticsError("too many unknowns")
         columns, rows = np.zeros((len(matrix), 2)), np.zeros((2, len(matrix)))

@@ -1,7 +1,7 @@
-"""The curve of periodic motions over a parameter, by arc length: its motions, its critical points, its end.
+"""Continuation of periodic motions over a parameter by arc length, with critical points.
 
-Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`; where its
-eigenvalues pass 1, -1 or the unit circle is found as a root along the arc.
+Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`. Roots along
+the arc are found where its eigenvalues pass 1, -1 or the unit circle.
 
 References
 ----------
@@ -25,38 +25,39 @@ from ..spectral.run import State
 from ..spectral.scene import Scene
 from .answer import CRITICAL, RISE
 from .arc import CORNER, next_arc
-from .cycles import Periodic, compared, motion_of
-from .problem import Problem, Rest, StaticsError, has_strips, refined, solve
+from .cycles import Periodic, compare_multipliers, motion_of
+from .problem import Problem, Rest, StaticsError, has_strips, prolong, solve
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
 from .varied import Varied
 
 SHORTEST = 1e-5
-"""Arc below which a step is given up."""
+"""Arc below which continuation is given up."""
 SMALL = 1e-3
-"""Size of a motion, in units of coordinates, below which changes are measured by this."""
-LEAP, NARROW = 0.5, 1e-3
-"""Share of its distance from 1 by which a multiplier may move in a step, else a narrow resonance may be leapt over; and the arc,
-or share of the parameter's way, below which it may, as at a fold."""
+"""Least size of a motion in the metric, in units of coordinates."""
+LEAP = 0.5
+"""Largest change of a multiplier in a step over its distance from 1; a longer step may miss a narrow resonance."""
+NARROW = 1e-3
+"""Arc, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
 SPENT = 20 * BUDGET
-"""Steps of all runs of a curve."""
+"""Most integration steps of all runs of a curve."""
 FINER = 2
-"""How often critical points are found again with finer steps."""
+"""Most refinements of a critical point."""
 
 
 @dataclass
 class Paced(Problem):
-    """A problem whose parameter is the frequency, Hz, of a motion: all functions of time go as much faster as it is higher."""
+    """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
 
     drawn: float = 1.0
 
     def set(self, parameter: float) -> None:
-        """Let the functions of time go at this frequency."""
+        """Set the frequency of the functions of time."""
         self.scene.tables.pace[0] = parameter / self.drawn
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A critical point of a response.
+    """Critical point of a response.
 
     Attributes
     ----------
@@ -74,7 +75,7 @@ class Turn:
 
 
 class Orbit(NamedTuple):
-    """A periodic motion on the curve, what its state may do, [dP/dx - 1, dP/dp], and the unit direction ahead, (2 f + 1,)."""
+    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], and unit tangent, (2 f + 1,)."""
 
     found: Found
     parameter: float
@@ -94,7 +95,7 @@ class Curve:
     problem : Problem
     begun, to : float
     fixed : bool
-        Whether the degree of strips stays.
+        True if the degree of strips is not raised.
     """
 
     shooting: Shooting
@@ -111,14 +112,14 @@ class Curve:
             self.shooting.period = 1.0 / parameter
 
     def returning(self, state: State, parameter: float, matrix: Array, normal: Array, basis: Array) -> tuple[State, float]:
-        """The nearest motion across a direction: by [dP/dx - 1, dP/dp] near there, which Broyden's rule renews."""
+        """Find the periodic motion on the plane across a direction by Broyden's method, from [dP/dx - 1, dP/dp] nearby."""
         shooting, span, best = self.shooting, self.to - self.begun, (np.inf, state, parameter)
         whole = np.vstack([matrix, normal])
         step = before = np.zeros(len(whole))
         for k in range(ITERATIONS):
             self.at(parameter)
-            state = shooting.met(state)
-            miss = np.append(shooting.change(state, basis, shooting.run(state, own=k == 0)), 0.0)
+            state = shooting.project(state)
+            miss = np.append(shooting.change(state, basis, shooting.run(state, adaptive=k == 0)), 0.0)
             left = float(np.abs(miss).max(initial=0.0))
             if k:
                 whole = whole + np.outer(miss - before - whole @ step, step) / max(float(step @ step), 1e-300)
@@ -126,13 +127,13 @@ class Curve:
                 break
             best, before = (left, state, parameter), miss
             step = solve(whole, -miss)
-            state, parameter = shooting.moved(state, basis, step[:-1]), parameter + float(step[-1]) * span
+            state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * span
         if best[0] > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
         return best[1:]
 
     def orbit(self, state: State, parameter: float, before: tuple[Array, Array, float] | None = None) -> Orbit:
-        """All of a motion; on from a `heading`, or towards the end."""
+        """Compute multipliers and tangent of a motion; oriented as the `heading` before, or towards the end."""
         self.at(parameter)
         shooting = self.shooting
         basis = shooting.basis(state)
@@ -150,19 +151,19 @@ class Curve:
         return Orbit(found, parameter, basis, matrix, ahead / np.sqrt(metric @ ahead**2), size)
 
     def matrix(self, found: Found, parameter: float, basis: Array) -> Array:
-        """[dP/dx - 1, dP/dp], p over its way."""
+        """Compute [dP/dx - 1, dP/dp], p over its range."""
         shooting, span = self.shooting, self.to - self.begun
         ends = []
         for side in (1.0, -1.0):
             self.at(parameter + side * shooting.width * span)
-            state = shooting.met(found.state)
+            state = shooting.project(found.state)
             ends.append(shooting.change(state, basis, shooting.run(state)))
         self.at(parameter)
         slope = (ends[0] - ends[1]) / (2 * shooting.width)
         return np.column_stack([found.matrix - np.eye(len(slope)), slope])
 
     def onto(self, orbit: Orbit, arc: float) -> Orbit:
-        """The motion at an arc along the direction of another one.
+        """Find the motion at an arc along the direction of another one.
 
         Raises
         ------
@@ -172,20 +173,20 @@ class Curve:
         self.at(orbit.parameter)
         shooting, f = self.shooting, orbit.basis.shape[1]
         way = self.heading(orbit)
-        state = shooting.moved(orbit.found.state, orbit.basis, arc * orbit.ahead[:-1])
+        state = shooting.displace(orbit.found.state, orbit.basis, arc * orbit.ahead[:-1])
         metric = np.append(np.full(2 * f, orbit.size**-2.0), 1.0)
         guess = orbit.parameter + arc * float(orbit.ahead[-1]) * (self.to - self.begun)
         found = self.returning(state, guess, orbit.matrix, metric * orbit.ahead, orbit.basis)
         return self.orbit(*found, way)
 
     def heading(self, orbit: Orbit) -> tuple[Array, Array, float]:
-        """The direction ahead: of places and rates, (n,) each, and of the parameter over its way."""
+        """Return the tangent: of coordinates and rates, (n,) each, and of the parameter over its range."""
         self.at(orbit.parameter)
         q, v = (orbit.basis @ part for part in np.split(orbit.ahead[:-1], 2))
         return q, self.shooting.pace * v, float(orbit.ahead[-1])
 
-    def turned(self, orbit: Orbit, new: Orbit) -> float:
-        """Angle between the directions of two motions, rad."""
+    def angle_between(self, orbit: Orbit, new: Orbit) -> float:
+        """Compute the angle between the directions of two motions [rad]."""
         ends = []
         for each in (orbit, new):
             q, v, p = self.heading(each)
@@ -195,36 +196,36 @@ class Curve:
 
     @cached_property
     def fine(self) -> Curve:
-        """The same with finer steps and a higher degree."""
+        """Return the curve with finer steps and a higher degree."""
         one = self.shooting.scene
-        problem = _raised(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
+        problem = _raise_degree(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
     def finer(self, orbit: Orbit) -> tuple[Curve, State, tuple[Array, Array, float]]:
-        """The same with finer steps and a higher degree at the parameter of a motion, and its state and heading there."""
+        """Refine steps and degree at the parameter of a motion; return curve, state and heading."""
         self.at(orbit.parameter)
         curve, one = self.fine, self.shooting.scene
         curve.at(orbit.parameter)
         curve.shooting.left = BUDGET
         state = orbit.found.state
-        q, v, *way = (refined(one, curve.shooting.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
+        q, v, *way = (prolong(one, curve.shooting.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
         return curve, state._replace(q=q, v=v), (way[0], way[1], float(orbit.ahead[-1]))
 
     def motion(self, orbit: Orbit) -> Periodic:
-        """As an answer: with finer steps, narrower differences and a higher degree, and what these change as its errors."""
+        """Return the motion with errors, from finer steps, narrower differences and a higher degree."""
         values, shooting, found, error = values_of(orbit.found.matrix), self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
         with suppress(StaticsError):
             curve, start, _ = self.finer(orbit)
-            finer = curve.shooting.newton(curve.shooting.met(start), found.matrix)
+            finer = curve.shooting.newton(curve.shooting.project(start), found.matrix)
             if finer.open <= CLOSED:
                 shooting, found = curve.shooting, finer
-                values, errors, error = compared(shooting, start, finer, values)
+                values, errors, error = compare_multipliers(shooting, start, finer, values)
         self.at(orbit.parameter)
         return motion_of(shooting, found, values, errors, error)
 
     def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, Turn, float]]:
-        """Critical points in a step: the arc, the point, its error."""
+        """Find critical points in a step: the arc, the point, its error."""
         turns = _fold(orbit) * _fold(new) < 0.0
         for kind, function in KINDS.items():
             one, other = function(orbit), function(new)
@@ -246,10 +247,11 @@ class Curve:
                 yield at, Turn(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)), error
 
     def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit, float]:
-        """Where in a step a function is zero; the nearer end of the step, and an endless error, where none is found between."""
+        """Find the root of a function in a step: arc, motion, error; the nearer end with an infinite error if none is found."""
         seen = {0.0: orbit, arc: new}
 
         def value(at: float) -> float:
+            """Evaluate the function at an arc."""
             if at not in seen:
                 seen[at] = self.onto(orbit, at)
             return function(seen[at])
@@ -263,7 +265,7 @@ class Curve:
         return at, seen[at], abs(new.parameter - orbit.parameter)
 
     def near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:
-        """Where a function is zero, near an arc: by its slope there, since near it only rounding is left of its differences."""
+        """Find the root of a function near an arc by Newton's method with a fixed slope, as close differences are rounding."""
         found, aside = self.onto(orbit, at), self.onto(orbit, at - 0.05 * arc)
         slope = (function(found) - function(aside)) / (0.05 * arc)
         for _ in range(3):
@@ -272,7 +274,7 @@ class Curve:
         return found
 
     def leaps(self, orbit: Orbit, new: Orbit) -> bool:
-        """Whether a multiplier moved so far that it may have passed a resonance."""
+        """Check whether a multiplier changed so much that a resonance may have been missed."""
         one, other = (values_of(each.found.matrix) for each in (orbit, new))
         near = np.abs(other - 1.0)
         moved = np.abs(other[:, None] - one[None]).min(axis=1, initial=np.inf)
@@ -280,13 +282,13 @@ class Curve:
         return far and bool((moved > LEAP * near).any())
 
     def follow(self, state: State, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
-        """Motions up to the end of the curve, critical points with their errors, and why it ended."""
+        """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
         self.shooting.left = SPENT
         while len(orbits) <= steps and ended == "steps":
             try:
                 new = self.onto(orbits[-1], arc)
-                turned = self.turned(orbits[-1], new)
+                turned = self.angle_between(orbits[-1], new)
                 if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
                     raise StaticsError("a shorter step is needed")
                 found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
@@ -308,8 +310,8 @@ class Curve:
         return orbits, found, ended
 
 
-def _raised(problem: Problem, by: int) -> Problem:
-    """A problem of a higher degree, its scene one of its own."""
+def _raise_degree(problem: Problem, by: int) -> Problem:
+    """Return a copy of a problem with a higher degree and a separate scene."""
     degree = problem.scene.degree + by
     if isinstance(problem, Varied):
         return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
@@ -317,22 +319,22 @@ def _raised(problem: Problem, by: int) -> Problem:
 
 
 def _fold(orbit: Orbit) -> float:
-    """Zero where the parameter turns."""
+    """Return a function that is zero where the parameter turns back."""
     return float(orbit.ahead[-1])
 
 
 def _doubling(orbit: Orbit) -> float:
-    """Zero where a multiplier is -1."""
+    """Return a function that is zero where a multiplier is -1."""
     return float(np.prod(values_of(orbit.found.matrix) + 1.0).real)
 
 
 def _branching(orbit: Orbit) -> float:
-    """Zero where a multiplier is 1."""
+    """Return a function that is zero where a multiplier is 1."""
     return float(np.prod(values_of(orbit.found.matrix) - 1.0).real)
 
 
 def _torus(orbit: Orbit) -> float:
-    """Zero where a pair of multipliers is on the unit circle."""
+    """Return a function that is zero where a pair of multipliers is on the unit circle."""
     values = values_of(orbit.found.matrix)
     pairs = np.abs(values[values.imag != 0.0])
     return float(pairs.max()) - 1.0 if len(pairs) else 0.0

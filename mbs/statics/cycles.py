@@ -14,22 +14,22 @@ from ..spectral.scene import Scene
 from ..spectral.start import begin
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
-from .problem import StaticsError, apart, has_strips, places, refined
+from .problem import StaticsError, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, off_from, values_of
 
 FIRST = 8
-"""Degree of strips, at first."""
+"""First degree of strips."""
 PARTS = 4
-"""Into which steps are cut where a motion is read."""
+"""Number of output points a step."""
 APART = 1e-9
-"""Share of the period by which two rows of a motion are apart."""
+"""Least distance of two rows of a motion, over the period."""
 ROUNDS = 4
-"""How often at most."""
+"""Most refinements."""
 
 
 @dataclass(frozen=True)
 class Periodic(Answer):
-    """A periodic motion.
+    """Periodic motion.
 
     Attributes
     ----------
@@ -37,21 +37,21 @@ class Periodic(Answer):
     message : str
     scene : Scene
     period : float
-        s; that which was found where nothing depends on time.
+        Period [s]; a result where nothing depends on time.
     time : array, shape (times,)
         From 0 to the period, s.
     q, v : array, shape (times, n)
         Coordinates and rates there.
     multipliers : array of complex, shape (m,)
-        Growth of small motions in a period, the largest first.
+        Floquet multipliers, the largest first.
     errors : array, shape (m,)
-        Of the multipliers: what finer steps, a higher degree of the strips and narrower differences change.
+        Errors of the multipliers: change by finer steps, a higher degree of the strips and narrower differences.
     stable : bool
-        Whether none but the trivial one is larger than 1, beyond its error.
+        True if none but the trivial multiplier exceeds 1 by more than its error.
     error : float
-        Of places over the longest link, and of angles, rad, at the start: the same, and what the period leaves open.
+        Error of positions over the longest link, and of angles [rad], at the start; includes the residual of the period.
     trivial : int or None
-        Which multiplier is that of the motion begun a little later, 1; None where something depends on time.
+        Index of the multiplier 1 of a shift in time; None where something depends on time.
     """
 
     scene: Scene
@@ -66,11 +66,11 @@ class Periodic(Answer):
     trivial: int | None = None
 
     def point(self, link: str, point: str) -> Array:
-        """Places of a point of a link over the period, shape (times, 2)."""
+        """Return the positions of a point of a link over the period [m], shape (times, 2)."""
         return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def amplitude(self, link: str, point: str) -> Array:
-        """Half of the way of a point of a link along x and y, m, shape (2,)."""
+        """Return half the range of a point of a link along x and y [m], shape (2,)."""
         marker = self.scene.marker(link, point)
         read = [self.scene.read(marker, q, v) for q, v in zip(self.q, self.v, strict=True)]
         way = CubicHermiteSpline(self.time, [at.position for at in read], [at.velocity for at in read])
@@ -78,7 +78,7 @@ class Periodic(Answer):
         return np.array([np.ptp(way(at)[:, i]) / 2 for i, at in enumerate(turns)])
 
     def rows(self) -> list[tuple[str, str]]:
-        """Period, stability, and the multipliers."""
+        """Return rows of the table: period, stability, and the multipliers."""
         out = [("period", f"{self.period:.9g} s"), ("stable", "yes" if self.stable else "no"), ("error", f"{self.error:.1e}")]
         for i, (value, error) in enumerate(zip(self.multipliers, self.errors, strict=True)):
             name = "trivial multiplier" if i == self.trivial else "multiplier"
@@ -89,7 +89,7 @@ class Periodic(Answer):
 def periodic(
     mechanism: Mechanism, period: float, *, settle: int = 0, start: Periodic | None = None, degree: int | None = None
 ) -> Periodic:
-    """Find a motion that repeats itself after a period, and whether it is stable.
+    """Find a periodic motion and its stability.
 
     Parameters
     ----------
@@ -97,11 +97,11 @@ def periodic(
     period : float
         s, positive: of what drives it, or a multiple. Where nothing depends on time it is where the search begins.
     settle : int
-        Periods that are run before the search begins.
+        Number of periods integrated before the search begins.
     start : Periodic, optional
-        A motion near the one sought; by default the mechanism's own start.
+        Motion near the one sought; by default the start of the mechanism.
     degree : int, optional
-        Of the strips' polynomials; by default it is raised until the error is below 1e-6.
+        Degree of the strips; by default it is raised until the error is below 1e-6.
 
     Returns
     -------
@@ -111,9 +111,9 @@ def periodic(
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
-    shooting, state = prepared(mechanism, period, start, degree, settle)
+    shooting, state = prepare(mechanism, period, start, degree, settle)
     scene = shooting.scene
     try:
         found = shooting.search(shooting.onward(state, settle))
@@ -127,15 +127,15 @@ def periodic(
         )  # fmt: skip
 
 
-def prepared(
+def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
 ) -> tuple[Shooting, State]:  # fmt: skip
-    """The map of a period, and the state where a search begins.
+    """Make the map of a period, and the state where a search begins.
 
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
@@ -145,25 +145,25 @@ def prepared(
     scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))
     state = State(0.0, *begin(scene), scene.memory())
     if start is not None:
-        state = state._replace(q=refined(start.scene, scene, start.q[0]), v=refined(start.scene, scene, start.v[0]))
+        state = state._replace(q=prolong(start.scene, scene, start.q[0]), v=prolong(start.scene, scene, start.v[0]))
     return Shooting(scene, period), state
 
 
 def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
-    """Make steps shorter and the degree higher until the start does not change; errors are the last change."""
+    """Refine steps and degree until the start does not change; errors are the last change."""
     values, error, before = values_of(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(ROUNDS):
         degree = shooting.scene.degree + (RISE if has_strips(shooting.scene) and not fixed else 0)
         finer = shooting.finer(degree)
         start = found.state._replace(
-            q=refined(shooting.scene, finer.scene, found.state.q), v=refined(shooting.scene, finer.scene, found.state.v)
+            q=prolong(shooting.scene, finer.scene, found.state.q), v=prolong(shooting.scene, finer.scene, found.state.v)
         )
         try:
             new = finer.search(start, found.matrix)
         except StaticsError:  # the one before stands, with the error that was known of it
             break
-        sharper, changes, change = compared(finer, start, new, values)
+        sharper, changes, change = compare_multipliers(finer, start, new, values)
         large = changes[np.abs(sharper) > 0.1].max(initial=0.0)
         if large > before:  # by rounding: the one before stands
             break
@@ -174,18 +174,18 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     return motion_of(shooting, found, values, errors, error)
 
 
-def compared(finer: Shooting, start: State, new: Found, values: Array) -> tuple[Array, Array, float]:
-    """Multipliers of a motion found again with finer steps, their errors by those before, and the error of places."""
+def compare_multipliers(finer: Shooting, start: State, new: Found, values: Array) -> tuple[Array, Array, float]:
+    """Return multipliers of a refined motion, their changes as errors, and the error of positions."""
     sharper = values_of(new.matrix)
     errors = off_from(sharper, values)
     if finer.free:  # one multiplier is 1: those near it may err by as much as they are from it
         off = np.abs(sharper - 1.0)
         errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off), errors)
-    return sharper, errors, max(apart(finer.scene, start.q, new.state.q), new.open)
+    return sharper, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
-    """Stability, status and message."""
+    """Make the result: stability, status, message, and the motion over the period."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
     grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL)) & (np.arange(len(values)) != trivial)
     said = []

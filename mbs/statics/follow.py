@@ -21,12 +21,11 @@ from .varied import Varied
 
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
-"""Of strips, at first."""
+"""First degree of strips."""
 STEPS = 250
 """Most steps, by default."""
-
 BESIDE = 1e-8
-"""Share of the way by which the load stands beside a branching where paths leave it."""
+"""Offset of the parameter from a branching where paths leave it, over the range."""
 
 
 @one_thread()
@@ -47,28 +46,28 @@ def path(
     to : float
         Parameter at which the path ends: factor of the load, travel of the drive, rad or m, or value of the number.
     load : str or list of str, optional
-        Names of the loads that grow ('gravity', 'force.A', ...); all by default, where nothing else is named. Others stay at 1.
+        Names of the loads that grow ('gravity', 'force.A', ...), by default all. Others stay at 1.
     drive : str, optional
         Name of the drive that moves ('drive').
     parameter : str, optional
-        Place of any number, as in files: 'links.strip.body.section.thickness'.
+        Path of any number, as in files: 'links.strip.body.section.thickness'.
     steps : int
         Most steps; a path that has not reached `to` by then ends where it is, with status TOO_MANY_STEPS.
     step, longest : float
-        First and longest arc: root mean square of changes, lengths in units of the longest link, angles in rad, the parameter
-        in units of its way. In between the path's curvature decides.
+        First and longest arc: root mean square of changes, in units of the longest link, rad and the range of the parameter.
+        Between steps the curvature of the path decides.
     branch : (link, point, (x, y)), optional
-        At the first branching whose shape moves this point, leave the path towards the side on which it moves in this direction.
+        Leave the path at the first branching whose shape moves this point, to the side on which it moves in this direction.
     branches : bool
         Also follow all paths that leave its branchings, to both sides.
     degree : int, optional
-        Of the strips' polynomials; by default it is raised until critical points change by less than 1e-6. A body's `elements`
-        are the engine's: the statics have polynomials, and tell their error.
+        Degree of the strips; by default it is raised until critical points change by less than 1e-6. A body's `elements`
+        apply to the engine only.
 
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
     check(mechanism, degree)
     check_way(to, steps, step, longest, load=load, drive=drive, parameter=parameter)
@@ -80,8 +79,9 @@ def path(
         raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
+        """Follow the path with strips of a degree."""
         problem = _problem(mechanism, names, drive, parameter, degree)
-        if float(to) == _begun(problem):
+        if float(to) == _initial_parameter(problem):
             raise ValueError(f"to = {to:g}: the path begins there")
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
@@ -92,7 +92,7 @@ def path(
 
 
 def ends(problem: Problem, load: float) -> list[Rest]:
-    """Equilibria at a load, to which the path there and those that leave it come."""
+    """Find equilibria at a load, at the ends of the path to it and of the paths that leave that one."""
     try:
         first = _Follower(problem, load, None, STEPS, FIRST, LONGEST).whole(True)
     except StaticsError:
@@ -111,7 +111,7 @@ def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None
     return Problem(scene, (), scene.row_names.index(drive))
 
 
-def _begun(problem: Problem) -> float:
+def _initial_parameter(problem: Problem) -> float:
     return problem.begun if isinstance(problem, Varied) else 0.0
 
 
@@ -127,7 +127,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 
 
 def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
-    """Raise the degree until critical points and the end do not change."""
+    """Refine the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
     while has_strips(found.scene):
         finer = run(found.scene.degree + RISE)
@@ -145,7 +145,7 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(one: Path, other: Path) -> dict[str, Array]:
-    """Differences of the critical points of two degrees; infinite where one lacks them."""
+    """Return differences of the critical points of two degrees; infinite where one lacks them."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         a, b = np.array(getattr(one, name)), np.array(getattr(other, name))
@@ -163,24 +163,24 @@ def _errors(one: Path, other: Path) -> dict[str, Array]:
 
 
 class _Follower:
-    """A path in the making."""
+    """Continuation of a path, and of those that leave it."""
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
-        self.begun = _begun(problem)
+        self.begun = _initial_parameter(problem)
         self.steps, self.step, self.longest = steps, step, longest
         self.arc = Arc(problem, self.begun, to)
 
     def whole(self, branches: bool) -> Path:
-        """The path from the start, and the paths that leave it."""
+        """Follow the path from the start, and the paths that leave it."""
         first = self.run(self._start(), None)
         if branches:
             for point in [each for each in first.points if each.kind == "branching"]:
-                first.branches.extend(self.run(self._beside(point), self._unit(shape)) for shape in self._ways(point))
+                first.branches.extend(self.run(self._offset_load(point), self._unit(shape)) for shape in self._ways(point))
         return first
 
     def _start(self) -> Rest:
-        """The rest at the start, under the loads that stay; of what is free until loads act, that under the first step's."""
+        """Find the equilibrium at the start under the other loads; of a free mechanism, that under the first step."""
         problem = self.problem
         problem.set(self.begun)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
@@ -190,7 +190,7 @@ class _Follower:
         return rest
 
     def run(self, rest: Rest, direction: Array | None) -> Path:
-        """Follow from a state of rest; from a branching in a direction."""
+        """Follow the path from an equilibrium, or from a branching in a direction."""
         rests, states = [rest], [state_at(self.problem, rest)]
         points: list[Critical] = []
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
@@ -211,7 +211,13 @@ class _Follower:
             way = self._leaves(found)
             if way is not None:
                 points += found[: way[0] + 1]
-                rest, direction, left, self.branch, arc = self._beside(found[way[0]]), way[1], True, None, min(self.step, 1e-2)
+                rest, direction, left, self.branch, arc = (
+                    self._offset_load(found[way[0]]),
+                    way[1],
+                    True,
+                    None,
+                    min(self.step, 1e-2),
+                )
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
                 continue
@@ -224,12 +230,12 @@ class _Follower:
                 break
         return self._path(rests, states, points, ended)
 
-    def _beside(self, point: Critical) -> Rest:
-        """A branching's state, its load beside it: there the shapes that are not taken are no longer free."""
+    def _offset_load(self, point: Critical) -> Rest:
+        """Return the state of a branching at a slightly higher load, where the other shapes are no longer free."""
         return point.rest._replace(parameter=point.rest.parameter + BESIDE * (self.to - self.begun))
 
     def _over(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
-        """Why it has ended, if it has; then its last equilibrium is at the end exactly. So many points are the last step's."""
+        """Return the reason of the end, '' if none, and correct the last equilibrium; `new` points are from the last step."""
         way = (rests[-1].parameter - self.begun) / (self.to - self.begun)
         if way >= 1.0:
             try:
@@ -258,7 +264,7 @@ class _Follower:
         )  # fmt: skip
 
     def _leaves(self, found: list[Critical]) -> tuple[int, Array] | None:
-        """The first branching whose shapes move the point that the branch names, and the direction there."""
+        """Find the first branching whose shapes move the point of `branch`, and the direction there."""
         if self.branch is None:
             return None
         for i, each in enumerate(found):
@@ -270,7 +276,7 @@ class _Follower:
         return None
 
     def _towards(self, point: Critical, link: str, name: str, along: Array) -> Array | None:
-        """The critical shape that moves a point of a link most, for its size, in a direction; None where none moves it."""
+        """Return the critical shape that moves a point of a link most in a direction; None where none moves it."""
         self.problem.set(point.rest.parameter)
         scene = self.problem.scene
         shapes = point.shapes / np.abs(point.shapes / self.problem.units[:, None]).max(axis=0)
@@ -278,7 +284,7 @@ class _Follower:
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
     def _ways(self, point: Critical) -> Iterator[Array]:
-        """Shapes in which paths leave a branching, and to which side: of one of three and more those that move one link most."""
+        """Yield directions in which paths leave a branching; of three and more shapes those that move one link most."""
         ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
         if point.multiple == 2:
             yield from (found := partings(self.problem, point.rest, point.shapes, abs(self.to - self.begun)))
@@ -296,6 +302,6 @@ class _Follower:
         yield from (side * shape for shape in ways for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
-        """Unit direction along a shape of the coordinates."""
+        """Return the unit direction along a shape of the coordinates."""
         out = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
         return np.asarray(out / self.arc.size(out))

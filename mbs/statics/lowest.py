@@ -1,8 +1,7 @@
-"""What statics of many unknowns need: sparse null spaces, and the lowest eigenvalues of sparse symmetric matrices.
+"""Sparse null spaces, and the lowest eigenvalues of sparse symmetric matrices.
 
-Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero. A
-factorisation K + c M = L D L^T has as many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia):
-that tells how many grow, and that none is missing.
+Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero. A factorisation K + c M = L D L^T has as
+many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia). The count shows that none is missing.
 
 References
 ----------
@@ -23,19 +22,19 @@ from ..geometry import Array
 
 EPS = float(np.finfo(float).eps)
 LARGE = 220
-"""Unknowns from which on matrices are sparse: there both ways take as long."""
+"""Number of unknowns from which matrices are sparse: both solvers take the same time there."""
 MANY = 300
-"""Coordinates from which on the lowest eigenvalues of sparse matrices are found alone."""
+"""Number of coordinates from which only the lowest eigenvalues are computed."""
 COUNT = 20
-"""How many of them, where nothing else is asked."""
+"""Number of lowest eigenvalues, by default."""
 SPARE = 8
-"""How many more are sought than are asked for."""
+"""Number of eigenvalues computed in addition."""
 CONVERGED = 1e-8
 """Residual of an inverse's eigenvector, over its eigenvalue."""
 
 
 def null_space(jacobian: Array, units: Array) -> Array:
-    """Columns that span the z with G z = 0, each coordinate in its unit."""
+    """Compute columns that span the z with G z = 0, each coordinate in its unit."""
     if not len(jacobian):
         return np.diag(units)
     _, s, vh = np.linalg.svd(jacobian * units)
@@ -44,7 +43,7 @@ def null_space(jacobian: Array, units: Array) -> Array:
 
 
 def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
-    """The same of a sparse G, sparse: rows that hold no coordinate in common are looked at apart."""
+    """Compute a sparse null space of a sparse G, block by block of rows that share coordinates."""
     scaled = csr_array(jacobian * units)
     held = np.unique(scaled.indices)
     rows, at = scaled[:, held], np.setdiff1d(np.arange(len(units)), held)
@@ -59,9 +58,9 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
 
 
 def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array] | None:
-    """At least so many of the lowest -s^2 of sparse symmetric matrices, and all below the shift's negative; vectors.
+    """Compute at least `count` lowest -s^2 of sparse symmetric matrices, and all below minus the shift; vectors.
 
-    None where these are too many for it, or a pivot is zero.
+    Returns None where these are too many for Lanczos's method, or a pivot is zero.
     """
     size = m.shape[0]
     while 4 * (count + SPARE) < size:
@@ -69,7 +68,7 @@ def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array
             factors, below = _factors(m, k, -shift)
             if below + count + SPARE > size // 2:
                 break
-            squared, vectors = _beside(m, factors, shift, below, count + SPARE)
+            squared, vectors = _lanczos(m, factors, shift, below, count + SPARE)
             ends = np.arange(below + count, len(squared))
             kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
             if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
@@ -80,8 +79,8 @@ def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array
     return None
 
 
-def _beside(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
-    """The -s^2 nearest to the negative of a shift, ascending, so many on each side, and vectors, by Lanczos's method."""
+def _lanczos(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
+    """Compute the -s^2 nearest to minus the shift, ascending, on both sides, and vectors, by Lanczos's method."""
     inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
     sides = [
         eigsh(m, count, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
@@ -94,7 +93,7 @@ def _beside(m: csr_array, factors: SuperLU, shift: float, below: int, above: int
 
 
 def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
-    """Factors of K - value M, and how many eigenvalues are below the value: as many as pivots on the diagonal are negative."""
+    """Factorise K - value M; return factors and the number of eigenvalues below the value, by the signs of the pivots."""
     moved = csc_array(k - value * m)
     factors = splu(moved, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     if (factors.perm_r != factors.perm_c).any():
@@ -102,7 +101,7 @@ def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
     return factors, int((factors.U.diagonal() < 0.0).sum())
 
 
-def turned_over(theta: Array) -> Array:
-    """1/theta; finite, far above all that is known, where theta is rounding."""
+def invert(theta: Array) -> Array:
+    """Return 1/theta; a large finite number where theta is rounding."""
     least = EPS**2 * np.abs(theta).max(initial=1e-300)
     return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))

@@ -1,4 +1,4 @@
-"""The equations of rest of a mechanism, f(q) = G^T lambda and g(q) = 0, with one number p that can move loads or drives."""
+"""Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from .turntable import Turntable
 
 ITERATIONS = 25
 LONGEST_STEP = 0.3
-"""Largest change of a coordinate in one iteration, in its unit (the longest link's length, 1 rad)."""
+"""Largest change of a coordinate in an iteration, in its unit (length of the longest link, 1 rad)."""
 CLOSE = 1e-10
-"""A Newton step below this, in the same units, ends the iteration."""
+"""Newton step, in units of the coordinates, that ends the iteration."""
 BALANCED = 1e-8
-"""Share of the largest force that may be out of balance where the iteration has ended."""
+"""Largest residual force at the end of the iteration, over the largest force."""
 CUT = 1e-9
-"""What singular values of a large matrix, over its largest entry, least squares damp: those far below it are taken for zero."""
+"""Damping of sparse least squares, over the largest entry: singular values far below it count as zero."""
 
 Matrix: TypeAlias = Array | csr_array
-"""Dense of few unknowns, sparse of many."""
+"""Matrix, dense of few unknowns, sparse of many."""
 
 
 class StaticsError(ValueError):
-    """Newton's method found no balance of forces, or what is asked for is not in the mechanism."""
+    """Error of the statics: Newton's method does not converge, or a name is unknown."""
 
 
 class Rest(NamedTuple):
-    """A state of rest: coordinates (n,), multipliers (r,), parameter."""
+    """Equilibrium: coordinates (n,), multipliers (r,), parameter."""
 
     q: Array
     multipliers: Array
@@ -49,7 +49,7 @@ class Rest(NamedTuple):
 
 @dataclass
 class Problem:
-    """A scene at rest, and what its parameter moves.
+    """Equations of equilibrium of a scene over a parameter.
 
     Attributes
     ----------
@@ -59,9 +59,9 @@ class Problem:
     row : int
         Constraint whose value the parameter is added to; -1 for none.
     shift : float
-        About which the last spectrum along a path was found, 1/s^2.
+        Shift of the last spectrum along a path [1/s^2].
     spin, centre : float, pair of float
-        Of a steady turn of all, rad/s, about a place, m.
+        Steady spin of the whole mechanism [rad/s], and its centre [m].
     """
 
     scene: Scene
@@ -78,24 +78,24 @@ class Problem:
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
     @property
-    def room(self) -> Array:
-        """As `units`, but of what the whole mechanism takes up: its longest link may be short, (n,)."""
+    def extents(self) -> Array:
+        """Units of the coordinates by the extent of the whole mechanism, as its longest link may be short, (n,)."""
         drawn = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
 
     def start(self, parameter: float) -> Rest:
-        """The pose that is drawn."""
+        """Return the drawn pose."""
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
     def set(self, parameter: float) -> None:
-        """Move loads or the drive."""
+        """Set loads or the drive."""
         if self.row >= 0:
             self.scene.tables.values[self.row] = self.value + parameter
         self.scene.tables.factors[list(self.loads)] = parameter
 
     def assemble(self, rest: Rest, tangents: bool = True) -> Assembly:
-        """Forces, constraints and their derivatives at a state."""
+        """Assemble forces, constraints and their derivatives at a state."""
         self.set(rest.parameter)
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
@@ -107,18 +107,18 @@ class Problem:
         return a
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
-        """Out-of-balance force f - G^T lambda, g, and what they are made of."""
+        """Compute the residual f - G^T lambda, g, and the assembly."""
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Derivative of (f - G^T lambda, g) by the parameter, in which both are linear; `here` are they, where they are known."""
+        """Compute the derivative of (f - G^T lambda, g) by the parameter, in which both are linear; `here` are their values."""
         force, gap = here or self.residual(rest, False)[:2]
         after, moved, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([after - force, moved - gap])
 
-    def scaled(self, a: Assembly, more: Array | float = 0.0) -> tuple[Matrix, float]:
-        """The matrix [[K, G^T], [G, 0]] in units of the coordinates, and the force that goes with them; `more` entries of K."""
+    def scale_matrix(self, a: Assembly, more: Array | float = 0.0) -> tuple[Matrix, float]:
+        """Make [[K, G^T], [G, 0]] in units of the coordinates, and the unit of force; `more` are entries added to K."""
         s = self.scene.tables
         unit = np.concatenate([self.units, np.ones(len(s.rows))])
         weight = np.append(unit[s.row] * unit[s.col], 0.0)
@@ -130,10 +130,10 @@ class Problem:
     def newton(
         self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None
     ) -> Rest:
-        """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
+        """Solve by Newton's method at the parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
 
-        Where it is `near`, steps become smaller from the first on. Stresses of strips are unknowns of their own (`strips`), at
-        first those of an equilibrium, its `origin`, carried on to it: the strains of a guess stretch strips too much.
+        Where the guess is `near`, steps must decrease from the first on. Stresses of strips are separate unknowns (`strips`).
+        They start from an equilibrium, the `origin`, as the strains of a guess stretch strips too much.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class Problem:
                     break
                 following = largest * (largest / before) ** 2  # of quadratic convergence
                 if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
-                    found = rest if self.balanced(rest) else None
+                    found = rest if self.is_balanced(rest) else None
                     break
                 before = largest
         if found is not None:
@@ -157,7 +157,7 @@ class Problem:
 
     @contextmanager
     def _stresses(self, origin: Rest, q: Array) -> Iterator[None]:
-        """Let the strips' stresses be unknowns, at coordinates q those of a state, carried on."""
+        """Make the stresses of strips unknowns, extrapolated from a state to coordinates q."""
         scene, work = self.scene, self.scene.work
         work.stress[:], work.mixed[0] = 0.0, RENEWED
         try:
@@ -168,16 +168,16 @@ class Problem:
             work.mixed[0] = PLAIN
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
-        """One step of Newton's method, damped, and its size before that."""
+        """Take one damped step of Newton's method; return state and undamped size."""
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
         if fixed is None:
             force, gap, a = self.residual(rest)
-            matrix, scale = self.scaled(a)
+            matrix, scale = self.scale_matrix(a)
             step = solve(matrix, np.concatenate([force * self.units / scale, -gap]))
         else:
             normal, value, unit = fixed
-            bordered, scale, force, gap = self._bordered(rest, normal, unit)
+            bordered, scale, force, gap = self._border_matrix(rest, normal, unit)
             miss = value - float(normal @ self.vector(rest))
             step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [miss]]))
             change_p = float(step[-1]) * unit
@@ -188,8 +188,8 @@ class Problem:
             carry(self.scene.tables, self.scene.work, moved - rest.q)
         return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
 
-    def balanced(self, rest: Rest) -> bool:
-        """Whether forces balance and constraints hold: in units of the coordinates, beside the largest force and rounding."""
+    def is_balanced(self, rest: Rest) -> bool:
+        """Check the residuals, in units of the coordinates, against the largest force and rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
         pushes = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
@@ -203,30 +203,30 @@ class Problem:
         )
 
     def balancing(self, rest: Rest) -> Array:
-        """Find the multipliers that balance the forces as well as they can, the least where rows are redundant, shape (r,)."""
+        """Compute multipliers by least squares, of least size where rows are redundant, shape (r,)."""
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
         return least((a.jacobian * self.units).T, a.force * self.units, 1e-10)
 
     def vector(self, rest: Rest) -> Array:
-        """Coordinates, multipliers and parameter, (n + r + 1,)."""
+        """Return coordinates, multipliers and parameter, (n + r + 1,)."""
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
-        """Change of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
-        matrix, scale, _, _ = self._bordered(rest, normal, unit)
+        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
+        matrix, scale, _, _ = self._border_matrix(rest, normal, unit)
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
         out, n = solve(matrix, right), self.scene.size
         return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
-    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
-        """The matrix of Newton's method with the parameter among the unknowns and a plane's normal as last row; residuals."""
+    def _border_matrix(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
+        """Make the bordered matrix, with a column of the parameter and the normal of a plane as last row; residuals."""
         n = self.scene.size
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
-        matrix, scale = self.scaled(a)
+        matrix, scale = self.scale_matrix(a)
         column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
         blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
@@ -234,18 +234,18 @@ class Problem:
         return whole, scale, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """What rounding of the strips' strains leaves in the parameter: of their axial forces, over the force that it moves."""
+        """Estimate the rounding error of the parameter: that of the axial forces of strips over the force it moves."""
         stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         moved = float(slope[:n][self.units != 1.0].max(initial=0.0))
         return ROUNDING * stiffest / moved if moved else 0.0
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
-        """Small motions about a state; of many the lowest, and all that grow."""
+        """Compute the eigenvalues of small motions about a state; of many the lowest, and all that grow."""
         return spectrum(self.about(rest), count=count)
 
     def about(self, rest: Rest) -> Tangent:
-        """The equations of small motions about a state."""
+        """Make the equations of small motions about a state."""
         self.set(rest.parameter)
         tangent = Tangent.at(self.scene, rest.q, rest.multipliers)
         if self.table:
@@ -255,7 +255,7 @@ class Problem:
 
 
 def solve(matrix: Matrix, right: Array) -> Array:
-    """Solve; by least squares where the matrix is singular (redundant constraints, free motions)."""
+    """Solve linear equations; by least squares if singular (redundant constraints, free motions)."""
     try:
         with np.errstate(all="ignore"):  # near a limit point it is ill-conditioned: the residual decides
             out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
@@ -269,9 +269,9 @@ def solve(matrix: Matrix, right: Array) -> Array:
 
 
 def least(matrix: Matrix, right: Array, cut: float) -> Array:
-    """Least squares of least size; singular values below the cut, over the largest, count as zero.
+    """Solve least squares of least size; singular values below the cut, over the largest, count as zero.
 
-    Of a sparse matrix A they are those of [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, repeated for what is left of b.
+    A sparse matrix A is solved by [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, and two iterations of refinement.
     """
     if isinstance(matrix, np.ndarray):
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
@@ -283,8 +283,8 @@ def least(matrix: Matrix, right: Array, cut: float) -> Array:
     return out
 
 
-def refined(coarse: Scene, fine: Scene, q: Array) -> Array:
-    """Coordinates of the same state in a scene of a higher degree: the strips' basis is hierarchical, new members are zero."""
+def prolong(coarse: Scene, fine: Scene, q: Array) -> Array:
+    """Return coordinates of the same state in a scene of higher degree; new members of the hierarchical basis are zero."""
     one, other = _strips(coarse), _strips(fine)
     places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in (one, other)]
     out = np.zeros(fine.size)
@@ -296,12 +296,12 @@ def refined(coarse: Scene, fine: Scene, q: Array) -> Array:
     return out
 
 
-def apart(scene: Scene, one: Array, other: Array) -> float:
-    """Largest distance of two states, in units of the coordinates: a bound of it along strips."""
+def distance_between(scene: Scene, one: Array, other: Array) -> float:
+    """Return the largest distance of two states, in units of the coordinates; an upper bound along strips."""
     change = np.abs(one - other) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
-            inner = element.places[:, 2:]  # |N_k| is below 1/sqrt(2 k) or so: their sum bounds what the ends leave
+            inner = element.places[:, 2:]  # |N_k| < 1/sqrt(2 k) approximately: their sum bounds the rest
             weights = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
             change[element.places[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
             change[inner] = 0.0
@@ -313,12 +313,12 @@ def _strips(scene: Scene) -> list[StripBody]:
 
 
 def has_strips(scene: Scene) -> bool:
-    """Whether anything in a scene depends on its degree."""
+    """Check for strips: without them nothing depends on the degree."""
     return bool(_strips(scene))
 
 
 def moving(scene: Scene, q: Array, shape: Array) -> str:
-    """The link that moves most in a shape."""
+    """Return the name of the link that moves most in a shape."""
     links = [link for link in scene.mechanism.links if not link.body.massless]
     if not links:
         return ""
@@ -329,7 +329,7 @@ def moving(scene: Scene, q: Array, shape: Array) -> str:
 
 
 def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
-    """Places in `tables.factors` of the loads of these names ('gravity' is one), or of all."""
+    """Return indices in `tables.factors` of the named loads ('gravity' is one), or of all."""
     kinds = ("force", "line_load", "torque", "motor")
     all_names = [*scene.force_names, "gravity"]
     if names is None:
@@ -342,5 +342,5 @@ def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
 
 
 def places(scene: Scene, q: Array, link: str, point: str) -> Place:
-    """Where a point of a link is at coordinates q."""
+    """Return the place of a point of a link at coordinates q."""
     return scene.read(scene.marker(link, point), q)

@@ -11,7 +11,7 @@ from ..mechanism import Mechanism
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
 from .curve import KINDS, Curve, Orbit, Paced, Turn
-from .cycles import Periodic, prepared
+from .cycles import Periodic, prepare
 from .problem import Problem, StaticsError, loads_of
 from .shooting import SpentError
 from .varied import Varied
@@ -33,44 +33,44 @@ class Response(Route):
     points : list of Turn
         Folds, branchings, doublings and tori in their order.
     errors : dict of str to array
-        Of `folds`, `branchings`, `doublings`, `tori`: what finer steps and a higher degree change.
+        Change of `folds`, `branchings`, `doublings`, `tori` by finer steps and a higher degree.
     motions : list of Periodic
-        With their multipliers; the errors of each are what finer steps, and a higher degree of the strips, change.
+        Motions with their multipliers and errors.
     """
 
     motions: list[Periodic] = field(default_factory=list)
 
     @property
     def folds(self) -> list[float]:
-        """Parameter where the curve turns."""
+        """Parameters where the curve turns back."""
         return self._at("fold")
 
     @property
     def doublings(self) -> list[float]:
-        """Parameter where motions of twice the period leave it."""
+        """Parameters where motions of twice the period leave the curve."""
         return self._at("doubling")
 
     @property
     def branchings(self) -> list[float]:
-        """Parameter where other motions of the same period leave it."""
+        """Parameters where other motions of the same period leave the curve."""
         return self._at("branching")
 
     @property
     def tori(self) -> list[float]:
-        """Parameter where a second frequency sets in."""
+        """Parameters where a second frequency sets in."""
         return self._at("torus")
 
     @property
     def stable(self) -> Array:
-        """Which motions are stable, shape (steps,)."""
+        """Stability of each motion, shape (steps,)."""
         return np.array([each.stable for each in self.motions])
 
     def amplitude(self, link: str, point: str) -> Array:
-        """Half of the way of a point of a link along x and y, m, shape (steps, 2)."""
+        """Return half the range of a point of a link along x and y [m], shape (steps, 2)."""
         return np.array([each.amplitude(link, point) for each in self.motions])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """What a diagram shows: amplitudes, those at the critical points, and what they are called."""
+        """Return data of a diagram: amplitudes along the curve and at the critical points, and a prefix of the label."""
         return self.amplitude(link, point), [each.motion.amplitude(link, point) for each in self.points], "amplitude of "
 
 
@@ -112,7 +112,7 @@ def response(
         If what is asked for makes no sense.
     """
     check_way(to, steps, step, longest, load=load, parameter=parameter)
-    shooting, state = prepared(mechanism, period, start, degree, settle)
+    shooting, state = prepare(mechanism, period, start, degree, settle)
     if shooting.free:
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
     if load is None and parameter is None:

@@ -1,4 +1,4 @@
-"""Where a mechanism rests under its loads, whether that is stable, and how exact it is."""
+"""Equilibrium of a mechanism under its loads, with stability and error."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ..spectral import tables as k
 from ..spectral.scene import Place, Scene
 from ..validate import number, one_of, pair
 from . import sticking
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out, reactions
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
 from .follow import DEGREE, ends
 from .lowest import sparse_null_space
-from .problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
+from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places, prolong
 from .settling import RunsAwayError, SlackError, check_ropes, find, others
 
 FRICTION = "friction may hold it elsewhere"
@@ -25,7 +25,7 @@ FRICTION = "friction may hold it elsewhere"
 
 @dataclass(frozen=True)
 class Equilibrium(Answer):
-    """A state of rest.
+    """Equilibrium of a mechanism.
 
     Attributes
     ----------
@@ -38,19 +38,19 @@ class Equilibrium(Answer):
     multipliers : array, shape (r,)
         Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert. See `reaction`.
     load : float
-        What the loads were multiplied by.
+        Factor of the loads.
     stable : bool
-        Whether no small motion grows, by the spectrum of the whole tangent.
+        True if no small motion grows, by the spectrum of the whole tangent.
     growth : float
         Largest rate at which a small motion grows, 1/s; 0 if none does.
     neutral : tuple of str
-        Links that small motions move which nothing resists: the state is one of many.
+        Links that a small motion moves without resistance: the equilibrium is one of many.
     error : float
-        Of places over the longest link, and of angles, rad: what a higher degree of the strips changes, and the last step.
+        Error of positions over the longest link, and of angles [rad]: change by a higher degree of the strips, and last step.
     others : tuple of Equilibrium
-        Further equilibria, where all were asked for.
+        Further equilibria, on request.
     between : tuple of Equilibrium
-        Where dry friction of guides acts in full, to one side and the other: it rests anywhere between these two.
+        States in which dry friction of guides is at its limit, to either side: every state between them is at rest.
     """
 
     scene: Scene
@@ -65,15 +65,15 @@ class Equilibrium(Answer):
     between: tuple[Equilibrium, ...] = ()
 
     def point(self, link: str, point: str) -> Place:
-        """Where a point of a link is."""
+        """Return the place of a point of a link."""
         return places(self.scene, self.q, link, point)
 
     def reaction(self, name: str) -> Array:
-        """Force or torque of the constraint of this name, N or N m, with the signs of the signals of a run; see `reactions`."""
+        """Return force or torque of a constraint [N or N m], with the signs of the signals of a run; see `reactions`."""
         return reactions(self.scene, self.multipliers[None], name)[0]
 
     def rows(self) -> list[tuple[str, str]]:
-        """Stability, error, and where points are."""
+        """Return rows of the table: stability, error, and places of points."""
         out = [("stable", "yes" if self.stable else f"no, grows at {self.growth:.4g} 1/s"), ("error", f"{self.error:.1e}")]
         for link in self.scene.mechanism.links:
             if not link.body.massless:
@@ -91,10 +91,10 @@ def equilibrium(
     mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
     all: bool = False, spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
 ) -> Equilibrium:  # fmt: skip
-    """Find where a mechanism rests with its drives held at t = 0 and its loads multiplied by `load`.
+    """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero in parts that move the mechanism little, from the stress-free start; with a guess, all at once. A
-    mechanism that can move freely there, or a load beyond which that branch ends, is let move, damped, to a stable rest.
+    Loads grow from zero, from the stress-free start; with a guess they act at once. Where the mechanism is free, or that branch
+    ends, pseudo-transient continuation leads to a stable equilibrium.
 
     Parameters
     ----------
@@ -102,16 +102,15 @@ def equilibrium(
     load : float
         Factor of all forces, torques and gravity; springs, contacts and strips keep theirs.
     degree : int, optional
-        Of the strips' polynomials; by default it is raised until the error is below 1e-8 of the longest link.
+        Degree of the strips; by default it is raised until the error is below 1e-8 of the longest link.
     guess : array, shape (n,), optional
         Coordinates near the answer; of a scene of `degree`.
     scene : Scene, optional
-        Of this mechanism, to be used again: its degree is kept.
+        Scene of this mechanism to reuse, with its degree.
     all : bool
-        Also look for further equilibria, stable or not: those to which the path from zero load and the paths that leave it
-        come, and those that deflation finds from them.
+        True to find further equilibria, stable or not: on the path from zero load, on paths that leave it, and by deflation.
     spin, centre : float, pair of float
-        Of a steady turn of the whole mechanism with its ground and loads, rad/s, about a place, m.
+        Steady spin of the whole mechanism with its ground and loads [rad/s], and its centre [m].
 
     Returns
     -------
@@ -121,7 +120,7 @@ def equilibrium(
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
@@ -137,9 +136,9 @@ def equilibrium(
         rest, message = find(problem, start, guess is not None)
         found = _answer(problem, rest, message, fixed)
     except StaticsError as error:
-        stuck = sticking.held(problem, start)
+        stuck = sticking.find_sticking(problem, start)
         if stuck is None:
-            return _failed(problem, start, error, load)
+            return _make_failure(problem, start, error, load)
         words = "held by friction where it is drawn; it has no rest without"
         return Equilibrium(Ending.OK, words, problem.scene, stuck.q, stuck.multipliers, load, True, 0.0, (), 0.0)
     finally:
@@ -148,57 +147,57 @@ def equilibrium(
 
 
 def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
-    """Further equilibria that are found again at a higher degree, and in which ropes pull; sought at the degree of paths."""
+    """Find further equilibria at the degree of paths; keep those confirmed at a higher degree, in which ropes pull."""
     load = rest.parameter
     if not fixed and has_strips(problem.scene):
-        problem, guess = _raised(problem, rest, DEGREE - problem.scene.degree)
+        problem, guess = _raise_degree(problem, rest, DEGREE - problem.scene.degree)
         rest = problem.newton(guess)
     for each in others(problem, rest, ends(problem, load) if load and not problem.spin else []):
         try:
-            found = _answer(problem, each, "", fixed, anew=False)
+            found = _answer(problem, each, "", fixed, search=False)
         except StaticsError:
             continue
         if fixed or found.error < np.inf:
             yield found
 
 
-def _raised(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
-    """The same at a higher degree, and where it may rest."""
+def _raise_degree(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
+    """Return the problem at a higher degree, and the state prolonged to it."""
     finer = replace(problem, scene=Scene.of(problem.scene.mechanism, problem.scene.degree + by))
-    guess = finer.start(rest.parameter)._replace(q=refined(problem.scene, finer.scene, rest.q))
+    guess = finer.start(rest.parameter)._replace(q=prolong(problem.scene, finer.scene, rest.q))
     return finer, guess._replace(multipliers=finer.balancing(guess))
 
 
-def _sharpened(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool) -> tuple[Problem, Rest, str, float]:
-    """Raise the degree until the error is small, unless it is given, if need be with a search `anew`."""
+def _refine(problem: Problem, rest: Rest, message: str, fixed: bool, search: bool) -> tuple[Problem, Rest, str, float]:
+    """Raise the degree, unless `fixed`, until the error is small; `search` from the start where Newton's method fails."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
-        finer, guess = _raised(problem, rest, RISE)
+        finer, guess = _raise_degree(problem, rest, RISE)
         try:
             new = finer.newton(guess)
         except StaticsError:
             error = np.inf
-            if fixed or not anew or finer.scene.degree > HIGHEST:
+            if fixed or not search or finer.scene.degree > HIGHEST:
                 break
             try:
                 new, message = find(finer, finer.start(load), False)
             except StaticsError:
                 break
         else:
-            error = apart(finer.scene, guess.q, new.q)
+            error = distance_between(finer.scene, guess.q, new.q)
         if fixed:
             break
         problem, rest = finer, new
-        stalled = 0.5 * before < error < np.inf  # found anew at this degree, it is compared with the next
+        stalled = 0.5 * before < error < np.inf  # a new search at this degree is compared with the next
         if error <= PLACES or stalled or problem.scene.degree > HIGHEST:
             break
         before = error
     return problem, rest, message, error
 
 
-def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:
-    """A rest with its error and stability."""
-    problem, rest, message, error = _sharpened(problem, rest, message, fixed, anew)
+def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, search: bool = True) -> Equilibrium:
+    """Make the result: equilibrium with error and stability."""
+    problem, rest, message, error = _refine(problem, rest, message, fixed, search)
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
@@ -214,7 +213,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
-    said += _idle(problem, rest) + left_out(problem.scene.mechanism, FRICTION)
+    said += _idle(problem, rest) + list_omissions(problem.scene.mechanism, FRICTION)
     found = Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
     )  # fmt: skip
@@ -225,7 +224,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
 
 
 def _idle(problem: Problem, rest: Rest) -> list[str]:
-    """Torques that act where the link is held: of a flexible one that is its start, if no point is named."""
+    """List torques without effect, as they act where a link is held: by default the start of a flexible one."""
     scene, said = problem.scene, []
     torques = {load: name for load, name in enumerate(scene.force_names) if name.startswith("torque")}
     if torques:
@@ -237,8 +236,8 @@ def _idle(problem: Problem, rest: Rest) -> list[str]:
     return said
 
 
-def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equilibrium:
-    """Of a search that failed: it has no place."""
+def _make_failure(problem: Problem, start: Rest, error: Exception, load: float) -> Equilibrium:
+    """Make the result of a search that failed."""
     scene = problem.scene
     contacts = [
         name for name, force in zip(scene.force_names, scene.tables.forces, strict=True) if force[0] in (k.CONTACT, k.JOURNAL)
@@ -249,6 +248,6 @@ def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equ
         message += f"; open: {', '.join(contacts)}" if contacts else ""
     elif isinstance(error, SlackError):
         status = Ending.SLACK
-    message = "; ".join([message, *left_out(scene.mechanism, FRICTION)])
+    message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
     nowhere = np.full_like(start.q, np.nan), np.full_like(start.multipliers, np.nan)
     return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

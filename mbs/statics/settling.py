@@ -1,8 +1,7 @@
-"""The way to a rest that is far from the drawn pose, and to further ones beside it.
+"""Pseudo-transient continuation to an equilibrium far from the drawn pose, and deflation to find further ones.
 
-Damped motion goes in ever longer implicit steps, M q' = dt-weighted forces: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. With dt
-they become Newton's. Deflation: Newton's step on F(q)/m(q), m small near known solutions, is the plain step times a number, and
-is driven away from them.
+Implicit Euler steps on M q' = f - G^T lambda grow: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. For large dt they are Newton's.
+Deflation solves F(q)/m(q) = 0, with m small near known solutions. Its step is Newton's times a number that avoids them.
 
 References
 ----------
@@ -22,42 +21,42 @@ from ..elements import Rope
 from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, moving, solve
 
 MOVE = 0.1
-"""Way of a step, lengths or rad, where the mechanism is far from rest."""
+"""Intended change in a step far from rest [lengths or rad]."""
 AWAY = 60.0
-"""Way, in sizes of the mechanism, after which a motion is taken for endless."""
+"""Distance, over the size of the mechanism, after which a motion counts as endless."""
 SHORTEST = 1e-4
-"""Smallest part of the load that is tried at once."""
+"""Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
-"""Largest move of an accepted part of the load, lengths or rad: Newton's method may land on another branch from farther away."""
+"""Largest change in a load increment [lengths or rad]: from farther Newton's method may reach another branch."""
 CORRECTIONS = 4
-"""Iterations of an implicit step: a strip that turns would be stretched by the first one."""
+"""Iterations of an implicit step: the first one stretches a strip that turns."""
 CHANGE = 0.2
-"""Of a step, by the last of them, up to which it has converged well enough."""
+"""Largest last iteration of an implicit step, over the step."""
 STEPS = 6000
-"""Most steps: along a stiff contact that bends they are short."""
+"""Most implicit steps: along a stiff curved contact they are short."""
 
 
 class RunsAwayError(StaticsError):
-    """Nothing stops a motion."""
+    """Error of a motion that nothing stops."""
 
 
 class SlackError(StaticsError):
-    """A rope would have to push."""
+    """Error of a rope that would have to push."""
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
-    """The stable rest to which a motion leads that only damping resists.
+    """Find a stable equilibrium by pseudo-transient continuation.
 
     Raises
     ------
     RunsAwayError
-        If it does not end.
+        If the mechanism moves farther than `AWAY`.
     StaticsError
-        If it has not ended after so many steps.
+        If it still moves after `STEPS` steps.
     """
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     begun, kicks, way = rest, 0, 0.0
-    away = AWAY * float((problem.room / problem.units).max(initial=1.0))
+    away = AWAY * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         new, span, moved = _step(problem, rest, span)
         way += moved
@@ -82,7 +81,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
 
 
 def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float]:
-    """A step that goes with the forces and moves nothing too far; the next span, s^2, and how far it went."""
+    """Take an implicit step along the forces and of limited size; return state, next span [s^2] and largest change."""
     n, units = problem.scene.size, problem.units
     a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
     matrix = a.made(mass)[:n, :n]
@@ -93,7 +92,7 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
         new, last = rest, a
         for corrected in range(CORRECTIONS):
             dragged = last.force - matrix @ (new.q - rest.q) / span
-            scaled, scale = problem.scaled(last, mass / span)
+            scaled, scale = problem.scale_matrix(last, mass / span)
             out = solve(scaled, np.concatenate([dragged * units / scale, -last.residual]))
             new = Rest(new.q + out[:n] * units, out[n:] * scale, rest.parameter)
             step, change = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
@@ -103,18 +102,18 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
             if not (np.isfinite(moved) and moved <= 2 * MOVE and forward) or (corrected and change > CHANGE * moved):
                 break
             force, _, last = problem.residual(new)
-            if moved < 1e-9 or float(step @ force) >= -max(ahead, 0.0):  # else it went far into a contact that was open
+            if moved < 1e-9 or float(step @ force) >= -max(ahead, 0.0):  # otherwise it went deep into an open contact
                 return new, span * min(4.0, max(1.2, MOVE / max(moved, 1e-300))), moved
         span *= max(0.1, min(0.5, MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
 def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
-    """The rest, and how it was reached if that is worth a word; `near` it, all loads act at once."""
+    """Find the equilibrium, and a note on the method if not the default; from a `near` guess all loads act at once."""
     load = start.parameter
     if near:
         return problem.newton(start), ""
-    if problem.balanced(start._replace(multipliers=problem.balancing(start))):
+    if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
     loose = problem.spectrum(problem.start(0.0), 1).neutral.any()
     reached = 0.0
@@ -132,7 +131,7 @@ def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
 
 
 def check_ropes(problem: Problem, rest: Rest) -> None:
-    """Raise an error if a rope would have to push, or one of its ends lies in a pulley, where it has no direction."""
+    """Raise an error if a rope would have to push, or one of its ends lies in a pulley."""
     scene = problem.scene
     for name in (name for name, each in scene.mechanism.elements().items() if isinstance(each, Rope)):
         row = scene.row_names.index(name)
@@ -145,10 +144,10 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
-    """Follow the load from zero to its value; return the rest and the part that was reached.
+    """Increase the load from zero to its value; return the equilibrium and the share that was reached.
 
-    A part is halved where it moves the mechanism far, or where stability is lost within it: Newton's method then may have left
-    the path. Where the shortest part still loses stability the path itself does.
+    An increment is halved where it moves the mechanism far or loses stability: Newton's method may have left the path. Where the
+    shortest increment still loses stability the path itself does.
     """
     rest, done, part = problem.start(0.0), 0.0, 1.0
     stable = problem.spectrum(rest, 1).stable
@@ -156,7 +155,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
         part = min(part, 1.0 - done)
         try:
             new = problem.newton(rest._replace(parameter=load * (done + part)))
-            near = float(np.abs((new.q - rest.q) / problem.room).max(initial=0.0)) <= LOAD_STEP
+            near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
             keeps = near and problem.spectrum(new, 1).stable
         except StaticsError:
             near = keeps = False
@@ -172,18 +171,18 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
 APART = 1e-6
 """Distance, in units of the coordinates, up to which two states are the same."""
 KICKS = (0.03, 0.3)
+"""Offsets along a shape, to both sides, at which a search starts; settling uses the second from the first equilibrium only."""
 SHAPES = 4
-"""From each equilibrium the search begins that far along so many of its lowest shapes, to both sides; damped motion, which is
-long, the farther way only from the first."""
+"""Number of lowest shapes of each equilibrium along which searches start."""
 
 
 def others(problem: Problem, rest: Rest, further: list[Rest]) -> list[Rest]:
-    """Further equilibria, and those that deflation, or damped motion, finds from the lowest shapes of all that are known."""
+    """Find further equilibria by deflation and by settling, from offsets along the lowest shapes of all known ones."""
     known = [rest]
     known += [each for each in further if _new(problem, each, known)]
     for base in known:
         for start, kick in _starts(problem, base):
-            for way in (_deflated, _settled) if base is rest or kick == KICKS[0] else (_deflated,):
+            for way in (_deflate, _settle_damped) if base is rest or kick == KICKS[0] else (_deflate,):
                 found = way(problem, start, known)
                 if found is not None and len(known) < 30:
                     known.append(found)
@@ -193,14 +192,14 @@ def others(problem: Problem, rest: Rest, further: list[Rest]) -> list[Rest]:
 def _starts(problem: Problem, rest: Rest) -> Iterator[tuple[Rest, float]]:
     shapes = np.real(problem.spectrum(rest).shapes[:, :SHAPES])
     for shape in shapes.T:
-        shape = shape / max(float(np.abs(shape / problem.room).max()), 1e-300)
+        shape = shape / max(float(np.abs(shape / problem.extents).max()), 1e-300)
         for kick in KICKS:
             for side in (kick, -kick):
                 yield rest._replace(q=rest.q + side * shape), kick
 
 
 def _new(problem: Problem, found: Rest, known: list[Rest]) -> Rest | None:
-    """A state, if it is not known; angles may differ by whole turns."""
+    """Return a state unless it is known up to whole turns, else None."""
     whole = np.where(problem.scene.units == 1.0, 2 * np.pi, np.inf)
     for other in known:
         change = found.q - other.q
@@ -210,7 +209,7 @@ def _new(problem: Problem, found: Rest, known: list[Rest]) -> Rest | None:
     return found
 
 
-def _deflated(problem: Problem, rest: Rest, known: list[Rest]) -> Rest | None:
+def _deflate(problem: Problem, rest: Rest, known: list[Rest]) -> Rest | None:
     for _ in range(2 * ITERATIONS):
         new, size = problem.step(rest)
         if not np.isfinite(size):
@@ -233,7 +232,7 @@ def _deflated(problem: Problem, rest: Rest, known: list[Rest]) -> Rest | None:
     return _new(problem, found, known)
 
 
-def _settled(problem: Problem, start: Rest, known: list[Rest]) -> Rest | None:
+def _settle_damped(problem: Problem, start: Rest, known: list[Rest]) -> Rest | None:
     try:
         return _new(problem, settle(problem, start), known)
     except StaticsError:

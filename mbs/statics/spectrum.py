@@ -1,11 +1,11 @@
-"""Small motions about a state: eigenvalues of its whole tangent, each with the error that rounding leaves in it.
+"""Small motions about a state: eigenvalues of its whole tangent with their rounding errors.
 
 Solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Neither K nor C need be symmetric: forces that follow the
 motion make K unsymmetric, a steady turn adds the gyroscopic part to C. A state is unstable where an s has a positive real part.
 
-Eigenvalues are those of the inverse at a shift near the lowest ones: of M, K themselves, the lowest ones of a thin strip drown in
-the rounding of the highest. An eigenvalue s with vectors z, y moves by |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|
-relative to the rounding of the matrices' entries; what is not larger than that is told as zero.
+Eigenvalues are those of the inverse at a shift near the lowest ones, as rounding of the highest hides the lowest of a thin strip.
+An eigenvalue s with vectors z, y has the condition number |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|.
+Values within rounding are reported as zero.
 
 References
 ----------
@@ -28,29 +28,29 @@ from scipy.sparse.linalg import splu
 from ..geometry import Array
 from ..spectral.linear import Matrix
 from ..spectral.scene import Scene
-from .lowest import COUNT, EPS, MANY, nearest, null_space, sparse_null_space, turned_over
+from .lowest import COUNT, EPS, MANY, invert, nearest, null_space, sparse_null_space
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
 
 UNKNOWN = 1e-4
-"""Relative error of -s^2 beyond which it is sought again."""
+"""Relative error of -s^2 beyond which it is computed from M and K."""
 
 
 @dataclass(frozen=True)
 class Tangent:
-    """The equations of small motions on what the constraints leave free, z = free x.
+    """Equations of small motions on the free coordinates x, z = free x.
 
     Attributes
     ----------
     mass, damping, stiffness : arrays, shape (n, n)
-        On all coordinates; sparse where there are many.
+        Matrices on all coordinates; sparse where there are many.
     free : array, shape (n, f)
-        Spans the motions that the constraints allow, each coordinate in its unit.
+        Basis of the motions that the constraints allow, each coordinate in its unit.
     test : array, shape (n, f)
-        Spans what the constraints' forces do no work on: the same, but for friction that follows these forces.
+        Basis of motions on which constraint forces do no work: `free`, except for friction that follows these forces.
     summands : array, shape (n, n)
-        How large those of K's entries are: across a strip it is next to nothing, a sum of what is large along it.
+        Size of the summands of the entries of K: across a strip large summands cancel.
     """
 
     mass: Any
@@ -62,7 +62,7 @@ class Tangent:
 
     @classmethod
     def at(cls, scene: Scene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
-        """Of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
+        """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= MANY
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
         if sparse and (_any(a.cross) or _any(a.damping) or not _symmetric(a.stiffness)):  # Lanczos's method is for symmetric ones
@@ -77,20 +77,20 @@ class Tangent:
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)
 
     def rounding(self, left: Array, right: Array) -> Array:
-        """What rounding of K leaves in its products with vectors of what is free, (f, m)."""
+        """Estimate the rounding error of y^T K z for vectors of free coordinates, (f, m)."""
         return ROUNDING * np.einsum("ij,ij->j", np.abs(self.test @ left), self.summands @ np.abs(self.free @ right))
 
     @property
     def conservative(self) -> bool:
-        """Whether K alone decides stability: it is symmetric, and nothing but damping, if any, depends on rates."""
-        k, c = self.reduced(self.stiffness), self.reduced(self.damping)
+        """True if K alone decides stability: it is symmetric, and rates enter by damping only."""
+        k, c = self.reduce(self.stiffness), self.reduce(self.damping)
         both = _symmetric(k) and _symmetric(c)
         return both and not (_any(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
 
     @property
     def definite(self) -> bool:
-        """Whether energy has a minimum there, so that nothing grows (Kelvin, Tait, Chetaev); not known of sparse matrices."""
-        k = self.reduced(self.stiffness)
+        """True if energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); False of sparse matrices."""
+        k = self.reduce(self.stiffness)
         if issparse(k) or not self.conservative:
             return False
         try:
@@ -99,18 +99,18 @@ class Tangent:
             return False
         return True
 
-    def undamped(self) -> Tangent:
-        """The same without what depends on rates."""
+    def without_damping(self) -> Tangent:
+        """Return the tangent without terms that depend on rates."""
         return replace(self, damping=0.0 * self.damping)
 
-    def reduced(self, matrix: Matrix) -> Matrix:
-        """A matrix on what is free."""
+    def reduce(self, matrix: Matrix) -> Matrix:
+        """Project a matrix onto the free coordinates."""
         return self.test.T @ matrix @ self.free
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Eigenvalues of a tangent, lowest first; what decays without swinging comes last.
+    """Eigenvalues of a tangent, lowest first; those that decay without oscillation come last.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class Spectrum:
     rounding : array, shape (m,)
         Error of the values by rounding, 1/s.
     shift : float
-        -s^2 about which they were found, 1/s^2.
+        Shift of -s^2 at which they were computed [1/s^2].
     """
 
     values: Array
@@ -130,9 +130,9 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """Which are zero within rounding: rigid motions, and states at which stability is lost.
+        """Eigenvalues that are zero within rounding: rigid motions, and states at which stability is lost.
 
-        What lies above the shift is not zero, however little is known of it.
+        A value above the shift is not zero, whatever its error.
         """
         size = np.abs(self.values)
         return (size <= self.rounding) & (size**2 <= self.shift)
@@ -145,24 +145,26 @@ class Spectrum:
 
     @property
     def unstable(self) -> int:
-        """How many small motions grow."""
+        """Number of small motions that grow."""
         return int((self.growth > 0.0).sum())
 
     @property
     def stable(self) -> bool:
-        """Whether none grows."""
+        """True if no small motion grows."""
         return not self.unstable
 
 
 def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectrum:
-    """All eigenvalues of a tangent; `near`, the shift of a state nearby, spares the search for one.
+    """Compute all eigenvalues of a tangent; `near` is the shift of a state nearby, if known.
 
-    Of one with sparse matrices at least the `count` lowest values of -s^2, and all that are below zero.
+    Sparse matrices give at least the `count` lowest values of -s^2, and all below zero.
     """
-    m, c, k = (tangent.reduced(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
+    m, c, k = (tangent.reduce(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
-    values, left, right, inverse, shift = _damped(tangent, m, c, k) if _any(c) else _undamped(tangent, m, k, near, count)
+    values, left, right, inverse, shift = (
+        _damped_modes(tangent, m, c, k) if _any(c) else _undamped_modes(tangent, m, k, near, count)
+    )
     rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
     creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has no end of them near -1/(retardation time)
     order = np.lexsort((np.abs(values), creeps))
@@ -170,22 +172,22 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
 
 
 def squares(tangent: Tangent, shift: float, count: int) -> Array:
-    """-s^2 of a tangent without what depends on rates, by their real parts, from the inverse about a shift: no vectors.
+    """Compute real parts of -s^2 of an undamped tangent, ascending, from the inverse at a shift, without vectors.
 
-    Of one with sparse matrices at least the `count` lowest.
+    Sparse matrices give at least the `count` lowest.
     """
-    m, k = tangent.reduced(tangent.mass), tangent.reduced(tangent.stiffness)
+    m, k = tangent.reduce(tangent.mass), tangent.reduce(tangent.stiffness)
     if issparse(k):
         return np.sort(_few(m, k, shift, count)[0])
     if not _symmetric(k):
-        return np.sort((turned_over(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
+        return np.sort((invert(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
     low = np.linalg.cholesky((m + m.T) / 2)
     inner = low.T @ solve((k + k.T) / 2 + shift * m, low)
-    return np.sort(turned_over(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
+    return np.sort(invert(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """What rounding leaves in each eigenvalue; the root of it where a value is double and has one vector, as zero is."""
+    """Estimate the rounding error of each eigenvalue; its square root for a defective double one, as zero is."""
     size = np.abs(values)
     total, lever = np.zeros(len(values)), np.zeros(len(values), complex)
     bend = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
@@ -198,11 +200,11 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
         return np.minimum(moved / np.maximum(np.abs(lever), 1e-300), np.sqrt(moved / np.maximum(bend, 1e-300)))
 
 
-def _undamped(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
-    """Of s^2 M z + K z = 0: s, left and right vectors, errors of s; of s and -s one, see `Spectrum`."""
+def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
+    """Solve s^2 M z + K z = 0: s, left and right vectors, errors of s, shift; one of s and -s, see `Spectrum`."""
     symmetric = _symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _shift(m, k)
-    find = partial(_few, count=count) if issparse(k) else _inverted if symmetric else _unsymmetric
+    find = partial(_few, count=count) if issparse(k) else _solve_symmetric if symmetric else _solve_unsymmetric
     for _ in range(4):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
@@ -224,9 +226,9 @@ def _undamped(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -
 
 
 def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
-    """Rayleigh's quotients, with the residual's norm as their error, where that is less: for the high ones.
+    """Replace eigenvalues by Rayleigh quotients where the norm of the residual is a lower error: the high ones.
 
-    Those that the inverse does not know, far above its shift, come from M and K themselves.
+    Those far above the shift, which the inverse does not resolve, are computed from M and K.
     """
     inner = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     for plain in (False, True):
@@ -246,28 +248,28 @@ def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Ar
 
 
 def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
-    """Errors of 1/theta, eigenvalues of an inverse that is known to the rounding of its largest."""
+    """Estimate errors of 1/theta, of an inverse known to the rounding of its largest eigenvalue."""
     condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(np.abs(product), 1e-300)
     with np.errstate(all="ignore"):
         return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
 
 
 def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
-    """The smallest |s^2| that is not rounding; the shift where all are."""
+    """Return the smallest |s^2| above rounding; the shift where there is none."""
     weight = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
     moved, size = tangent.rounding(left, right), np.abs(squared)
     with np.errstate(all="ignore"):
         return float(min(size[(size * weight > moved) & np.isfinite(size)], default=shift))
 
 
-def _unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """-s^2, left and right vectors, from the inverse of K + shift M."""
+def _solve_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """Compute -s^2, left and right vectors, from the inverse of K + shift M."""
     theta, left, right = eig(solve(k + shift * m, m), left=True)
-    return turned_over(theta) - shift, solve((k + shift * m).T, left), right
+    return invert(theta) - shift, solve((k + shift * m).T, left), right
 
 
-def _inverted(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """The same of a symmetric K."""
+def _solve_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """Compute -s^2, left and right vectors, of a symmetric K."""
     moved = k + shift * m
     try:
         root = np.linalg.cholesky(moved)
@@ -279,28 +281,28 @@ def _inverted(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
         inner = low.T @ solve(moved, low)
         theta, vectors = eigh((inner + inner.T) / 2)
         vectors = solve(moved, low @ vectors)
-    squared = turned_over(theta) - shift
+    squared = invert(theta) - shift
     vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
     return squared, vectors, vectors
 
 
 def _few(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """Those of sparse matrices, at least so many of the lowest; all where Lanczos's method does not do."""
-    return nearest(m, k, shift, count) or _inverted(m.toarray(), k.toarray(), shift)
+    """Compute at least `count` lowest of sparse matrices; all where Lanczos's method fails."""
+    return nearest(m, k, shift, count) or _solve_symmetric(m.toarray(), k.toarray(), shift)
 
 
 def _any(matrix: Matrix) -> bool:
-    """Whether an entry is not zero."""
+    """Check for an entry that is not zero."""
     return bool(matrix.count_nonzero() if issparse(matrix) else matrix.any())
 
 
 def _symmetric(matrix: Matrix) -> bool:
-    """Whether a matrix is symmetric within rounding."""
+    """Check that a matrix is symmetric within rounding."""
     return bool(not min(matrix.shape) or abs(matrix - matrix.T).max() <= 1e3 * EPS * abs(matrix).max())
 
 
-def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
-    """Of s^2 M z + s C z + K z = 0, by the inverse at a positive real shift: s of the upper half-plane, vectors, errors."""
+def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
+    """Solve s^2 M z + s C z + K z = 0 by the inverse at a positive real shift: s with Im s >= 0, vectors, errors, shift."""
     n, least = len(m), float(np.sqrt(_shift(m, k)))
     shift = least
     for _ in range(3):
@@ -308,7 +310,7 @@ def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Arra
         below = across.copy()  # of the rates over the shift: both halves of the state in one unit
         below[:, :n] += np.eye(n) / shift
         theta, left, right = eig(np.vstack([across, below]), left=True)
-        values = shift + turned_over(theta)
+        values = shift + invert(theta)
         kept = values.imag >= 0.0
         moved = _by_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[kept]
         values, left, right = values[kept], solve(m, left[n:, kept]), right[:n, kept]
@@ -320,6 +322,6 @@ def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Arra
 
 
 def _shift(m: Matrix, k: Matrix) -> float:
-    """A shift of -s^2 where the lowest eigenvalues are not rounding of the highest."""
+    """Return a shift of -s^2 at which the lowest eigenvalues exceed rounding of the highest."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)

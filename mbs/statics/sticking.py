@@ -1,8 +1,7 @@
-"""Where dry friction of guides holds a mechanism: in its drawn pose, and how far to both sides of the rest without friction.
+"""Equilibria with dry friction of guides: the drawn pose, and the interval about the equilibrium without friction.
 
-A guide resists up to T = mu |N| or T = F. A pose is held where forces balance with some |T_i| <= that: a linear programme in the
-multipliers and T. Between the two states in which all T are full, in one and the other direction of the softest motion, it rests
-anywhere.
+A guide resists up to T = mu |N| or T = F. Forces balance in a pose for some |T_i| within that limit: a linear programme in the
+multipliers and T. The interval ends where all T are at their limits, in either direction of the softest motion.
 """
 
 from __future__ import annotations
@@ -22,13 +21,13 @@ from .problem import Problem, Rest, StaticsError
 from .spectrum import Tangent, spectrum
 
 ROUNDS = 100
-"""Most corrections of friction that follows the reaction it comes from."""
+"""Most iterations of friction over the reaction on which it depends."""
 SPEEDS = np.geomspace(1e-9, 1.0, 400)
-"""m/s, at which the largest coefficient of a law is sought."""
+"""Speeds at which the largest coefficient of a law is sought [m/s]."""
 
 
 class Rub(NamedTuple):
-    """A guide that rubs: its row, its direction among the coordinates, its coefficient, and its force, N, where that is given."""
+    """Guide with friction: row, direction (n,), coefficient, and constant force [N]."""
 
     row: int
     along: Array
@@ -36,12 +35,12 @@ class Rub(NamedTuple):
     force: float
 
     def most(self, multipliers: Array) -> float:
-        """Largest resistance, N."""
+        """Return the largest resistance [N]."""
         return self.force + self.coefficient * abs(float(multipliers[self.row]))
 
 
 def rubs(problem: Problem, q: Array) -> list[Rub]:
-    """Guides that rub, but those with bristles."""
+    """List guides with dry friction; bristle models are not supported here."""
     scene, out = problem.scene, list[Rub]()
     for name, guide in scene.mechanism.elements().items():
         if not isinstance(guide, Guide) or not isinstance(guide.friction, GuideFriction | FrictionLaw):
@@ -60,8 +59,8 @@ def rubs(problem: Problem, q: Array) -> list[Rub]:
     return out
 
 
-def held(problem: Problem, pose: Rest) -> Rest | None:
-    """The pose with multipliers that balance the forces together with friction; None where none do."""
+def find_sticking(problem: Problem, pose: Rest) -> Rest | None:
+    """Find multipliers that balance a pose together with friction; None where there are none."""
     a, found = problem.assemble(pose, False), rubs(problem, pose.q)
     if not found or np.abs(a.residual).max(initial=0.0) > 1e-9 * problem.scene.length:
         return None
@@ -89,11 +88,11 @@ def held(problem: Problem, pose: Rest) -> Rest | None:
 
 
 def ends(problem: Problem, rest: Rest) -> list[Rest]:
-    """The two states in which friction acts in full, about a rest without friction; none where there is none, or it wedges."""
+    """Find the two states with friction at its limit, about an equilibrium without friction; none where it wedges."""
     found = rubs(problem, rest.q)
     if not found:
         return []
-    smooth = Tangent.at(problem.scene, rest.q, rest.multipliers).undamped()
+    smooth = Tangent.at(problem.scene, rest.q, rest.multipliers).without_damping()
     shape = np.real(spectrum(replace(smooth, test=smooth.free), count=1).shapes[:, 0])
     ways = np.sign([rub.along @ shape for rub in found])
     out = []

@@ -1,4 +1,4 @@
-"""A mechanism that turns steadily with its ground, loads and drives, in the frame that turns with it.
+"""Steady spin of a mechanism with its ground, loads and drives, in the rotating frame.
 
     M u'' + 2 w M J u' - w^2 M (u - c) = f - G^T lambda,    J a quarter turn of all places, c the centre.
 
@@ -15,7 +15,7 @@ from ..spectral.scene import Scene
 
 
 class Turntable:
-    """What a steady turn adds to the equations of rest and of small motions.
+    """Centrifugal and gyroscopic terms of a steady spin.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Turntable:
     Raises
     ------
     ValueError
-        Of what does not turn with the mechanism, or whose mass depends on its shape.
+        If gravity acts, or a mass matrix depends on the shape.
     """
 
     def __init__(self, scene: Scene, spin: float, centre: tuple[float, float]) -> None:

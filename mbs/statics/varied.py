@@ -1,4 +1,4 @@
-"""Rest over any number of a mechanism: the scene is made anew for each of its values."""
+"""Equilibria over any number of a mechanism, with a new scene for each of its values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEP = 1e-5
 
 
 class Varied(Problem):
-    """A problem whose parameter is a number of the mechanism's document, such as links.strip.body.section.thickness."""
+    """Problem whose parameter is a number of the mechanism, such as links.strip.body.section.thickness."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree
@@ -29,7 +29,7 @@ class Varied(Problem):
         super().__init__(Scene.of(mechanism, degree))
 
     def start(self, parameter: float) -> Rest:
-        """The pose that is drawn with this number."""
+        """Return the pose that is drawn with this number."""
         self.set(parameter)
         return super().start(parameter)
 
@@ -40,7 +40,7 @@ class Varied(Problem):
             self.scene = Scene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Derivative of (f - G^T lambda, g) by the number, by central differences."""
+        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""
         step = STEP * max(abs(rest.parameter), abs(self.begun), 1e-300)
         at = []
         for p in (rest.parameter + step, rest.parameter - step):

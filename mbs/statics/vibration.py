@@ -1,4 +1,4 @@
-"""Natural frequencies about an equilibrium or a pose, with damping and forces that follow, each with its error."""
+"""Natural frequencies about an equilibrium or a pose, with damping and follower forces, each with its error."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..spectral.doors import place
 from ..spectral.scene import Scene
 from ..spectral.start import slopes
 from ..validate import pair, whole
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
-from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions
+from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, prolong
 from .rest import Equilibrium, equilibrium
 from .spectrum import Spectrum
 
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
-    """Small motions about a state: exp(s t), lowest |s| first, rigid motions among them; decay without swinging comes last.
+    """Small motions exp(s t) about a state, lowest |s| first with rigid motions; decay without oscillation comes last.
 
     Attributes
     ----------
@@ -31,15 +31,15 @@ class Frequencies(Answer):
     q : array, shape (n,)
         The state.
     values : array of complex, shape (count,)
-        s, 1/s; zero where it is not told apart from zero.
+        Exponents s [1/s]; zero where within rounding.
     shapes : array of complex, shape (n, count)
         Rates of the coordinates.
     errors : array, shape (count,)
-        Of |s|/2 pi, Hz: what a higher degree of the strips changes, and rounding.
+        Error of |s|/2 pi [Hz]: change by a higher degree of the strips, and rounding.
     names : list of str
         'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'.
     stable : bool
-        Whether no small motion grows, of all that the tangent has.
+        True if no small motion of the tangent grows.
     """
 
     scene: Scene
@@ -52,26 +52,26 @@ class Frequencies(Answer):
 
     @property
     def angular(self) -> Array:
-        """Angular frequencies, rad/s: the imaginary parts of s; 0 for what does not swing."""
+        """Angular frequencies [rad/s], the imaginary parts of s; 0 without oscillation."""
         return np.asarray(self.values.imag)
 
     @property
     def hertz(self) -> Array:
-        """Frequencies, Hz."""
+        """Frequencies [Hz]."""
         return self.angular / (2 * np.pi)
 
     @property
     def damping(self) -> Array:
-        """Damping ratios, -Re s / |s|: 1 for what decays without swinging, negative for what grows; 0 for rigid motions."""
+        """Damping ratios -Re s / |s|: 1 for decay without oscillation, negative for growth; 0 for rigid motions."""
         return 0.0 - self.values.real / np.maximum(np.abs(self.values), 1e-300)
 
     def point(self, link: str, point: str) -> Array:
-        """Motion of a point of a link in each shape: x, y, angle; shape (3, count)."""
+        """Return the motion of a point of a link in each shape: x, y, angle; shape (3, count)."""
         place(self.scene.tables, self.scene.work, self.q, np.zeros(self.scene.size))
         return np.asarray(slopes(self.scene, self.scene.marker(link, point), self.q) @ self.shapes)
 
     def rows(self) -> list[tuple[str, str]]:
-        """A line a frequency."""
+        """Return rows of the table, one for each frequency."""
         lines = zip(self.names, self.hertz, self.damping, self.errors, strict=True)
         rows = [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
         return rows or [("nothing vibrates", "drives and joints hold all of it")]
@@ -82,26 +82,25 @@ def frequencies(
     mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None,
     spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
 ) -> Frequencies:  # fmt: skip
-    """Natural frequencies of a mechanism with its drives held.
+    """Compute natural frequencies of a mechanism with its drives held.
 
     Parameters
     ----------
     mechanism : Mechanism
     about : Equilibrium or array (n,), optional
-        An equilibrium, or coordinates of any pose, whose multipliers then balance the forces as well as they can. By default the
-        equilibrium under the mechanism's loads.
+        Equilibrium, or coordinates of any pose, with multipliers by least squares. By default the equilibrium under the loads.
     count : int
-        Lowest ones wanted, rigid motions among them.
+        Number of lowest frequencies, rigid motions among them.
     degree : int, optional
-        Of the strips' polynomials; by default it is raised until all are right to 1e-8, or to rounding.
+        Degree of the strips; by default it is raised until all errors are below 1e-8, or rounding.
     spin, centre : float, pair of float
-        Of a steady turn of the whole mechanism with its ground and loads, rad/s, about a place, m; frequencies are those that one
-        sees who turns with it. An equilibrium given was found at the same.
+        Steady spin of the whole mechanism with its ground and loads [rad/s], and its centre [m]; frequencies are those in the
+        rotating frame. An equilibrium given must have the same spin.
 
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
     check(mechanism, degree)
     whole("count", count, 1, 1000)
@@ -122,30 +121,30 @@ def frequencies(
 
 @dataclass
 class _State:
-    """A state whose small motions are asked for; at rest, or a pose."""
+    """State about which small motions are computed: an equilibrium, or a pose."""
 
     problem: Problem
     rest: Rest
     resting: bool
 
     def finer(self) -> _State:
-        """The same with strips of a higher degree."""
+        """Return the state with strips of a higher degree."""
         degree = self.problem.scene.degree
         scene = Scene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
         problem = replace(self.problem, scene=scene)
-        rest = problem.start(self.rest.parameter)._replace(q=refined(self.problem.scene, scene, self.rest.q))
+        rest = problem.start(self.rest.parameter)._replace(q=prolong(self.problem.scene, scene, self.rest.q))
         rest = rest._replace(multipliers=problem.balancing(rest))
         return _State(problem, problem.newton(rest) if self.resting else rest, self.resting)
 
     def spectrum(self) -> Spectrum:
-        """Its small motions."""
+        """Compute the small motions."""
         found = self.problem.spectrum(self.rest)
         self.problem.set(1.0)
         return found
 
 
 def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
-    """Raise the degree until the frequencies do not change."""
+    """Refine the degree until the frequencies do not change."""
     found = state.spectrum()
     errors, before = found.rounding[:count], np.inf
     while has_strips(state.problem.scene):
@@ -157,7 +156,7 @@ def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
         new = finer.spectrum()
         length = min(count, len(found.values), len(new.values))
         change = np.full(min(count, len((found if fixed else new).values)), np.inf)
-        change[:length] = np.abs(_told(new)[:length] - _told(found)[:length])
+        change[:length] = np.abs(_eigenvalues(new)[:length] - _eigenvalues(found)[:length])
         kept = found if fixed else new
         rounding = kept.rounding[:count]
         errors = np.maximum(change, np.where(kept.neutral[:count], 0.0, rounding))
@@ -172,13 +171,13 @@ def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
     return _frequencies(state, found, errors, count)
 
 
-def _told(found: Spectrum) -> Array:
-    """Eigenvalues, zero where they are rounding."""
+def _eigenvalues(found: Spectrum) -> Array:
+    """Return eigenvalues, zero where within rounding."""
     return np.where(found.neutral, 0.0, found.values)
 
 
 def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> Frequencies:
-    scene, values = state.problem.scene, _told(found)[:count]
+    scene, values = state.problem.scene, _eigenvalues(found)[:count]
     names = []
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
@@ -190,7 +189,7 @@ def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> F
     wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
     said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
     said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; give a higher degree"] if wrong else []
-    said += left_out(scene.mechanism, "friction damps as its law does near rest")
+    said += list_omissions(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(
         status, "; ".join(said), scene, state.rest.q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
@@ -198,7 +197,7 @@ def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> F
 
 
 def _none(about: Equilibrium) -> Frequencies:
-    """Of a mechanism that does not rest."""
+    """Make the result of a mechanism without equilibrium."""
     nothing = np.empty(0)
     shapes = np.empty((about.scene.size, 0), complex)
     return Frequencies(about.status, about.message, about.scene, about.q, nothing.astype(complex), shapes, nothing, [], False)

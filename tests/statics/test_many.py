@@ -93,7 +93,7 @@ def test_free_motions_of_a_net_without_load_are_all_found_though_their_values_ar
 
 def test_a_singular_net_is_solved_by_least_squares_of_least_size(hanging):
     drawn = Problem(hanging.scene)
-    matrix = drawn.scaled(drawn.assemble(drawn.start(0.0)))[0]
+    matrix = drawn.scale_matrix(drawn.assemble(drawn.start(0.0)))[0]
     sparse, dense = csr_array(matrix), matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
     right = dense @ np.random.default_rng(1).standard_normal(len(dense))
     assert np.linalg.matrix_rank(dense, rtol=1e-12) < len(dense)
