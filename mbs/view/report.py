@@ -52,9 +52,12 @@ def notebook_frame(result: Result) -> str:
 
 def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
     """Write the whole page as text, with these readings, by default the peaks of forces, torques and deflections."""
-    store = Store()
-    result = with_ledger(result)
-    read = measures(result, texts)
+    return fill_page(__package__, "report", content(with_ledger(result), title, texts))
+
+
+def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
+    """Collect the data of a page, as its script takes them."""
+    store, read = Store(), measures(result, texts)
     data = {
         "title": title,
         "status": str(result.status),
@@ -70,8 +73,14 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
         "motion": _motion(result, store),
         "signals": _signals(result, store, first_shown(result, [each.name for each in read] if texts else ())),
     }
-    data["store"] = store.text()
-    return fill_page(__package__, "report", data)
+    return data | {"store": store.text()}
+
+
+def blank(title: str) -> dict[str, Any]:
+    """Collect the data of a page whose run is still to come."""
+    lists: dict[str, Any] = {name: [] for name in ("notes", "measures", "checks", "facts")}
+    none = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
+    return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **none}
 
 
 def _plain(measure: Measure) -> dict[str, Any]:

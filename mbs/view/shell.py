@@ -22,17 +22,18 @@ def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
     Parameters
     ----------
     package, name : str
-        Whose `page/name.html`, `.css` and `.js` make it; the styles of the run's report come before its own.
+        Whose `page/name.html`, `.css` and `.js` make it; styles and script of the run's report come before its own, and the
+        report's body stands where its own has `{{report}}`.
     content : dict
         Its data, with `title` and `status`, which the title of the window tells unless it is OK.
     """
     mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
-    styles = [(HERE, "report.css")] if (package, name) == (HERE, "report") else [(HERE, "report.css"), (package, f"{name}.css")]
+    both = [(HERE, "report"), *([] if (package, name) == (HERE, "report") else [(package, name)])]
     parts = {
         "title": html.escape(mark + content["title"]),
-        "styles": "".join(_part(*style) for style in styles),
-        "body": _part(package, f"{name}.html"),
-        "script": _part(package, f"{name}.js"),
+        "styles": "".join(_part(where, f"{part}.css") for where, part in both),
+        "body": _part(package, f"{name}.html").replace("{{report}}", _part(HERE, "report.html")),
+        "script": "".join(_part(where, f"{part}.js") for where, part in both),
         "data": json.dumps(content, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c"),
     }
     text = _part(HERE, "shell.html")

@@ -7,38 +7,37 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import secrets
+import sys
 import webbrowser
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from importlib.resources import files
+from math import isfinite
 from pathlib import Path
 from threading import Event, Lock
 from time import perf_counter
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.document import change
+from buckler.mbs.documents.document import change, get
 from buckler.mbs.documents.shorthand import expand
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import compiler
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
+from buckler.mbs.units import parse_quantity
 from buckler.mbs.validate import number
+from buckler.mbs.view.report import blank, content, with_ledger
+from buckler.mbs.view.shell import fill_page
 
 from ..kit.words import add_repeated
 from .verbs import Opened, file_command, numbers, read_range
 
 HOST = "127.0.0.1"
-PICTURES = 240
-"""Pictures of a run: a few seconds on a screen."""
-PIXELS = 10_000
-"""Resolution of the places, parts of the larger side of the motion: more than a screen has pixels."""
 AROUND = (0.5, 2.0)
 """Range of a number without a range of its own, relative to its value."""
 LARGEST = 65536
@@ -46,14 +45,19 @@ LARGEST = 65536
 HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
 
 
+OMITTED = ("along", "exponent", "near")
+"""Last words of numbers that have no slider unless they are named: directions and exponents."""
+
+
 class Slider(NamedTuple):
-    """Number of the mechanism with its range, SI."""
+    """Number of the mechanism with its range, SI; its unit is that of the file, whose size is `factor` in SI."""
 
     path: str
     value: float
     low: float
     high: float
     unit: str
+    factor: float
 
 
 class LateError(Exception):
@@ -63,8 +67,11 @@ class LateError(Exception):
 class Explorer:
     """Mechanism whose numbers change. It makes one answer at a time; a run for the error ends when a number changes."""
 
-    def __init__(self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any]) -> None:
+    def __init__(
+        self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any], measures: Sequence[str] = ()
+    ) -> None:
         self.path, self.duration, self.lock, self.changed = path, duration, Lock(), Event()
+        self.measures, self.written = tuple(measures), expand(documents.read(path))
         self.family = Family.of(document, free, {})
         self._check(free)
         self.sliders = [self._slider(name, ends) for name, ends in free.items()]
@@ -78,7 +85,15 @@ class Explorer:
         low, high = ends or sorted(part * now for part in AROUND)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
-        return Slider(path, float(number(path, now, low, high, unit)), low, high, unit)
+        return Slider(path, float(number(path, now, low, high, unit)), low, high, *self._unit(path, unit))
+
+    def _unit(self, path: str, unit: str) -> tuple[str, float]:
+        """Find the unit in which the file has a number, and its size in SI."""
+        with suppress(KeyError, ValueError):
+            text = get(self.written, path)
+            given = re.sub(r"^[-+\d.,_ ]+([eE][-+]?\d+)?", "", text).strip() if isinstance(text, str) else ""
+            return (given, parse_quantity(f"1 {given}", unit)) if given else (unit, 1.0)
+        return unit, 1.0
 
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Answer the request of this name."""
@@ -99,22 +114,11 @@ class Explorer:
         """Run once and return the pictures; the error of the run is unknown."""
         begin = perf_counter()
         mechanism = self.mechanism(values)
-        result = simulate(mechanism, self.duration, solver=Spectral() if compiler() else None)
-        movie = result.movie
-        rows = np.unique(np.linspace(0, len(movie.time) - 1, PICTURES).round().astype(int))
-        left, right, bottom, top = movie.box
-        lines, unit = {}, max(right - left, top - bottom) / PIXELS
-        for link in mechanism.links:
-            carried = [point for point in link.carries if point in movie.frames]
-            outline = [link.start, link.end, *carried, *([link.start] if carried else [])]
-            band = movie.bands.get(link.name)
-            places = band.points if band else np.stack([movie.frames[point][:, :2] for point in outline], axis=1)
-            lines[link.name] = np.rint(places[rows] / unit).astype(int).tolist()
-        return {"time": movie.time[rows].tolist(), "lines": lines, "unit": unit, "box": movie.box, "status": str(result.status),
-                "message": result.message, "seconds": perf_counter() - begin}  # fmt: skip
+        result = simulate(mechanism, self.duration, solver=Spectral() if compiler() else None, progress=False)
+        return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 
     def judge(self, values: Mapping[str, object]) -> dict[str, Any]:
-        """Run as `buckler run` does and return status and error, or `late` if a number changes before the end."""
+        """Run as `buckler run` does and return the pictures with errors, or `late` if a number changes before the end."""
 
         def stop_late(_: float) -> None:
             if self.changed.is_set():
@@ -125,25 +129,40 @@ class Explorer:
         except LateError:
             return {"late": True}
         error = float(result.error.motion)
-        return {"status": str(result.status), "message": result.message, "error": error if np.isfinite(error) else None}
+        found = content(with_ledger(result), self.path.name, self.measures)
+        return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file with these values beside the one that was opened, never over another."""
         self.mechanism(values)
-        content = change(expand(documents.read(self.path)), {path: float(value) for path, value in values.items()})
+        units = {path: self._unit(path, self.family.units[path]) for path in values}
+        written = change(self.written, {path: _in_unit(float(value), *units[path]) for path, value in values.items()})
         number = 1
         while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
             number += 1
-        return {"saved": str(documents.write(content, out))}
+        return {"saved": str(documents.write(written, out))}
 
     def page(self) -> str:
         """Fill the page."""
-        text = files("buckler.studies.own").joinpath("page", "explore.html").read_text(encoding="utf-8")
-        data = {"title": self.path.name, "sliders": [slider._asdict() for slider in self.sliders]}
-        return text.replace("{{data}}", json.dumps(data).replace("<", "\\u003c"))
+        sliders = [slider._asdict() for slider in self.sliders]
+        return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": sliders})
+
+
+def _in_unit(value: float, unit: str, factor: float) -> float | str:
+    """Write a number as the file has it."""
+    return value if factor == 1.0 else f"{value / factor:.12g} {unit}"
 
 
 ANSWERS = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save}
+
+
+class Server(ThreadingHTTPServer):
+    """Server that prints nothing about a page that was closed."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Print the traceback of a fault of its own only."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
 
 def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]:
@@ -167,7 +186,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
                 found = explorer.answer(name, json.loads(self.rfile.read(length)))
             except (ValueError, OSError, ArithmeticError) as error:
                 found = {"wrong": " ".join(str(error).split())}
-            self._send(HTTPStatus.OK, json.dumps(found), "application/json")
+            self._send(HTTPStatus.OK, json.dumps(found, default=str), "application/json")
 
         def _is_ours(self) -> bool:
             """Check that the request names this machine: a page of another name that leads here gets nothing."""
@@ -175,6 +194,10 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
         def _send(self, status: HTTPStatus, text: str, kind: str) -> None:
             body = text.encode()
+            with suppress(ConnectionError):  # the page was closed meanwhile
+                self._write(status, body, kind)
+
+        def _write(self, status: HTTPStatus, body: bytes, kind: str) -> None:
             self.send_response(status)
             for key, value in {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}.items():
                 self.send_header(key, value)
@@ -184,7 +207,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
         def log_message(self, *_: object) -> None:
             """Print nothing."""
 
-    made = ThreadingHTTPServer((HOST, port), Handler)
+    made = Server((HOST, port), Handler)
     made.daemon_threads = True
     return made, f"http://{HOST}:{made.server_port}/{token}/"
 
@@ -199,7 +222,8 @@ def _serve(options: argparse.Namespace, file: Opened) -> int:
     """Serve the page until Ctrl-C."""
     free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
     document = file.document if free else file.mechanism.to_dict()
-    explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(numbers(document)))
+    usual = [path for path in numbers(document) if re.sub(r"\[\d+\]", "", path).rpartition(".")[2] not in OMITTED]
+    explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(usual), file.measures)
     try:
         made, address = server(explorer, options.port)
     except (OSError, OverflowError) as error:

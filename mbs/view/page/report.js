@@ -111,8 +111,8 @@ function tick(now) {
   if (calm.matches && now - clock.last < STILL) { requestAnimationFrame(tick); return; }
   const next = clock.time + Math.max(now - clock.last, 0) / 1000 * clock.speed;
   clock.last = now;
-  if (next >= end) { seek(end); pause(); return; }
-  seek(next);
+  if (next >= end && !clock.loop) { seek(end); pause(); return; }
+  seek(next < end ? next : start);
   requestAnimationFrame(tick);
 }
 
@@ -649,9 +649,9 @@ const keys = {
 function makeControls() {
   document.querySelectorAll("button[data-do]").forEach((button) => button.addEventListener("click", actions[button.dataset.do]));
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, textarea, summary, input[type=search]")) return;
-    if (event.key === " " && event.target.closest("button, input")) return;
-    if (event.key.startsWith("Arrow") && event.target === $("length")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("select, textarea, summary, input[type=search], input[type=number]")) return;
+    if (event.key === " " && event.target.closest("button, input:not([type=range])")) return;
+    if (/^Arrow|^Home$|^End$/.test(event.key) && event.target.closest("input[type=range]:not(#scrub), input[type=number]")) return;
     const action = keys[event.key];
     if (action) { event.preventDefault(); action(event); }
   });
