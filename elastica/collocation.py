@@ -50,7 +50,7 @@ def integration(nodes: int) -> tuple[Array, Array]:
 
 
 def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:
-    """The grid of a strip with its point load at arc length `at` over L and `nodes` points in each piece."""
+    """Return the grid of a strip with its point load at arc length `at` over L and `nodes` points in each piece."""
     unit, J = integration(nodes)
     left, right = at, 1.0 - at
     s = np.concatenate((left * unit, left + right * unit))

@@ -269,5 +269,5 @@ def _require_range(name: str, value: ArrayLike, low: float, high: float, unit: s
 
 
 def _plain(value: Reals) -> Reals:
-    """A float for a scalar, the array itself otherwise."""
+    """Return a float for a scalar, the array itself otherwise."""
     return float(value) if np.ndim(value) == 0 else value

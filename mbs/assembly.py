@@ -139,7 +139,7 @@ def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
 
 
 def _affine(k: int | None, points: Mapping[str, Pair], count: int, name: str = "") -> Affine:
-    """The place of the k-th unknown point, or of one that is given."""
+    """Return the place of the k-th unknown point, or of one that is given."""
     matrix = np.zeros((2, 2 * count))
     if k is None:
         return Affine(matrix, np.array(points[name]))
@@ -164,13 +164,13 @@ def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, floa
 
 
 def _on_line(at: Mapping[str, Affine], guide: Any) -> Affine:
-    """The row of a guide's line."""
+    """Return the row of a guide's line."""
     x, y = guide.along
     return (at[guide.point] - at[guide.through]).premultiply([[-y, x]])
 
 
 def _linear(at: Mapping[str, Affine], rows: list[Affine], count: int) -> tuple[Array, Array]:
-    """A solution of the linear rows, by least squares, and a basis of what they leave open, (count, open)."""
+    """Return a solution of the linear rows, by least squares, and a basis of what they leave open, (count, open)."""
     if not rows:
         return np.zeros(count), np.eye(count)
     matrix = np.vstack([row.matrix for row in rows])

@@ -168,11 +168,11 @@ class Mechanism(Parts):
         return f"<{self}>"
 
     def link(self, name: str) -> Link:
-        """The link of that name; KeyError if there is none."""
+        """Return the link of that name; KeyError if there is none."""
         return {link.name: link for link in self.links}[name]
 
     def guide(self, point: str) -> Guide:
-        """The guide of that point; KeyError if there is none."""
+        """Return the guide of that point; KeyError if there is none."""
         return {guide.point: guide for guide in self.guides}[point]
 
     def length(self, name: str) -> float:
@@ -186,7 +186,7 @@ class Mechanism(Parts):
         return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
-        """All elements by their names: a second one of a name is `name.2`."""
+        """Return all elements by their names: a second one of a name is `name.2`."""
         found: dict[str, Element] = {}
 
         def add(name: str, element: Element) -> None:

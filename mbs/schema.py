@@ -15,7 +15,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema() -> Schema:
-    """The schema of a whole file."""
+    """Return the schema of a whole file."""
     fields = {key: _describe(each) for key, each in declarations(Mechanism).items()}
     return {
         "$schema": DIALECT,

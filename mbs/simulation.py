@@ -183,7 +183,7 @@ class _Runs:
         return self.made[-1]
 
     def scene(self, degree: int | None) -> Any:
-        """The scene for strips of a degree; None where the compiled solver does not take the mechanism."""
+        """Return the scene for strips of a degree; None where the compiled solver does not take the mechanism."""
         from .spectral.run import scene_for  # loads the compiled solver
 
         if degree not in self.scenes:
@@ -288,7 +288,7 @@ def _provenance(run: Run) -> dict[str, Any]:
 
 
 def _settings(value: Any) -> dict[str, Any]:
-    """A solver's settings as plain values, each value that is a type of its own with its name."""
+    """Return a solver's settings as plain values, each value that is a type of its own with its name."""
     found: dict[str, Any] = {"kind": type(value).__name__}
     for spec in fields(value):
         inner = getattr(value, spec.name)

@@ -214,12 +214,12 @@ def measured(text: str) -> float:
 
 
 def label_with_unit(name: str, unit: str) -> str:
-    """A quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
+    """Return a quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def behind(units: Mapping[str, str], name: str) -> str:
-    """The unit of one of several quantities as it stands behind its value; nothing where it has none."""
+    """Return the unit of one of several quantities as it stands behind its value; nothing where it has none."""
     unit = units.get(name, "")
     return f" {unit}" if unit not in ("", "1") else ""
 

@@ -40,7 +40,7 @@ def number(
 
 
 def _as_float(value: Real) -> float:
-    """A number as a float; infinite where it is too large for one."""
+    """Return a number as a float; infinite where it is too large for one."""
     try:
         return float(value)
     except OverflowError:
@@ -111,7 +111,7 @@ def as_tuple(name: str, values: object) -> tuple[Any, ...]:
 
 
 def short(value: object) -> str:
-    """A value as text, in one line of at most 120 characters."""
+    """Return a value as text, in one line of at most 120 characters."""
     try:
         text = repr(value)
     except ValueError:  # a whole number of thousands of digits

@@ -47,7 +47,7 @@ def follow(record: Record) -> Followed | None:
 
 
 def dead_centre(known: Followed) -> int | None:
-    """The first sample at a dead centre or beyond it.
+    """Return the first sample at a dead centre or beyond it.
 
     The determinant of the constraints keeps its sign: it is zero at a dead centre only, where the motion is not determined, and
     beyond which lies the other way of assembling the linkage.
@@ -91,7 +91,7 @@ def _not_determined(run: Run, _result: Result) -> str:
     _not_determined,
 )
 def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
-    """Its motion stays determined."""
+    """Check that the motion stays determined."""
     known = follow(run.record)
     k = None if known is None else dead_centre(known)
     if k is not None:

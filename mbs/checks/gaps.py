@@ -44,7 +44,7 @@ def _none(run: Run, _result: Result) -> str:
 
 @check("CONSTRAINTS", "failed when a joint, guide or coupling comes apart", {"of the longest link": GAP}, _none)
 def together(run: Run, _result: Result) -> Iterator[str]:
-    """All constraints hold all along."""
+    """Check that all constraints hold all along."""
     linkage = Linkage(run.record.mechanism)
     names, off = gaps(linkage, run.record)
     k, row = np.unravel_index(int(np.argmax(np.abs(off))), off.shape)

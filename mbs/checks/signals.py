@@ -106,7 +106,7 @@ def _depths(run: Run) -> Iterator[Depth]:
     idle=without(_depths, "no stop and no joint with clearance"),
 )
 def shallow(run: Run, result: Result) -> Iterator[str]:
-    """Each element knows how deep its contacts may be: `depths`."""
+    """Check that no contact is deeper than its element allows: `depths`."""
     for depth in _depths(run):
         deepest = float(result.signals[depth.signal].max(initial=0.0))
         if deepest > depth.allowed:

@@ -35,7 +35,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 def idle(run: Run, result: Result) -> dict[str, str]:
-    """The checks that have nothing to look at in a run, and why, in words.
+    """Return the checks that have nothing to look at in a run, and why, in words.
 
     Parameters
     ----------

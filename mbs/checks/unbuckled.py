@@ -58,7 +58,7 @@ def check_buckled(run: Run, result: Result) -> Iterator[str]:
 
 
 def _straight_strips(run: Run, result: Result) -> Iterator[str]:
-    """A strip much shorter than its arc must have bent: a chord shortened by axial strain alone is an unbuckled state."""
+    """Find straight strips much shorter than their arc: a chord shortened by axial strain alone is an unbuckled state."""
     for link in _strips(run):
         shortening = result.signals[f"{link.name}.end_shortening"] / run.record.links[link.name].length
         strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
@@ -69,7 +69,7 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
-    """A strip in which a bending grows cannot stay straight for long: the least disturbance grows.
+    """Find strips that stay straight although a bending grows: the least disturbance would grow.
 
     The normal force is the mean over a quarter of the pinned strip's first period, which leaves axial vibration out.
     """
@@ -115,7 +115,7 @@ def _between(rows: Array, rates: Array, pressing: Array) -> Array:
 
 
 def _quarter(record: Record, link: Link) -> float:
-    """A quarter of the first period of a strip with pinned ends, s."""
+    """Return a quarter of the first period of a strip with pinned ends, s."""
     return float(np.pi / 2 / link.body.section.first_frequency(record.links[link.name].length))
 
 

@@ -150,7 +150,7 @@ class Either(Spec):
 
 
 def any_of(schemas: list[Schema]) -> Schema:
-    """Any of some schemas."""
+    """Return any of some schemas."""
     flat = [part for each in schemas for part in (each["anyOf"] if list(each) == ["anyOf"] else [each])]
     unique = [part for k, part in enumerate(flat) if part not in flat[:k]]
     return unique[0] if len(unique) == 1 else {"anyOf": unique}

@@ -125,7 +125,7 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
 
 
 def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
-    """The class that a table names, or the only one that fits it."""
+    """Return the class that a table names, or the only one that fits it."""
     word = given.pop("kind", None)
     if word is not None:
         if not isinstance(word, str) or word not in kinds:
@@ -186,7 +186,7 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
 
 
 def nameless(name: str, found: object) -> ValueError:
-    """The error for what a file has no name for."""
+    """Return the error for what a file has no name for."""
     what = f"the function {found.__name__}" if hasattr(found, "__name__") else f"a {type(found).__name__}"
     advice = "a formula (Expression) or a Table" if callable(found) else "a class made known by buckler.mbs.declare.register"
     return ValueError(f"{name}: {what} has no name in a file; take {advice}")

@@ -61,7 +61,7 @@ def _text(text: str) -> str:
 
 
 def _inline(each: Any) -> str:
-    """A value on one line."""
+    """Write a value on one line."""
     if isinstance(each, bool):
         return "true" if each else "false"
     if isinstance(each, int):
@@ -91,7 +91,7 @@ def write(content: Mapping[str, object], path: Path) -> Path:
 
 
 def text(content: Mapping[str, object], ending: str) -> str:
-    """A document as the text of a file."""
+    """Return a document as the text of a file."""
     if ending == ".toml":
         return dumps(content)
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -164,7 +164,7 @@ def change(content: object, changes: Mapping[str, object]) -> Any:
 
 
 def steps(content: Any, path: str) -> list[str | int]:
-    """The keys and numbers a path is made of; the last key may be new."""
+    """Return the keys and numbers a path is made of; the last key may be new."""
     words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
     if not words:
         raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")
@@ -190,7 +190,7 @@ def _step(content: object, word: str, where: str, last: bool) -> str | int:
 
 
 def _in_list(content: list[Any], word: str, where: str) -> int:
-    """An entry of a list by its number, from 0, or by the point, link or target it names."""
+    """Return an entry of a list by its number, from 0, or by the point, link or target it names."""
     digits = word.strip("[]")
     if digits.isdecimal():
         if int(digits) >= len(content):

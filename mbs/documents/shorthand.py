@@ -54,7 +54,7 @@ def _read_defaults(defaults: object) -> dict[str, Any]:
 
 
 def _link(link: object, defaults: Mapping[str, Any]) -> Any:
-    """A link with the body and the section that it leaves to the defaults."""
+    """Return a link with the body and the section that it leaves to the defaults."""
     if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
         return link
     body = _fill(link.get("body", {}), defaults.get("body", {}))

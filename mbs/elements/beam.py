@@ -159,7 +159,7 @@ SAMPLES = 401
 
 
 def _spline(chord: float, shape: Shape) -> Curve:
-    """The line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
+    """Return the line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
     from scipy.interpolate import CubicSpline
 
     if callable(shape):

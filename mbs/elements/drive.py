@@ -43,7 +43,7 @@ class Ramp(Declared):
         return (self.duration,) if self.duration < duration and self.start != self.end else ()
 
     def check_run(self, duration: float, where: str) -> None:
-        """Nothing to check."""
+        """Check nothing."""
 
 
 @declared
@@ -159,14 +159,14 @@ class Drive(Driven):
     )
 
     def agree(self) -> None:
-        """A motion, not a mere function, whose integral nobody knows."""
+        """Raise a ValueError for a mere function: a motion has an integral."""
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         elif callable(self.speed):
             raise ValueError(f"{self.where}: speed = {short(self.speed)}: must be a Motion, a Ramp, a formula or a Table")
 
     def check(self, mechanism: Parts) -> None:
-        """A rigid link or a guided point."""
+        """Raise a ValueError unless the target is a rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         check_known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
         if sum(drive.target == self.target for drive in mechanism.drives) > 1:
@@ -177,7 +177,7 @@ class Drive(Driven):
         return self.motion.kinks(duration)
 
     def check_run(self, duration: float, name: str) -> None:
-        """Its motion must be consistent within the run."""
+        """Raise a ValueError if its motion is inconsistent within the run."""
         self.motion.check_run(duration, name)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:

@@ -268,11 +268,11 @@ class Parts(Declared):
     gravity: Pair
 
     def link(self, name: str) -> Linked:
-        """The link of that name; KeyError if there is none."""
+        """Return the link of that name; KeyError if there is none."""
         raise NotImplementedError
 
     def guide(self, point: str) -> Guided:
-        """The guide of that point; KeyError if there is none."""
+        """Return the guide of that point; KeyError if there is none."""
         raise NotImplementedError
 
     def length(self, name: str) -> float:
@@ -280,7 +280,7 @@ class Parts(Declared):
         raise NotImplementedError
 
     def elements(self) -> dict[str, Element]:
-        """All elements by their names: a second one of a name is `name.2`."""
+        """Return all elements by their names: a second one of a name is `name.2`."""
         raise NotImplementedError
 
 

@@ -49,7 +49,7 @@ class Force(Stateful):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """A point of a body, and a link that turns."""
+        """Raise a ValueError unless it acts on a point of a body and follows a link that turns."""
         where = self.where
         refers(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
@@ -79,17 +79,17 @@ class Force(Stateful):
         return *at.T, *velocity.T
 
     def turns_with(self, mechanism: Parts) -> str | None:
-        """The point reference whose angle it follows."""
+        """Return the point reference whose angle it follows."""
         return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
+        """Return the force, N, (times, 2), at times that may lie a little beside the samples, s."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         return values if at is None else rotate(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """The force, and its moment where its line of action goes through a place."""
+        """Return the force, and its moment where its line of action goes through a place."""
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))

@@ -83,7 +83,7 @@ class Guide(Guided):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """A point of its link, with no other guide."""
+        """Raise a ValueError unless it guides a point of its link that has no other guide."""
         check_known("point", self.point, mechanism.points, self.where)
         reaches(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:

@@ -30,7 +30,7 @@ class LineLoad(Load):
     turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
 
     def check(self, mechanism: Parts) -> None:
-        """A Beam: a Cable has no sections that take moments, nothing else has sections."""
+        """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
         known_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):

@@ -78,7 +78,7 @@ class Carried(Spec):
         return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
 
     def schema(self) -> Schema:
-        """A list or a table."""
+        """Return a list or a table."""
         return any_of([Several(Name()).schema(), Named(Either((Quantity("1", 0.0, 1.0), Vector("m")))).schema()])
 
 

@@ -27,7 +27,7 @@ class Mass(Element):
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """A point of a body, one that turns if the mass has an inertia."""
+        """Raise a ValueError unless it is at a point of a body, one that turns if the mass has an inertia."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
@@ -39,7 +39,7 @@ class Mass(Element):
             raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
     def at(self, mechanism: Parts) -> str:
-        """The point reference at which it is fixed."""
+        """Return the point reference at which it is fixed."""
         reference = self.point if self.link is None else f"{self.link}:{self.point}"
         return f"{holder(mechanism, reference)}:{self.point}"
 

@@ -171,7 +171,7 @@ class Interfaces(Part):
     """A kind of interface, or a function."""
 
     def fits(self, given: object) -> bool:
-        """Any function will do."""
+        """Return True for any function."""
         return super().fits(given) or (callable(given) and not isinstance(given, type))
 
 
@@ -201,7 +201,7 @@ class Modal(Body):
     order: int = whole(1, 2, doc="of the finite-element displacement", default=2)
 
     def agree(self) -> None:
-        """A ratio for each mode; a solid that can be meshed."""
+        """Raise a ValueError unless each mode has a ratio and the solid can be meshed."""
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")

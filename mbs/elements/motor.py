@@ -52,11 +52,11 @@ class Motor(Load):
         return kinks(self.voltage, duration)
 
     def check(self, mechanism: Parts) -> None:
-        """A link with an angle."""
+        """Raise a ValueError unless its link has an angle."""
         check_turning(mechanism, self.link, self.where)
 
     def at(self, mechanism: Parts) -> str:
-        """The point reference at which it acts."""
+        """Return the point reference at which it acts."""
         return turning(mechanism, self.link)
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:

@@ -19,7 +19,7 @@ class UnknownError(ValueError):
         self.name = name
 
     def field_of(self, element: Element) -> str:
-        """The field in which an element names it; '' if none does."""
+        """Return the field in which an element names it; '' if none does."""
         texts = {key: value for key in specs(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 

@@ -28,7 +28,7 @@ class Slot(Joint):
     along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
 
     def check(self, mechanism: Parts) -> None:
-        """A point of the first body, and a second body in which a line can be fixed there."""
+        """Raise a ValueError unless its point is on the first body and a line can be fixed in the second."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.first == GROUND:

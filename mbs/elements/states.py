@@ -48,7 +48,7 @@ class Stateful(Given):
     states: States | None
 
     def agree(self) -> None:
-        """A function of what it is a function of; states only where there is one."""
+        """Raise a ValueError if states come without a function, or its arguments do not fit."""
         if self.states is not None and not callable(self.value):
             raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
         if self.states is None and callable(self.value):
@@ -80,12 +80,12 @@ class Stateful(Given):
         return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start(self, mechanism: Parts) -> list[float]:
-        """The same at t = 0, where velocities are not known yet."""
+        """Return these arguments at t = 0, where velocities are not known yet."""
         states = () if self.states is None else self.states.initial
         return [*self.initial(mechanism), *states][: len(self.variables)]
 
     def functions(self) -> list[Callable[..., float]]:
-        """Its components, and then the rates of its states, each a function of `variables`."""
+        """Return its components, and then the rates of its states, each a function of `variables`."""
         own = numbers_of(self.value, self.variables, self.law.size)
         return own if self.states is None else [*own, *numbers_of(self.states.rates, self.variables, len(self.states.initial))]
 

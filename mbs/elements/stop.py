@@ -57,7 +57,7 @@ class Stop(Element):
         return place(self.on).body or self.on
 
     def check(self, mechanism: Parts) -> None:
-        """A guided point, or a point of a link with a direction; a body that can carry the face."""
+        """Raise a ValueError unless it has a guided point, or a point of a link and a direction, and a body for the face."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
@@ -91,7 +91,7 @@ class Stop(Element):
             yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Parts) -> str:
-        """The link whose point it is."""
+        """Return the link whose point it is."""
         if self.link is not None:
             return self.link
         names = [guide.link for guide in mechanism.guides if guide.point == self.point]

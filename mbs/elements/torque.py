@@ -33,7 +33,7 @@ class Torque(Stateful):
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """A link with an angle."""
+        """Raise a ValueError unless its link has an angle."""
         check_turning(mechanism, self.link, self.where)
         self.check_states(mechanism)
 
@@ -46,15 +46,15 @@ class Torque(Stateful):
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
-        """The point reference at which it acts."""
+        """Return the point reference at which it acts."""
         return turning(mechanism, self.link)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """The torque, N m, (times,), at times that may lie a little beside the samples, s."""
+        """Return the torque, N m, (times,), at times that may lie a little beside the samples, s."""
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """The torque."""
+        """Return the torque."""
         return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -51,7 +51,7 @@ class TorsionSpring(Elastic):
                 check_turning(mechanism, at, where)
 
     def ends(self, mechanism: Parts) -> tuple[str, str]:
-        """The point references at which it acts."""
+        """Return the point references at which it acts."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}
         shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)
         return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)

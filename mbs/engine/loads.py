@@ -49,7 +49,7 @@ def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
 
 
 def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Callback:
-    """About its point, of a force whose line goes through a fixed place; of time and whatever else."""
+    """Make the moment about its point of a force whose line goes through a fixed place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
         fx, fy, _z = force(None, t, None)
@@ -148,7 +148,7 @@ def add_springs(scene: Scene, loads: dict[str, Spring]) -> None:
 
 
 def pull(scene: Scene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
-    """The engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
+    """Return the engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
@@ -175,7 +175,7 @@ def add_torsion_springs(scene: Scene, loads: dict[str, TorsionSpring]) -> None:
 
 
 def add_strut(scene: Scene, link: Link, _velocity: Array) -> None:
-    """A strut has no body of its own."""
+    """Add nothing: a strut has no body of its own."""
 
 
 def join_struts(scene: Scene, links: dict[str, Link]) -> None:

@@ -85,7 +85,7 @@ class PlacedModal(Placed):
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """A node without mass that moves with the end's cross-section."""
+        """Return a node without mass that moves with the end's cross-section."""
         return add_anchor(self, point), self.places[point]
 
 
@@ -155,7 +155,7 @@ def _add_rigid(system: System, model: PlanarModel, place: Array, velocity: Array
 
 
 def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
-    """A floating frame with modes; its three motions out of the plane are constrained."""
+    """Add a floating frame with modes; constrain its three motions out of the plane."""
     frame = system.AddNode(
         eii.NodeRigidBodyRxyz(
             referenceCoordinates=[*place[:2], 0.0, 0.0, 0.0, place[2]],
@@ -177,7 +177,7 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
 
 
 def _integrals(model: PlanarModel) -> dict[str, Any]:
-    """The engine's inertia integrals, in-plane parts only, so that nothing drives the link out of the plane.
+    """Return the engine's inertia integrals, in-plane parts only, so that nothing drives the link out of the plane.
 
     With S(a) b = a x b the tilde matrices stack S(phi_k): S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
     """

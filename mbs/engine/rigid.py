@@ -74,7 +74,7 @@ class PlacedRigid(Placed):
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Its one node."""
+        """Return its one node."""
         return self.nodes[0], self.reference[0, :2]
 
 

@@ -148,5 +148,5 @@ def _marker(scene: Scene, body: str, point: str) -> tuple[int, float]:
 
 
 def _local(vector: tuple[float, float], angle: float) -> list[float]:
-    """A vector in axes turned by an angle."""
+    """Return a vector in axes turned by an angle."""
     return [*rotate(-np.array(angle), vector).tolist(), 0.0]

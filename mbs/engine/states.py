@@ -48,7 +48,7 @@ class Turning(NamedTuple):
         return q[2], v[2]
 
     def forces(self, _q: Array, values: Sequence[float]) -> list[float]:
-        """A torque."""
+        """Return a torque."""
         return [0.0, 0.0, values[0]]
 
 
@@ -66,7 +66,7 @@ class Sliding(NamedTuple):
         return x + ax * q[0], y + ay * q[0], ax * v[0], ay * v[0]
 
     def forces(self, _q: Array, values: Sequence[float]) -> list[float]:
-        """The component along the guide."""
+        """Return the component along the guide."""
         return [self.along[0] * values[0] + self.along[1] * values[1]]
 
 
@@ -89,7 +89,7 @@ class Moving(NamedTuple):
         return x + q[0] + bx, y + q[1] + by, v[0] - v[2] * by, v[1] + v[2] * bx
 
     def forces(self, q: Array, values: Sequence[float]) -> list[float]:
-        """The force and its moment about the node."""
+        """Return the force and its moment about the node."""
         (fx, fy), (bx, by) = values, self._arm(q)
         return [fx, fy, bx * fy - by * fx]
 

@@ -47,7 +47,7 @@ class PlacedStrip(Placed):
         return weights
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """The node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
+        """Return the node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
         node = self.at[point]
         place = self.reference[node, :2]
         if self.body.turns:
@@ -62,7 +62,7 @@ class PlacedStrip(Placed):
         return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """The node there."""
+        """Return the node there."""
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 

@@ -181,7 +181,7 @@ class Follower:
     # --- at many times at once --------------------------------------------------------------------------------------------
 
     def at(self, times: Array) -> Course:
-        """The linkage at times it was followed to."""
+        """Return the linkage at times it was followed to."""
         parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 

@@ -132,7 +132,7 @@ class Forms:
         return self._sum_terms(value, -1) - self.start, whole
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """The term gamma of J q_tt = gamma, what is quadratic in the rates, shape (..., rows)."""
+        """Return the term gamma of J q_tt = gamma, what is quadratic in the rates, shape (..., rows)."""
         gamma = np.zeros((*q.shape[:-2], len(self.share)))
         if q_t.any():
             i, j, f = self.points.first, self.points.second, self.points.frame

@@ -134,7 +134,7 @@ class Linkage:
         return residual, jacobian, self.convective(q, q_t)
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """The term gamma, what is quadratic in the velocities, shape (..., rows)."""
+        """Return the term gamma, what is quadratic in the velocities, shape (..., rows)."""
         return self._forms.convective(q - self._turned_by, q_t)
 
     @cached_property
@@ -147,11 +147,11 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.position(t))
 
     def speed(self, time: ArrayLike) -> Array:
-        """Its rate."""
+        """Return its rate."""
         return self._drive_values(time, lambda motion, t: motion.speed(t))
 
     def acceleration(self, time: ArrayLike) -> Array:
-        """The rate of that; nothing is asked for times beyond `last`."""
+        """Return the rate of that; nothing is asked for times beyond `last`."""
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, ask: Any) -> Array:

@@ -76,7 +76,7 @@ class Stations:
             self.turns[k] = _weighted_axes(mechanism, name)
 
     def columns(self, row: Row) -> Array:
-        """A row's derivatives by the weighted velocities of all stations."""
+        """Return a row's derivatives by the weighted velocities of all stations."""
         found = np.zeros((len(self.points), 3))
         for end, slope in row.gradient(self.mechanism.points):
             k = self.places.get((end.body, end.point))

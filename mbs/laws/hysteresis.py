@@ -34,7 +34,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     pole_at_zero: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """A factor that makes no energy."""
+        """Raise a ValueError if the hysteresis factor makes energy."""
         if self.pole_at_zero:
             Quantity("1", 0.0, 1.0, open_low=True).read("restitution", self.restitution)
         non_negative("chi", self.chi, "1")

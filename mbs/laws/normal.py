@@ -79,7 +79,7 @@ class KelvinVoigt(PowerLaw, Declared):
 
     @classmethod
     def from_restitution(cls, stiffness: float, restitution: float, mass: float) -> "KelvinVoigt":
-        """The law that delivers a restitution, 0 < e <= 1, for one effective mass m1 m2 / (m1 + m2) [kg]."""
+        """Return the law that delivers a restitution, 0 < e <= 1, for one effective mass m1 m2 / (m1 + m2) [kg]."""
         stiffness = positive("stiffness", stiffness, "N/m")
         mass = positive("mass", mass, "kg")
         return cls(stiffness, 2.0 * damping_ratio(restitution) * math.sqrt(stiffness * mass))

@@ -24,7 +24,7 @@ class NormalLaw(Protocol):
         """Contact force [N] >= 0, and 0 where depth <= 0."""
 
     def elastic(self, depth: Reals) -> Reals:
-        """The part of the force that gives its work back [N]."""
+        """Return the part of the force that gives its work back [N]."""
 
     def potential(self, depth: Reals) -> Reals:
         """Energy held by that part, the integral of ``elastic`` from 0 to depth [J]."""

@@ -42,7 +42,7 @@ def power(x: float, n: float) -> float:
 
 
 def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
-    """The ADAMS function STEP."""
+    """Evaluate the ADAMS function STEP."""
     part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 

@@ -105,7 +105,7 @@ def select(motion: Any, rows: Any) -> Any:
 
 
 def between(motion: Any, time: Array, times: Array) -> Any:
-    """The same motion at other times within its own, by cubic Hermite interpolation; accelerations are left out.
+    """Return the same motion at other times within its own, by cubic Hermite interpolation; accelerations are left out.
 
     Parameters
     ----------

@@ -242,7 +242,7 @@ class Result:
         return find_offer("write_html")(self, path, title)
 
     def _repr_html_(self) -> str:
-        """The report, in a frame, for notebooks."""
+        """Return the report, in a frame, for notebooks."""
         return find_offer("notebook_frame")(self)
 
     # --- for other programs -------------------------------------------------------------------------------------------

@@ -55,7 +55,7 @@ def write(result: Any, path: str | Path) -> Path:
 
 
 def read(path: str | Path) -> dict[str, Any]:
-    """The fields of the `Result` that a file holds.
+    """Return the fields of the `Result` that a file holds.
 
     Raises
     ------
@@ -89,13 +89,13 @@ def read(path: str | Path) -> dict[str, Any]:
 
 
 def _errors(head: Mapping[str, Any]) -> Errors:
-    """The errors a file holds: those of an older version are the motion's."""
+    """Return the errors a file holds: those of an older version are the motion's."""
     found = head.get("error", nan)
     return Errors.of(found) if isinstance(found, dict) else Errors(float(found), {}, head.get("error_kind", ""))
 
 
 def _film(arrays: Mapping[str, Array]) -> Any:
-    """The film a file holds, if it does."""
+    """Return the film a file holds, if it does."""
     if not arrays:
         return None
     return find_offer("film_of")(arrays)

@@ -107,7 +107,7 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
 
 
 def _rest(record: Record, link: Link, local: Array) -> Bent:
-    """A link's stress-free line between its ends at t = 0."""
+    """Return a link's stress-free line between its ends at t = 0."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / np.hypot(*(end - start))
     line = start + local[:, :1] * along + local[:, 1:] * np.array([-along[1], along[0]])

@@ -23,7 +23,7 @@ def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
 
 
 def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
-    """The pinion's pitch circle and a piece of the rack's pitch line."""
+    """Yield the pinion's pitch circle and a piece of the rack's pitch line."""
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
     (x, y), (dx, dy) = sheet.local(other, centre), rack.along
@@ -42,7 +42,7 @@ def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
 
 
 def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
-    """Its parts, and a disc at each pulley."""
+    """Yield its parts, and a disc at each pulley."""
     frames = [sheet.at(*each) for each in rope.path(sheet.mechanism)]
     for one, two in pairwise(frames):
         yield Span(one, two, INK, ((0.0, 0.0), (1.0, 0.0)))
@@ -51,6 +51,6 @@ def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
 
 
 def _circle(sheet: Sheet, at: str, radius: float) -> Path:
-    """A circle about a point of a body, and a spoke, by which one sees it turn."""
+    """Return a circle about a point of a body, and a spoke, by which one sees it turn."""
     angles = [2 * pi * k / 48 for k in range(49)]
     return Path(sheet.at(*place(at)), INK, ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)), False)

@@ -199,7 +199,7 @@ class Sheet:
 
 
 def unit(vector: Pair) -> Pair:
-    """The direction of a vector, downward of none."""
+    """Return the direction of a vector, downward of none."""
     size = hypot(*vector)
     return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
 
@@ -226,14 +226,14 @@ def arc(radius: float, first: float, last: float) -> Points:
 
 
 def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
-    """A line with a filled head."""
+    """Yield a line with a filled head."""
     along = unit((tip[0] - tail[0], tip[1] - tail[1]))
     yield Path(frame, ink, (tail, tip))
     yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
-    """An arrow that turns to the left about a place."""
+    """Yield an arrow that turns to the left about a place."""
     (x, y), bend = centre, arc(radius, -0.9, 3.6)
     yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
     (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
@@ -241,7 +241,7 @@ def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> I
 
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
-    """A line with short strokes on its right: the ground."""
+    """Yield a line with short strokes on its right: the ground."""
     length, along = hypot(end[0] - start[0], end[1] - start[1]), unit((end[0] - start[0], end[1] - start[1]))
     count = max(3, min(60, round(length / (0.8 * size))))
     comb = [(0.0, 0.0)]  # one line: along, down a stroke, back up

@@ -70,7 +70,7 @@ class Movie:
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
     def rows(self, rows: Array) -> Movie:
-        """The movie at some of its times, by index."""
+        """Return the movie at some of its times, by index."""
         frames = {name: frame[rows] for name, frame in self.frames.items()}
         bands = {
             name: replace(band, points=band.points[rows], bending=band.bending[rows], axial=band.axial[rows])
@@ -79,7 +79,7 @@ class Movie:
         return replace(self, time=self.time[rows], frames=frames, bands=bands)
 
     def arrays(self) -> dict[str, Array]:
-        """All of it as arrays by name, for a file."""
+        """Return all of it as arrays by name, for a file."""
         bands = {name: [band.thickness, band.width, band.modulus] for name, band in self.bands.items()}
         head = {"unit": self.unit, "points": self.points, "bands": bands, "marks": [pack(mark) for mark in self.marks]}
         found = {"head": np.array(json.dumps(head)), "time": self.time}
@@ -91,7 +91,7 @@ class Movie:
 
     @classmethod
     def of(cls, arrays: Mapping[str, Array]) -> Movie:
-        """The movie that `arrays` was made of, to single precision."""
+        """Return the movie that `arrays` was made of, to single precision."""
         head = json.loads(str(arrays["head"]))
         frames = {name.removeprefix("frame/"): values for name, values in arrays.items() if name.startswith("frame/")}
         bands = {
@@ -137,7 +137,7 @@ class Film:
     kept: Movie | None = field(default=None)
 
     def movie(self) -> Movie:
-        """The movie at `pictures` times."""
+        """Return the movie at `pictures` times."""
         if self.kept is None:
             assert self.record is not None
             self.kept = make_movie(self.record)
@@ -148,7 +148,7 @@ class Film:
 
 
 def film_of(arrays: Mapping[str, Array]) -> Film:
-    """The film that a file holds."""
+    """Return the film that a file holds."""
     return Film(None, Movie.of(arrays))
 
 
@@ -163,7 +163,7 @@ def make_movie(record: Record, times: Array | None = None) -> Movie:
 
 
 def still(mechanism: Mechanism) -> Movie:
-    """The mechanism at t = 0 as a movie of one picture."""
+    """Return the mechanism at t = 0 as a movie of one picture."""
     none = Record(mechanism, np.zeros(1), {}, {})
     return _movie(none, none)
 
@@ -176,7 +176,7 @@ def pictures(record: Record) -> int:
 
 
 def _finite(record: Record) -> Record:
-    """The record up to its last finite state."""
+    """Return the record up to its last finite state."""
     motions = (*record.links.values(), *record.blocks.values())
     fine = [np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1) for motion in motions]
     bad = np.flatnonzero(~np.broadcast_to(np.logical_and.reduce(fine, initial=True), record.time.shape))
@@ -190,7 +190,7 @@ def _finite(record: Record) -> Record:
 
 
 def _movie(record: Record, source: Record) -> Movie:
-    """The movie of a record at the movie's times; `source` holds the solver's own."""
+    """Return the movie of a record at the movie's times; `source` holds the solver's own."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))

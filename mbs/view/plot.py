@@ -211,7 +211,7 @@ def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: flo
 
 
 def _stage(movie: Movie, width: float) -> tuple[Figure, Callable[[int], Array]]:
-    """A figure of so many pixels, and what draws a picture on it and returns its bytes, (height, width, 4)."""
+    """Return a figure of so many pixels, and what draws a picture on it and returns its bytes, (height, width, 4)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -90,7 +90,7 @@ def _plain(measure: Measure) -> dict[str, Any]:
 
 
 def with_ledger(result: Result) -> Result:
-    """The result with its energy ledger, if its record still has what that takes."""
+    """Return the result with its energy ledger, if its record still has what that takes."""
     record = result.film.record if result.film is not None else None
     every = result.provenance.get("settings", {}).get("steps", {}).get("record_every", 1) == 1
     if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
@@ -125,7 +125,7 @@ class Store:
         return [start, low, step]
 
     def text(self) -> str:
-        """All of it in base64."""
+        """Return all of it in base64."""
         return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
 
 
@@ -163,7 +163,7 @@ def _motion(result: Result, store: Store) -> dict[str, Any] | None:
 
 
 def _band(band: Any, store: Store) -> dict[str, Any]:
-    """A flexible link: bending and axial strain apart, so that the page can show curvature or stress."""
+    """Return a flexible link: bending and axial strain apart, so that the page can show curvature or stress."""
     return {
         "stations": band.points.shape[1],
         "thickness": band.thickness,
@@ -176,7 +176,7 @@ def _band(band: Any, store: Store) -> dict[str, Any]:
 
 
 def _short(result: Result) -> Movie:
-    """The movie with as many pictures as the page has room for."""
+    """Return the movie with as many pictures as the page has room for."""
     movie: Movie = _thin(result.film.movie())
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
@@ -221,7 +221,7 @@ def _round(mark: Any) -> Any:
 
 
 def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, Any]:
-    """Each signal at the edges of bins, with its least and largest value in each bin."""
+    """Return each signal at the edges of bins, with its least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
     time = result.time
@@ -334,5 +334,5 @@ def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
 
 
 def share(value: float) -> str:
-    """A relative error for people."""
+    """Write a relative error for people."""
     return f"{100 * value:.2g} %" if isfinite(value) else "not known"

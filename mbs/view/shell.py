@@ -133,7 +133,7 @@ def _profiles(fit: Any) -> list[Any]:
 
 
 def _svg(figure: Any) -> str:
-    """A figure as text for a page."""
+    """Return a figure as text for a page."""
     text = StringIO()
     figure.savefig(text, format="svg")
     return f"<figure>{text.getvalue()[text.getvalue().index('<svg') :]}</figure>"

@@ -109,7 +109,7 @@ def symbol(element: object) -> Symbol:
 
 
 def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
-    """A rigid link to scale: a bar through its points, a plate where they are not in line."""
+    """Yield a rigid link to scale: a bar through its points, a plate where they are not in line."""
     section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
     plain = isinstance(section, Section)
     thickness, width = (section.thickness, section.width) if plain else (0.5 * sheet.unit, 0.5 * sheet.unit)
@@ -134,7 +134,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 
 
 def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
-    """A flexible link along its bent line."""
+    """Yield a flexible link along its bent line."""
     yield Strip(name, sheet.inks[name])
     yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
 
@@ -151,7 +151,7 @@ def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
 
 
 def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
-    """An ideal pin."""
+    """Yield an ideal pin."""
     yield from support(sheet, joint)
     yield Disc(sheet.at(_moving(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
 
@@ -172,7 +172,7 @@ def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
 
 
 def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
-    """A pin of the first body in a slot of the second."""
+    """Yield a pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
     yield Path(sheet.body(joint.second), "rail", place_along(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
@@ -180,7 +180,7 @@ def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
 
 
 def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
-    """A block of the first body on a line of the second."""
+    """Yield a block of the first body on a line of the second."""
     u, along = sheet.unit, unit(joint.along)
     line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
     yield Path(sheet.body(joint.second), "rail", line)
@@ -188,7 +188,7 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
-    """A block on a rail as long as its travel."""
+    """Yield a block on a rail as long as its travel."""
     u, along = sheet.unit, guide.along
     a, b = sheet.travel(guide.point, along)
     frame = sheet.at(GROUND, guide.point)
@@ -203,7 +203,7 @@ _BLOCK = ((-0.95, -0.58), (0.95, -0.58), (0.95, 0.58), (-0.95, 0.58))
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """A wall, set off by what its point is drawn as, so that the two touch when they do."""
+    """Yield a wall, set off by what its point is drawn as, so that the two touch when they do."""
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
@@ -222,7 +222,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
 
 
 def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
-    """A zigzag between its two places."""
+    """Yield a zigzag between its two places."""
     ends = [sheet.at(*place(ref)) for ref in (spring.a, spring.b)]
     turns, h = 7, 0.5 * sheet.unit
     inner = [(0.15 + 0.7 * (k + 0.5) / (2 * turns), h if k % 2 else -h) for k in range(2 * turns)]
@@ -235,14 +235,14 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 
 
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
-    """A spiral about the point that its two bodies share."""
+    """Yield a spiral about the point that its two bodies share."""
     frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
     u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
     yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
 
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
-    """An arrow that ends at its point, in the direction of the force at t = 0."""
+    """Yield an arrow that ends at its point, in the direction of the force at t = 0."""
     along = unit(load.initial_force(sheet.mechanism))
     follows = load.follows.partition(":")[0] if load.follows else None
     point = place(load.point).point
@@ -263,13 +263,13 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
 
 
 def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
-    """A turning arrow on its link, beside the link's name."""
+    """Yield a turning arrow on its link, beside the link's name."""
     x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
     yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
 def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
-    """A circle with an M about the joint its link turns in."""
+    """Yield a circle with an M about the joint its link turns in."""
     frame = sheet.frame(FIXED + sheet.pivot(load.link))
     u = sheet.unit
     yield Disc(frame, "motor", (-1.6 * u, 1.6 * u), 0.85 * u)
@@ -278,7 +278,7 @@ def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
 
 
 def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
-    """A turning arrow about the pivot of a driven link, a straight one at a driven point."""
+    """Yield a turning arrow about the pivot of a driven link, a straight one at a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
         yield from turning(sheet.frame(FIXED + sheet.pivot(drive.target)), "drive", 1.15 * u)
@@ -289,12 +289,12 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
 
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
-    """A dark disc."""
+    """Yield a dark disc."""
     yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
 def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """A neutral mark with the element's name, where it names a point or a link."""
+    """Yield a neutral mark with the element's name, where it names a point or a link."""
     for field in ("point", "at", "a", "first", "link", "target", "start"):
         at = getattr(element, field, None)
         if isinstance(at, str) and place(at).point in sheet.mechanism.points:
@@ -339,7 +339,7 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """An arrow for whatever has signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
+    """Yield an arrow for whatever has signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")
@@ -358,5 +358,5 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
 
 
 def _moving(joint: Joint) -> str:
-    """The body of a joint that is not the ground."""
+    """Return the body of a joint that is not the ground."""
     return str(joint.second if joint.first == GROUND else joint.first)

@@ -43,7 +43,7 @@ class Verdict(NamedTuple):
 
 
 def verdicts(result: Result) -> list[Verdict]:
-    """All checks of a result, those that failed first."""
+    """Return all checks of a result, those that failed first."""
     reasons: dict[str, list[str]] = {}
     for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
         name, _, said = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
