@@ -66,7 +66,7 @@ class Settings(Spec):
         """Return the pairs; a ValueError names the setting that is unknown or out of its range."""
         content = {"kind": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping | tuple) else None
         if content is None:
-            raise self.refused(name, given)
+            raise self.refusal(name, given)
         about = {"kind": KIND} | {key: setting.about for key, setting in settings().items()}
         for key in content:
             if key not in about:
