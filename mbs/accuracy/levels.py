@@ -178,7 +178,8 @@ class ExudynLevels(Levels):
 
     def first(self) -> Level:
         """The coarsest level: half the elements, or those there are where one has no half."""
-        fewest = min([link.body.count for link in self.mechanism.links if link.body.meshed], default=2)
+        bodies: list[Any] = [link.body for link in self.mechanism.links]
+        fewest = min([body.count for body in bodies if body.meshed], default=2)
         return Level(self.ratio * min(1.0, self.share), -1 if fewest > 1 else 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
@@ -233,7 +234,7 @@ def _tail(run: Run) -> tuple[float, float]:
     """
     found = (0.0, 0.5)
     for link in run.record.mechanism.links:
-        motion = run.record.links.get(link.name)
+        motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
             x, y = (motion.q[:, piece.places[axis]] for axis in (0, 1))
             chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])

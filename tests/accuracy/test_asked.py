@@ -16,6 +16,7 @@ from buckler.elastica import law
 from buckler.mbs import (
     Beam,
     Cable,
+    Clearance,
     Controlled,
     Exudyn,
     Motion,
@@ -34,7 +35,7 @@ from buckler.mbs import (
 from buckler.mbs.accuracy.demand import Asked
 from buckler.mbs.accuracy.levels import Levels
 from buckler.mbs.functions import Table, has_user_code
-from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.laws import AdamsFriction, Impact, KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.lookup import cubic
 from buckler.studies.kit.drawn import draw
@@ -276,3 +277,42 @@ def test_functions_in_python_are_found():
 
 def test_a_goal_reads_as_words():
     assert Asked(1e-3).words == "places" and Asked(1e-3, ["B.x", "B.y"]).words == "B.x, B.y"
+
+
+# --- chaos ------------------------------------------------------------------------------------------------------------
+
+
+def rattling():
+    """The crank-rocker with four clearances, turned ten times in two seconds."""
+    law, friction, bars = Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), AdamsFriction(0.3, 0.1), Section(0.005, 0.020)
+
+    def play(point, first, second):
+        return Clearance(point, first, second, 5e-3, 2.5e-4, law, friction)
+
+    return crank_rocker(Rigid(bars), speed=10 * pi, play=play, section=bars)
+
+
+def test_a_rattling_run_is_named_chaotic_at_once_and_its_readings_have_sampling_errors():
+    """Without an accuracy it is OK; means agree with those of a finer run within both errors."""
+    result = simulate(rattling(), 2.0)
+    assert result.ok and "one trajectory to about t = 0.0" in result.message and result.work["runs"] <= 3
+    asked = simulate(rattling(), 2.0, 1e-2)
+    assert asked.status is Status.CHAOTIC and not asked.ok and 0.005 < asked.error.until < 0.1
+    fine = simulate(rattling(), 2.0, 1e-3)
+    for text in ("mean(B.normal_force)", "rms(B.normal_force)", "impulse(B.normal_force)"):
+        first, second = result.reading(text), fine.reading(text)
+        assert first.kind == "sampling" and 0 < first.error < 0.5 * first.value
+        assert abs(first.value - second.value) < first.error + second.error
+    assert (
+        result.reading("at(B.x, 0.5)").kind == "unknown" and simulate(pendulum(0.3), 0.5).reading("max(A.x)").kind == "difference"
+    )
+
+
+def test_a_double_pendulum_is_followed_as_far_as_digits_reach_or_named():
+    """Ten seconds: its error against another method at 1e-13, up to the time to which errors are said to hold."""
+    result = simulate(problems.double_pendulum(), 10.0)
+    assert result.ok and result.work["runs"] <= 10
+    until = min(result.error.until, 10.0)
+    angle = float(pendulums.double_by_steps("rods", (pi / 2, pi / 2), until)[0])
+    off = abs(pi / 2 + result.at("first.angle", until) - angle) / np.ptp(result["first.angle"])
+    assert off < max(0.05, 2 * result.error["first.angle", "peak"])
