@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from .declare import Declaration, Declared, declarations, known_kinds
 from .declare.spec import Quantity, Schema
 from .documents import shorthand
+from .elements.section import MATERIALS
 from .mechanism import RUN, Mechanism
 
 BY_OTHERS = (("Link", "name"), ("Link", "body"))
@@ -29,8 +30,13 @@ def schema() -> Schema:
         },
         "required": [key for key, each in declarations(Mechanism).items() if each.required],
         "additionalProperties": False,
-        "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())},
+        "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())} | {"Material": _material()},
     }
+
+
+def _material() -> Schema:
+    """Return the schema of a material: a name or its numbers."""
+    return {"anyOf": [{"enum": list(MATERIALS)}, _object("Material", known_kinds()["Material"])]}
 
 
 def _run() -> Schema:

@@ -26,6 +26,14 @@ class Material(Declared):
 
 
 STEEL = Material(modulus=210e9, density=7850.0)
+MATERIALS = {
+    "steel": STEEL,
+    "spring steel": Material(modulus=206e9, density=7850.0),
+    "aluminium": Material(modulus=70e9, density=2700.0),
+    "PLA": Material(modulus=3.5e9, density=1240.0, poisson=0.36),
+}
+"""Materials by the names that files know: steel by EN 1993-1-1, drawn wire by EN 13906-1, aluminium by EN 1999-1-1.
+PLA is typical of solid parts; printed ones with gaps are softer and lighter."""
 
 
 class Slender:

@@ -71,6 +71,22 @@ def test_the_short_form_of_a_rigid_link():
     assert mechanism.to_dict()["links"]["arm"]["body"]["mass"] == 0.17
 
 
+def test_a_material_by_its_name():
+    """Mass of a bar of PLA, 140 mm x 30 mm x 5 mm at 1240 kg/m^3, by hand; the name may be the default of all sections."""
+    bar = {"kind": "Rigid", "section": {"width": "30 mm", "thickness": "5 mm", "material": "PLA"}}
+    made = Mechanism.from_dict(arm(**{"links.arm.body": bar})).link("arm").body.section
+    assert made.mass_per_length * 0.140 == pytest.approx(0.02604)
+    section = {"width": "30 mm", "thickness": "5 mm"}
+    usual = arm(**{"links.arm.body": {"kind": "Rigid", "section": section}}) | {
+        "defaults": {"section": {"material": "aluminium"}}
+    }
+    assert Mechanism.from_dict(usual).link("arm").body.section.material.modulus == 70e9
+    wrong = arm(**{"links.arm.body": {**bar, "section": {**section, "material": "stel"}}})
+    assert refused(wrong).startswith(
+        "links.arm.body.section.material = 'stel': unknown material, did you mean 'steel'?; known: steel,"
+    )
+
+
 def test_speeds_by_formula_and_table():
     drives = [{"target": "arm", "speed": "2*cos(3*t)"}]
     rigid = {"links.arm.body": {"kind": "Rigid", "section": {"width": 0.03, "thickness": 0.01}}, "drives": drives}
