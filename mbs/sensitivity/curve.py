@@ -1,4 +1,4 @@
-"""A signal over a run as a curve: what can be read off it, with straight lines or cubics between its samples."""
+"""Signal over a run as a curve, linear or cubic between its samples, with the readings of formulas."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from ..geometry import Array
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""
 NEAR = 5
-"""Samples from which a slope is taken."""
-MOMENT, SUDDEN = 1e-11, 1e-3
-"""Samples before and after a jump are nearer than this share of the run, or of the lesser of the gaps beside theirs."""
+"""Number of samples from which a slope is computed."""
+MOMENT = 1e-11
+"""Largest gap of two samples about a jump, over the run."""
+SUDDEN = 1e-3
+"""Largest gap of two samples about a jump, over the lesser of the neighbouring gaps."""
 
 
 def spells(x: Array) -> Array:
-    """Where samples are above zero: first and one past the last of each time that they are, shape (times, 2)."""
+    """Return index ranges of samples above zero: first, and one past the last, shape (times, 2)."""
     above = np.concatenate([[False], x > 0, [False]])
     return np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A signal over a run, straight between its samples: what can be read off it. Methods are the words of a formula.
+    """Signal over a run, linear between its samples. Methods are the words of a formula.
 
     Attributes
     ----------
@@ -38,19 +40,19 @@ class Curve:
     x: Array
 
     def integral(self) -> float:
-        """Over the run."""
+        """Return the integral over the run."""
         return float(np.trapezoid(self.x, self.time))
 
     def max(self) -> float:
-        """Largest sample."""
+        """Return the largest sample."""
         return float(np.max(self.x))
 
     def at(self, when: float) -> float:
-        """Value at a time, s."""
+        """Return the value at a time [s]."""
         return float(np.interp(when, self.time, self.x))
 
     def when(self, value: float, count: float) -> float:
-        """Time of the `count`-th crossing of a value, s; nan if there is none."""
+        """Return the time of the `count`-th crossing of a value [s]; nan if there is none."""
         off = self.x - value
         found = np.flatnonzero((off[:-1] < 0) != (off[1:] < 0))
         if not 1 <= count <= len(found):
@@ -58,22 +60,22 @@ class Curve:
         return self._root(int(found[int(count) - 1]), value)
 
     def begins(self, count: float) -> float:
-        """Time, s, from which it is above zero for the `count`-th time."""
+        """Return the start of the `count`-th interval above zero [s]."""
         found = self._spell(count)
         return nan if found is None else self._edge(found.start, 1)
 
     def ends(self, count: float) -> float:
-        """Time, s, until which it is."""
+        """Return the end of the `count`-th interval above zero [s]."""
         found = self._spell(count)
         return nan if found is None else self._edge(found.stop - 1, -1)
 
     def peak(self, count: float) -> float:
-        """Largest value between them."""
+        """Return the largest value in the `count`-th interval above zero."""
         found = self._spell(count)
         return nan if found is None else type(self)(self.time[found], self.x[found]).max()
 
     def _spell(self, count: float) -> slice | None:
-        """Samples above zero for the `count`-th time, from the last on for -1, -2, ..., with those beside them."""
+        """Return the samples of the `count`-th interval above zero with its neighbours; -1 is the last one."""
         parts = spells(self.x)
         k = int(count) - 1 if count > 0 else len(parts) + int(count)
         if not 0 <= k < len(parts):
@@ -81,53 +83,53 @@ class Curve:
         return slice(max(0, int(parts[k, 0]) - 1), min(len(self.x), int(parts[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Time of the sample outside, the first or the last one, beside those above zero."""
+        """Return the time of the sample next to those above zero, the k-th."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
-        """Where the k-th piece has a value that lies between those of its ends."""
+        """Return the time at which the k-th piece has a value between those of its ends."""
         part = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
     def min(self) -> float:
-        """Least value."""
+        """Return the least value."""
         return -type(self)(self.time, -self.x).max()
 
     def impulse(self) -> float:
-        """Integral over the run."""
+        """Return the integral over the run."""
         return self.integral()
 
     def mean(self) -> float:
-        """Weighted by time."""
+        """Return the mean over time."""
         span = float(self.time[-1] - self.time[0])
         return self.integral() / span if span > 0 else float(self.x[-1])
 
     def rms(self) -> float:
-        """Root of the mean square."""
+        """Return the root mean square over time."""
         return float(type(self)(self.time, self.x**2).mean() ** 0.5)
 
     def settled(self) -> float:
-        """Mean over the last tenth of the run."""
+        """Return the mean over the last tenth of the run."""
         first = self.time[-1] - SETTLED * (self.time[-1] - self.time[0])
         late = self.time > first
         times = np.concatenate([[first], self.time[late]])
         return type(self)(times, np.concatenate([[self.at(float(first))], self.x[late]])).mean()
 
     def start(self) -> float:
-        """First value."""
+        """Return the first value."""
         return float(self.x[0])
 
     def end(self) -> float:
-        """Last value."""
+        """Return the last value."""
         return float(self.x[-1])
 
 
 class Smooth(Curve):
-    """The same, by cubics between the samples (`record.lookup`), so that what is read off varies smoothly with the samples."""
+    """Signal with cubics between its samples (`record.lookup`), so that readings depend smoothly on the samples."""
 
     @cached_property
     def slopes(self) -> Array:
-        """At the samples, shape (samples,)."""
+        """Slopes at the samples, shape (samples,)."""
         return self._slopes(np.arange(len(self.time)))
 
     @cached_property
@@ -139,7 +141,7 @@ class Smooth(Curve):
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:
-        """At some samples: of the polynomials through five of them, of the fourth order, or through all of a shorter piece."""
+        """Return slopes at samples, of fourth order: of polynomials through five samples, or through all of a shorter piece."""
         piece = np.searchsorted(self._pieces, k, side="right") - 1
         first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
         size = np.minimum(last - first, NEAR)
@@ -153,12 +155,12 @@ class Smooth(Curve):
         return found
 
     def integral(self) -> float:
-        """Of the cubics."""
+        """Return the integral of the cubics."""
         h = np.diff(self.time)
         return super().integral() + float(h**2 @ (self.slopes[:-1] - self.slopes[1:])) / 12
 
     def max(self) -> float:
-        """Of the cubics beside the largest sample."""
+        """Return the maximum of the cubics next to the largest sample."""
         k = int(np.argmax(self.x))
         best = float(self.x[k])
         for i in (k - 1, k):
@@ -170,7 +172,7 @@ class Smooth(Curve):
         return best
 
     def at(self, when: float) -> float:
-        """Value at a time, s."""
+        """Return the value at a time [s]."""
         k = int(np.clip(np.searchsorted(self.time, when, side="right") - 1, 0, len(self.time) - 2))
         return float(self._cubic(k)((when - self.time[k]) / (self.time[k + 1] - self.time[k])))
 
@@ -182,7 +184,7 @@ class Smooth(Curve):
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Where the samples beside the one outside come down to zero; its time where an event, or the run's end, is there."""
+        """Extrapolate the samples inside to zero; at an event or an end of the run return the time of the sample there."""
         inside, cuts = [k + i * step for i in (1, 2, 3)], self._pieces[1:-1]
         for i in (k, k + step):
             if {i, i + 1} & {*cuts.tolist()}:
@@ -197,7 +199,7 @@ class Smooth(Curve):
         return float(self.time[k] + near.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
 
     def _cubic(self, k: int) -> Polynomial:
-        """The k-th piece over its part, 0 to 1."""
+        """Return the k-th cubic over 0 to 1."""
         h, step = self.time[k + 1] - self.time[k], self.x[k + 1] - self.x[k]
         before, after = h * self._slopes(np.array([k, k + 1]))
         return Polynomial([self.x[k], before, 3 * step - 2 * before - after, before + after - 2 * step])

@@ -25,14 +25,14 @@ MARKS = ("\t", ";", ",", " ")
 
 
 class Read(NamedTuple):
-    """A number that was read.
+    """Measured number.
 
     Attributes
     ----------
     value, error : float
         SI; the error is a standard deviation.
     side : str
-        'is'; 'at most' where the sensor said only that it was not more, 'at least' that it was not less.
+        'is'; 'at most' or 'at least' where the sensor gave a bound only.
     """
 
     value: float
@@ -47,7 +47,7 @@ class Read(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment: what was set, what was measured.
+    """Experiment: settings and measurements.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ class Experiment:
     signals : dict of str to array, shape (samples,)
         By the names of a result, SI; nan where nothing was measured.
     units : dict of str to str
-        Those in which signals came, which must be of their kind; any of signals that are not named.
+        Units of the data, checked against the kind of each signal that is named.
     errors : dict of str to float
-        Standard deviations of signals; those of the others are estimated from what the fit leaves.
+        Standard deviations of signals; the others are estimated by the residuals of the fit.
     readings : dict of str to Read
         By their formula, as 'max(B.contact_force)'.
     settings : dict of str to float
@@ -176,7 +176,7 @@ def _table(text: str) -> Table:
 
 
 def _cells(line: str, mark: str) -> list[str]:
-    """Part a line."""
+    """Split a line into cells."""
     return line.split() if mark == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
 
 
@@ -226,7 +226,7 @@ def _columns(above: list[list[str]], line: int) -> list[Column]:
 
 
 def _column(heading: str, unit: str) -> Column:
-    """Part a heading into name and unit; what is in brackets is a unit, what is behind a slash may be one."""
+    """Split a heading into name and unit: text in brackets is a unit, text behind a slash may be one."""
     if found := BRACKETED.fullmatch(heading):
         return Column(found["name"], found["square"] or found["round"] or "", heading)
     name, slash, behind = heading.partition("/")
@@ -236,7 +236,7 @@ def _column(heading: str, unit: str) -> Column:
 
 
 def _experiments(table: Table, signals: Sequence[str], settings: Sequence[str], start: float | None) -> list[Experiment]:
-    """Take the columns that are wanted, in SI, and part their rows into experiments."""
+    """Convert the required columns to SI, and split their rows into experiments."""
     time = table.columns[0]
     wanted = {name: _find(table.columns, column) for name, column in map(_pair, signals)}
     parting = {name: _find(table.columns, name) for name in settings}
@@ -253,7 +253,7 @@ def _experiments(table: Table, signals: Sequence[str], settings: Sequence[str], 
                 values[column].append(_value(cell) * factors[column])
     arrays = {column: np.array(found) for column, found in values.items()}
     clock = _clock(arrays[time], start)
-    return _parted(clock, {name: (column, arrays[column]) for name, column in wanted.items()},
+    return _split(clock, {name: (column, arrays[column]) for name, column in wanted.items()},
                    {name: arrays[column] for name, column in parting.items()})  # fmt: skip
 
 
@@ -267,8 +267,8 @@ def _clock(time: Array, start: float | None) -> Array:
     return time - (start or 0.0)
 
 
-def _parted(time: Array, signals: Mapping[str, tuple[Column, Array]], settings: Mapping[str, Array]) -> list[Experiment]:
-    """Part rows where a setting changes."""
+def _split(time: Array, signals: Mapping[str, tuple[Column, Array]], settings: Mapping[str, Array]) -> list[Experiment]:
+    """Split rows into experiments where a setting changes."""
     goes_on = bool(settings) and bool((np.diff(time) > 0).all())
     keys = np.column_stack(list(settings.values())) if settings else np.zeros((len(time), 1))
     cuts = np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1
@@ -295,13 +295,13 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 
 def _pair(text: str) -> tuple[str, str]:
-    """Signal and column."""
+    """Split `COLUMN=NAME` into signal and column."""
     column, equals, name = text.partition("=")
     return (name, column) if equals else (column, column)
 
 
 def _factor(column: Column, wanted: str) -> float:
-    """Find what a column's unit is in SI; of another kind than the one wanted, if one is, it is refused."""
+    """Return the factor of a column's unit to SI; raise a ValueError if it is not of the kind `wanted`."""
     try:
         return parse_quantity(f"1 {column.unit}", wanted) if wanted else float(measured(f"1 {column.unit}"))
     except ValueError as error:

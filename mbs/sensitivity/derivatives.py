@@ -32,27 +32,30 @@ TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=
 """Solver of the finer runs by default: at 1e-7 a derivative after an impact errs by up to 1e-4, at 1e-9 by 1e-7."""
 DEGREES = 4
 """Difference between the degrees of strips in the finer and in the coarser runs."""
-MOVING, RESTING = 3e-4, 1e-3
-"""Half width of the finer difference over the number: of readings of runs, and of states of rest and functions."""
+MOVING = 3e-4
+"""Half width of the finer difference over the number, for readings of runs."""
+RESTING = 1e-3
+"""Half width of the finer difference over the number, for equilibria and functions."""
 WIDER = 4.0
 """Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one."""
 ROUNDING = 1e-15
 """Relative error of a reading by rounding."""
 SHARED = 1e-6
-"""Relative error that both differences may share, as both come from the same solver."""
+"""Relative error common to both differences, as they come from one solver."""
 NOISE = 3.5
-"""Noise of a reading changes second differences over the width sqrt(12) times as much as central ones."""
+"""Ratio of the noise of second differences over the width to that of central ones, sqrt(12)."""
 UNCERTAIN = 0.5
-"""Share of a derivative; where its error is larger no digit is certain."""
+"""Relative error above which no digit of a derivative is certain."""
 SMALL = 1e-2
-"""Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
-KINKED, VISIBLE = 0.5, 1e-3
-"""A smooth reading's one-sided derivatives differ by a quarter as much over a quarter of the width: a kink is where they differ
-by more than half as much, and by more than a thousandth of the derivative."""
+"""Relative derivative below which an uncertain derivative is reported as small and not as missing."""
+KINKED = 0.5
+"""Ratio of the differences of one-sided derivatives over fine and coarse width that shows a kink; smooth readings have 1/4."""
+VISIBLE = 1e-3
+"""Least difference of one-sided derivatives at a kink, over the derivative."""
 
 
 class Read(NamedTuple):
-    """Values of readings, their units, and the errors of those that tell one."""
+    """Values of readings, their units and, if known, their errors."""
 
     values: Array
     units: list[str]
@@ -138,7 +141,7 @@ def sensitivities(
 
 
 class Neighbours(NamedTuple):
-    """A mechanism and those beside it: numbers by name, other arguments, what counts as a large change, the run's length."""
+    """Mechanism and its neighbours: numbers by name, other arguments, scales of changes, duration."""
 
     family: Family
     points: dict[str, float]
@@ -235,7 +238,7 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
-    """Find what counts as a large change of a number."""
+    """Return the scale of changes of a number."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
         raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
@@ -243,7 +246,7 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
 
 
 def _derivative(about: Derivative, scale: float, found: Differences, share: float, rounding: float) -> Derivative:
-    """Put together what finer and coarser runs say; `share` is the relative error of the reading."""
+    """Combine finer and coarser differences to a derivative; `share` is the relative error of the reading."""
     below, above, coarse_below, coarse_above = found
     if isfinite(below) != isfinite(above):
         value, other, note = (below, coarse_below, "") if isfinite(below) else (above, coarse_above, "")

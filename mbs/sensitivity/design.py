@@ -1,4 +1,4 @@
-"""Numbers of a mechanism chosen so that a reading is least and others lie where they are wanted."""
+"""Optimal design: numbers of a mechanism that minimise a reading subject to constraints."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .numbers import Family, Source
 from .residuals import STEADY
 from .runs import RunFailedError, needs_compiler
 from .searching import EnoughError, Task, point_of
-from .wants import BINDS, Want, wanted
+from .wants import BINDS, Want, parse_want
 
 BUDGET = 1000
 """Largest number of runs of a search, by default."""
 CORRECTED = 2
-"""Number of times a search goes on from what a finer run says."""
+"""Most corrections of a search by the difference of a finer run."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """Numbers that were chosen.
+    """Result of an optimisation.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class Design:
     readings : dict of str to float
         Of the finer run: what is minimised and what is constrained.
     changes : dict of str to float
-        By how much the finer run changed them.
+        Changes of the readings by the finer run.
     possible : bool
-        Whether the finer run keeps all constraints.
+        True if the finer run meets all constraints.
     message : str
-        Which constraints cannot be kept, and by how much they are missed; that the budget was used up.
+        Violated constraints with their violations; a budget that was used up.
     runs : int
     units : dict of str to str
         Of values and readings; '' of functions of one's own.
@@ -68,7 +68,7 @@ class Design:
     front: list[Design] = field(default_factory=list)
 
     def __str__(self) -> str:
-        """Return numbers, readings, and what binds."""
+        """Return numbers, readings, and binding constraints."""
         width = max(map(len, [*self.values, *self.readings]))
         lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}" for name, value in self.values.items()]
         lines += [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (finer run: {self.changes[name]:+.1e})"
@@ -143,7 +143,7 @@ def optimise(
     needs_compiler()
     aims = [minimise] if isinstance(minimise, str) else list(minimise)
     known = dict(readings or {}) | (dict(minimise) if isinstance(minimise, Mapping) else {})
-    wants = [wanted(each) for each in subject_to]
+    wants = [parse_want(each) for each in subject_to]
     names = list(dict.fromkeys([*aims, *(want.name for want in wants)]))
     if not names:
         raise ValueError("minimise and subject_to: neither; give a reading")
@@ -197,17 +197,17 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {each.failed}")
     _, best, x = min(found, key=lambda item: item[0])
     before, best.stopped = best.runs, task.stopped
-    design = _checked(best, x)
+    design = _correct(best, x)
     return replace(design, runs=runs + design.runs - before)
 
 
-def _checked(task: Task, x: Array) -> Design:
-    """Compare with a finer run; where that misses a constraint, go on with its difference."""
+def _correct(task: Task, x: Array) -> Design:
+    """Compare with a finer run; where that violates a constraint, continue the search with its difference."""
     tried: list[tuple[Array, Array, Array]] = []
     for _ in range(1 + CORRECTED):
         found, fine = task.cache[point_of(x)], task.check(x)
         tried.append((x, found, fine))
-        if not task.missed(fine) or not np.isfinite(fine).all():
+        if not task.list_violated(fine) or not np.isfinite(fine).all():
             break
         task.offset, task.cache = fine - found, {point_of(x): found}
         if task.stopped:
@@ -226,8 +226,8 @@ def _checked(task: Task, x: Array) -> Design:
 
 
 def _design(task: Task, x: Array, found: Array, fine: Array) -> Design:
-    """Say what binds, and what is missed."""
-    missed = task.missed(fine)
+    """Make the result, with binding and violated constraints."""
+    missed = task.list_violated(fine)
     complete = not task.stopped and (task.runs < task.budget or not (task.aims or missed))
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
@@ -258,6 +258,7 @@ def _front(task: Task, lists: Mapping[str, Sequence[float]], points: int) -> Des
     made.append(high)
 
     def is_better(a: Design, b: Design) -> bool:
+        """Check whether a dominates b."""
         pairs = [(a.readings[name], b.readings[name]) for name in task.aims]
         return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
 

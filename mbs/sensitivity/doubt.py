@@ -1,4 +1,4 @@
-"""What the errors of a run's signals leave in a number that is read off them, to first order."""
+"""First-order propagation of the errors of signals to a reading."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..geometry import Array
 from ..record.errors import Key, Norm
 from ..record.result import Result
 from .curve import Smooth
-from .reading import ARGUMENTS, parsed, value_of
+from .reading import ARGUMENTS, parse_reading, value_of
 
 NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
 """Norm of a signal's error that bounds a reading; PEAK bounds the others."""
@@ -20,22 +20,22 @@ APART = ("begins", "ends", "peak")
 
 
 def doubt(text: str, result: Result) -> float:
-    """By how much a measure may err, in its unit; nan where the error of a signal in it is not known to the end of the run.
+    """Bound the error of a reading, in its unit; nan where the error of a signal is not known to the end of the run.
 
     Parameters
     ----------
     text : str
-        As in `measure`.
+        Formula as in `measure`.
     result : Result
-        Of the run; its errors bound how far each signal is off, and each reading in the formula is changed by as much. By how
-        much straight lines and cubics between samples differ in it comes on top.
+        Result of the run, whose errors of signals are propagated to each reading in the formula. The difference of linear and
+        cubic interpolation is added.
     """
-    tree, names = parsed(text, result.signals)
+    tree, names = parse_reading(text, result.signals)
     signals = {short: result.signals[name] for short, name in names.items()}
     known = {(short, norm): _off(result, name, norm) for short, name in names.items() for norm in Norm}
     with np.errstate(all="ignore"):
         exact = value_of(tree, result.time, signals)
-        total = abs(exact - value_of(tree, result.time, signals, Smooth))  # what lies between samples
+        total = abs(exact - value_of(tree, result.time, signals, Smooth))  # error of interpolation
         for leaf in ast.walk(tree):
             if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
                 value, off = _reading(leaf, leaf.func.id, result.time, signals, known)
@@ -45,7 +45,7 @@ def doubt(text: str, result: Result) -> float:
 
 
 def _off(result: Result, name: str, norm: Norm) -> float:
-    """Error of a signal in its unit; nan where it does not hold to the end of the run."""
+    """Return the error of a signal in its unit; nan where it does not hold to the end of the run."""
     whole = result.error.until >= result.time[-1] * (1 - 1e-9)
     return result.error.absolute(name, norm) if whole else nan
 
@@ -53,7 +53,7 @@ def _off(result: Result, name: str, norm: Norm) -> float:
 def _reading(
     leaf: ast.Call, reading: str, time: Array, signals: dict[str, Array], known: dict[Key, float]
 ) -> tuple[float, float]:
-    """A reading, and by how much its signals may change it."""
+    """Return a reading and a bound of its change by the errors of its signals."""
     value, change, norm = value_of(leaf, time, signals), 0.0, NORMS.get(reading, Norm.PEAK)
     for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
         x, off = signals[short], known[short, norm]

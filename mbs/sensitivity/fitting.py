@@ -21,25 +21,25 @@ from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
 from .numbers import Source
-from .residuals import FAR, Bounds, Problem, measured, signals_of
+from .residuals import FAR, Bounds, Problem, gather, signals_of
 from .runs import RunFailedError, needs_compiler
 
 LEVEL = 0.95
 """Probability of an interval."""
 CLOSE = 1e-7
-"""Relative change of the sum of squares by a step at which a fit ends: less than a thousandth of a standard deviation."""
+"""Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
 POLISHED = 2
 """Number of the best starts from which least squares are sought."""
 VAGUE = 0.5
-"""Share of a number's range; where its interval is wider it is not identified."""
+"""Width of an interval over the range of a number above which the number is not identified."""
 TOGETHER = 0.95
-"""Correlation of two numbers beyond which the data tell them only together."""
+"""Correlation of two numbers above which the data identify them only together."""
 DEPENDENT = 1e-9
-"""Ratio of a singular value to the largest below which a direction is not seen in the data."""
+"""Singular value over the largest below which the data do not depend on a direction."""
 
 
 class Interval(NamedTuple):
-    """Where a number lies with a probability of 95 %."""
+    """Confidence interval of 95 % of a number."""
 
     low: float
     high: float
@@ -73,7 +73,7 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """Numbers that suit data best.
+    """Numbers that fit data best.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Fit:
     intervals : dict of str to Interval
         95 %, from the tangent at the best point, or from the profile where one was asked for.
     unidentified : list of str
-        Sentences: what the data cannot tell, and which signals no numbers explain.
+        Sentences on numbers that the data do not identify, and on signals that no numbers explain.
     correlation : array, shape (numbers, numbers)
     rms : dict of str to float
         Root mean square of the residuals of each signal, in its unit, over all experiments.
@@ -110,7 +110,7 @@ class Fit:
     profiles: dict[str, Profile] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """Return the numbers with their intervals, and what cannot be told."""
+        """Return the numbers with their intervals, and notes on identification."""
         width = max(map(len, self.values))
         lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (95 %: {self.intervals[name].low:.6g} to "
                  f"{self.intervals[name].high:.6g})" for name, value in self.values.items()]  # fmt: skip
@@ -187,7 +187,7 @@ def fit(
     if unknown := [name for name in profiles if name not in search.problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
     best = search.best(starts, seed)
-    if not search.problem.known and not search.problem.stopped:
+    if not search.problem.has_errors and not search.problem.stopped:
         search.weigh(best)
         best = search.solve(best)
     return search.answer(best, {name: search.profile(best, name) for name in profiles})
@@ -225,6 +225,7 @@ class Search(NamedTuple):
         loose = np.arange(len(x)) != kept
 
         def point(part: Array) -> Array:
+            """Insert free numbers into the point."""
             out = x.copy()
             out[loose] = part
             return out
@@ -239,7 +240,7 @@ class Search(NamedTuple):
         )  # fmt: skip
         return point(found.x)
 
-    def left(self, x: Array, robust: bool = False) -> dict[str, float]:
+    def residual_sizes(self, x: Array, robust: bool = False) -> dict[str, float]:
         """Compute the root mean square of each signal's residuals; where robust 1.4826 times their median size."""
         found: dict[str, list[Array]] = {}
         for each, said in zip(self.problem.experiments, self.problem.predictions(x), strict=True):
@@ -249,19 +250,19 @@ class Search(NamedTuple):
         return {name: float(1.4826 * np.median(np.abs(r)) if robust else np.sqrt(np.mean(r**2))) for name, r in size.items()}
 
     def weigh(self, x: Array) -> None:
-        """Take what a fit leaves for the standard deviations of signals that came without."""
+        """Estimate missing standard deviations of signals by the residuals of a fit."""
         given, errors = {name for each in self.problem.experiments for name in each.errors}, self.problem.errors
-        found = {name: value for name, value in self.left(x, self.robust).items() if name not in given}
+        found = {name: value for name, value in self.residual_sizes(x, self.robust).items() if name not in given}
         errors |= {name: max(value, 1e-12 * errors[name]) for name, value in found.items()}
 
     def covariance(self, x: Array) -> Array:
-        """Compute that of the numbers over the cube, s^2 (J^T J)^-1; very large where the data say nothing."""
+        """Compute the covariance of the numbers over the cube, s^2 (J^T J)^-1; very large in unseen directions."""
         j, r = self.problem.jacobian(x), self.problem.residuals(x)
         if self.robust:
             weight = (1 + r**2) ** -0.25
             j, r = j * weight[:, None], r * weight
         _, s, vh = np.linalg.svd(j, full_matrices=False)
-        scale = 1.0 if self.problem.known else float(r @ r) / max(1, len(r) - len(x))
+        scale = 1.0 if self.problem.has_errors else float(r @ r) / max(1, len(r) - len(x))
         spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
         return np.asarray(scale * (vh.T * spread**2) @ vh)
 
@@ -287,26 +288,26 @@ class Search(NamedTuple):
         return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
     def answer(self, best: Array, profiles: dict[str, Profile]) -> Fit:
-        """Put together what is known."""
+        """Make the result."""
         problem, covariance = self.problem, self.covariance(best)
         deviation = np.sqrt(np.diag(covariance))
         freedom = max(1, problem.count - len(best))
-        quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.known else freedom))
+        quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else freedom))
         reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
         intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
         intervals |= {name: profile.interval() for name, profile in profiles.items()}
         correlation = covariance / np.outer(deviation, deviation)
-        said = [*filter(None, [problem.stopped]), *self.vague(best, deviation, correlation), *self.unexplained(best)]
+        said = [*filter(None, [problem.stopped]), *self.vague(best, deviation, correlation), *self.list_unexplained(best)]
         return Fit(
             dict(zip(problem.names, map(float, values), strict=True)), intervals,
-            [*said], correlation, self.left(best),
+            [*said], correlation, self.residual_sizes(best),
             problem.predictions(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
             {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
             problem.units, profiles,
         )  # fmt: skip
 
     def vague(self, best: Array, deviation: Array, correlation: Array) -> list[str]:
-        """Name numbers that the data do not tell, in sentences."""
+        """List numbers that the data do not identify, in sentences."""
         found, names = [], self.problem.names
         for i, name in enumerate(names):
             twins = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > TOGETHER]
@@ -319,11 +320,11 @@ class Search(NamedTuple):
                 found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
         return found
 
-    def unexplained(self, best: Array) -> list[str]:
-        """Name signals of which more is left than about their mean, beyond chance and what a fit does not look for."""
-        left, found = self.left(best), []
+    def list_unexplained(self, best: Array) -> list[str]:
+        """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
+        left, found = self.residual_sizes(best), []
         for name in signals_of(self.problem.experiments):
-            x = measured(self.problem.experiments, name)
+            x = gather(self.problem.experiments, name)
             if left[name] ** 2 > self.growth * np.var(x) + CLOSE * np.mean(x**2):
                 found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
         return found

@@ -1,4 +1,4 @@
-"""Numbers of a mechanism by their paths, as in its file: what stands there, its unit, the mechanism with another."""
+"""Numbers of a mechanism by their paths, as in its file: declaration, value, unit, and mechanisms with other values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Make = Callable[[Mapping[str, float]], Mechanism]
 
 
 class Standing(NamedTuple):
-    """What stands at a place of a document: its declaration, where there is one, its value, its unit."""
+    """Entry of a document: declaration if there is one, value, unit."""
 
     about: Declaration | None
     now: Any
@@ -28,14 +28,14 @@ class Standing(NamedTuple):
 
 
 def standing(document: Mapping[str, object], path: str) -> Standing:
-    """What stands at a place of a document.
+    """Look up the entry at a path of a document.
 
     Raises
     ------
     ValueError
-        If there is no such place.
+        If there is no such path.
     """
-    about = _declared(document, path)
+    about = _find_declaration(document, path)
     try:
         now = get(document, path)
     except KeyError:
@@ -46,7 +46,7 @@ def standing(document: Mapping[str, object], path: str) -> Standing:
 
 
 def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str, now: Any) -> str:
-    """Of several units, as `rad/s or m/s` of a drive's speed, that of the value there, or of what is driven."""
+    """Choose among units, as `rad/s or m/s` of a drive, by the value there or by what is driven."""
     for each in unit.split(" or ") if isinstance(now, str) else ():
         with contextlib.suppress(ValueError):
             parse_quantity(now, each)
@@ -54,12 +54,12 @@ def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str
     if way[0] == "drives" and isinstance(way[1], int) and " or " in unit:
         made = Mechanism.from_dict(document)
         return unit.split(" or ")[made.drives[way[1]].target in made.points]
-    carried = way[0] == "links" and isinstance(way[-1], int)  # a place on a link, beside fractions, which have no unit
+    carried = way[0] == "links" and isinstance(way[-1], int)  # a position on a link in m; fractions have no unit
     return unit or ("m" if carried else "")
 
 
-def _declared(document: Mapping[str, object], path: str) -> Declaration | None:
-    """The field a place belongs to, found in the mechanism the document describes."""
+def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:
+    """Find the declaration of the field at a path."""
     found: Any = Mechanism.from_dict(document)
     about: Declaration | None = None
     way = steps(document, path)
@@ -79,7 +79,7 @@ def _declared(document: Mapping[str, object], path: str) -> Declaration | None:
 
 
 def _field(found: Any, name: str, path: str) -> tuple[Any, Declaration | None]:
-    """A field of an object, or of the one inner object that a file leaves out (the Inertia of a Rigid)."""
+    """Find a field of an object, or of the inner object that a file leaves out (the Inertia of a Rigid)."""
     inner = [getattr(found, key) for key in getattr(found, "inlined", ())]
     for each in (found, *inner):
         fields = declarations(type(each)) if is_dataclass(each) else {}
@@ -96,9 +96,9 @@ class Family:
     Attributes
     ----------
     make : callable
-        The mechanism with numbers by name.
+        Function from numbers by name to a mechanism.
     values : dict of str to float
-        As they are, in SI.
+        Present values in SI.
     units : dict of str to str
     """
 
@@ -108,7 +108,7 @@ class Family:
 
     @classmethod
     def of(cls, mechanism: Source, names: Iterable[str], given: Mapping[str, float]) -> Family:
-        """Numbers of a mechanism by their paths; or arguments, by name, of a function that makes one.
+        """Make the family over numbers of a mechanism, by path, or over arguments of a function that makes one.
 
         Parameters
         ----------

@@ -1,6 +1,6 @@
 """Numbers read off a result: `max(B.contact_force)`, `mean(abs(drive.torque))`, `at(B.x, 0.5) - start(B.x)`.
 
-    max min mean rms start end      of a signal over the run; mean and rms are weighted by time
+    max min mean rms start end      of a signal over the run; mean and rms are over time
     impulse(signal)                 its integral over the run
     settled(signal)                 its mean over the last tenth of the run
     at(signal, t)                   its value at a time, s
@@ -44,15 +44,15 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 COUNTED = ("when", "begins", "ends", "peak")
 NONE: Mapping[ast.expr, float] = {}
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
-"""What looks like a signal's name in a formula, where the names are not known."""
+"""Pattern of the name of a signal in a formula."""
 
 
 class WrongReadingError(ValueError):
-    """A reading that no run has: it names no signal, or is held against another kind of unit."""
+    """Error of a reading that no run has: no such signal, or another kind of unit."""
 
 
 class Measured(NamedTuple):
-    """A number and its unit; '' where the formula mixes units."""
+    """Number and its unit; '' where the formula mixes units."""
 
     value: float
     unit: str
@@ -61,14 +61,14 @@ class Measured(NamedTuple):
 def measure(
     text: str, time: Array, signals: Mapping[str, Array], units: Mapping[str, str], curve: type[Curve] = Curve
 ) -> Measured:
-    """Read a number off the signals of a run; `curve` says what lies between their samples.
+    """Read a number off the signals of a run; `curve` interpolates between their samples.
 
     Raises
     ------
     ValueError
         If the text is no formula, names a signal that is not there, or gives a series.
     """
-    tree, names = parsed(text, signals)
+    tree, names = parse_reading(text, signals)
     with np.errstate(all="ignore"):
         value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
@@ -77,13 +77,14 @@ def measure(
 
 
 def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
-    """Take a reading of the state of rest and its error, by the mechanism; None of other texts."""
+    """Return a function from a mechanism to a reading of its equilibrium and the error; None of other texts."""
     found = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
     if found is None:
         return None
     number = int(found[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
+        """Compute the natural frequency and its error [Hz]."""
         from ..statics import frequencies
 
         found = frequencies(mechanism, count=number)
@@ -97,7 +98,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
 
 def check(text: str, signals: Mapping[str, object] | None = None) -> None:
-    """Refuse what is no measure; without signals by its grammar only."""
+    """Raise a ValueError if a text is no reading; without signals its grammar only is checked."""
     if statical(text):
         return
     found = TOKEN.findall(text) if signals is None else list(signals)
@@ -105,12 +106,13 @@ def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     measure(text, time, dict.fromkeys(found, np.ones(2)), {})
 
 
-def parsed(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str, str]]:
-    """The formula with short names in place of the signals', and what these stand for."""
+def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str, str]]:
+    """Parse a formula; return its tree with short names, and the names of signals by these."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
     def replace(match: re.Match[str]) -> str:
+        """Replace the name of a signal by a short one."""
         names[short[match[0]]] = match[0]
         return short[match[0]]
 
@@ -131,12 +133,12 @@ def parsed(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str
         raise ValueError(f"{text}: {said}") from None
     for call in ast.walk(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in COUNTED:
-            _counted(text, call.func.id, call.args[-1])
+            _check_count(text, call.func.id, call.args[-1])
     return tree, names
 
 
-def _counted(text: str, name: str, count: ast.expr) -> None:
-    """Refuse a number of a crossing or a contact that there cannot be."""
+def _check_count(text: str, name: str, count: ast.expr) -> None:
+    """Raise a ValueError if a count of a crossing or a contact is not 1, 2, ... or, of a contact, -1, -2, ..."""
     try:
         given = ast.literal_eval(count)
     except ValueError:
@@ -149,7 +151,7 @@ def _counted(text: str, name: str, count: ast.expr) -> None:
 def value_of(
     node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve, given: Mapping[ast.expr, float] = NONE
 ) -> Any:
-    """A formula's value; parts of it may be given."""
+    """Evaluate a formula, with `given` values of parts."""
     if node in given:
         return given[node]
     match node:
@@ -171,7 +173,7 @@ def value_of(
 
 
 def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
-    """The unit of sums, peaks and means of one kind of signal, or of its multiples; '' otherwise."""
+    """Return the unit of sums, peaks and means of one kind of signal, or of its multiples; '' otherwise."""
     match node:
         case ast.Name(id=name) if name in units:
             return units[name]
@@ -197,7 +199,7 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
 
 
 def _product(operator: ast.operator, a: str, b: str) -> str:
-    """The unit of a product or quotient, where one of them is a plain number or both cancel."""
+    """Return the unit of a product or quotient with a number, or of one that cancels; '' otherwise."""
     if b == "1":
         return a
     if isinstance(operator, ast.Mult):

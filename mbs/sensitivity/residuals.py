@@ -23,11 +23,11 @@ from .runs import RunFailedError, run
 
 Bounds = tuple[float, float]
 STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Solver by default: its error over `WIDTH` is that of a derivative."""
+"""Default solver; its error over `WIDTH` is that of a derivative."""
 WIDTH = 1e-4
-"""Width of the differences that make the derivatives, over a number's range."""
+"""Width of the differences for derivatives, over the range of a number."""
 FAR = 1e3
-"""Standard deviations by which a run that fails is off."""
+"""Residual of a run that fails, in standard deviations."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
@@ -97,17 +97,17 @@ class Problem:
                 names.append(f"{name} [{k}]")
                 bounds.append(own[name])
         for name in signals_of(experiments):
-            if not measured(experiments, name).size:
+            if not gather(experiments, name).size:
                 raise ValueError(f"data: {name} has no value at any time")
         units = {name: (family.units | {TIME_ZERO: "s"})[name.partition(" [")[0]] for name in names}
-        guess = {name: _spread(measured(experiments, name)) for name in signals_of(experiments)}
+        guess = {name: _spread(gather(experiments, name)) for name in signals_of(experiments)}
         given = {name: each.errors[name] for each in experiments for name in each.errors}
         low, high = np.array(bounds, dtype=float).T
         return cls(family.make, experiments, names, places, low, high, guess | given, units, solver or STEADY)
 
     @property
-    def known(self) -> bool:
-        """Whether all standard deviations were given."""
+    def has_errors(self) -> bool:
+        """True if all standard deviations were given."""
         return set(signals_of(self.experiments)) <= {name for each in self.experiments for name in each.errors}
 
     @property
@@ -163,7 +163,7 @@ class Problem:
         return np.concatenate(rows)
 
     def slope(self, x: Array, k: int, i: int, start: Array) -> Array:
-        """Take the difference by one number, on the side with more room or, if a run fails there, on the other; else zero."""
+        """Take the one-sided difference by one number, towards the middle of its range or, if a run fails, away; else zero."""
         axis, width = np.arange(len(x)) == i, WIDTH if x[i] < 0.5 else -WIDTH
         for change in (width, -width):
             try:
@@ -196,14 +196,14 @@ def signals_of(experiments: Sequence[Experiment]) -> list[str]:
     return list(dict.fromkeys(name for each in experiments for name in each.signals))
 
 
-def measured(experiments: Sequence[Experiment], name: str) -> Array:
-    """Gather all values that were measured of a signal."""
+def gather(experiments: Sequence[Experiment], name: str) -> Array:
+    """Gather all measured values of a signal, shape (values,)."""
     values = np.concatenate([each.signals[name] for each in experiments if name in each.signals])
     return values[np.isfinite(values)]
 
 
 def _spread(values: Array) -> float:
-    """Find what residuals of a signal are compared with before a fit."""
+    """Estimate the scale of the residuals of a signal before a fit."""
     return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
 
 

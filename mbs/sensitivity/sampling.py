@@ -1,9 +1,9 @@
-"""Errors of numbers that are read off a result: by the difference of runs, or of chaotic motions by sampling.
+"""Errors of readings of a result: by the difference of runs, or of chaotic motions by sampling.
 
-A motion that is one of many has no error of its value at a time, but its means, rms, peaks and impulses are estimates of those of
-all such motions. Their sampling error follows from batches of the run: n turns of the drive, or n parts of it. With b_k a reading
-of batch k, s the standard deviation of all b_k and t the 97.5 % quantile of Student's distribution of n - 1 degrees, the
-half-width of a 95 % interval is
+Values of a chaotic motion at a time have no error, but its means, rms, peaks and impulses estimate those of all such motions.
+Their sampling error follows from n batches of the run: turns of the drive, or equal parts. Let b_k be a reading of batch k and s
+the standard deviation of all b_k. Let t be the 97.5 % quantile of Student's distribution of n - 1 degrees. The half-width of a
+95 % interval is
 
     t s/sqrt(n)  of a mean or rms,    t s sqrt(n)  of an impulse,    t s  of a largest or smallest value.
 
@@ -28,18 +28,18 @@ import numpy as np
 from ..geometry import Array
 from ..record.result import Result
 from .doubt import doubt
-from .reading import ARGUMENTS, measure, parsed, value_of
+from .reading import ARGUMENTS, measure, parse_reading, value_of
 
 BATCHES = 20
 """Most batches, and their number where no drive turns: fewer hide the spread, more correlate with each other."""
 FEWEST = 4
-"""Least batches that tell a spread."""
+"""Least number of batches for a standard deviation."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
-"""Power of the number of batches by which the spread of a reading of the whole run goes with that of a batch."""
+"""Exponent p of n: the spread of a reading of the whole run is that of a batch times n^p."""
 
 
 class Reading(NamedTuple):
-    """A number read off a result.
+    """Number read off a result.
 
     Attributes
     ----------
@@ -70,8 +70,8 @@ def read(result: Result, text: str) -> Reading:
 
 
 def sampling_error(text: str, result: Result) -> float:
-    """Half-width of a 95 % interval of a reading of a chaotic motion, by batches; nan of a value at a time, or of few turns."""
-    tree, names = parsed(text, result.signals)
+    """Estimate the half-width of a 95 % interval of a reading of a chaotic motion; nan of a value at a time, or of few turns."""
+    tree, names = parse_reading(text, result.signals)
     signals = {short: result.signals[name] for short, name in names.items()}
     exact, total = value_of(tree, result.time, signals), 0.0
     for leaf in ast.walk(tree):
@@ -84,7 +84,7 @@ def sampling_error(text: str, result: Result) -> float:
 
 
 def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, Array]) -> float:
-    """Half-width of the interval of one reading."""
+    """Estimate the half-width of the interval of one reading."""
     from scipy.stats import t  # it takes a while to load, and few need it
 
     edges = batches(result)
@@ -100,7 +100,7 @@ def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, 
 
 
 def batches(result: Result) -> Array:
-    """Times [s] between batches: whole turns of the drive, as many as make `BATCHES` batches at most, else equal parts."""
+    """Return the edges of batches [s]: whole turns of the drive, at most `BATCHES` batches, else equal parts."""
     end, turn = float(result.time[-1]), result.error.turn
     if not turn > 0 or end < FEWEST * turn:
         return np.linspace(0.0, end, BATCHES + 1)

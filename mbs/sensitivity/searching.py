@@ -1,4 +1,4 @@
-"""Search for a design: readings over the unit cube of its numbers, and how SciPy's methods are led through them.
+"""Search for a design: readings over the unit cube of its numbers, minimised by SLSQP or met by least squares.
 
 References
 ----------
@@ -24,27 +24,31 @@ from .residuals import WIDTH
 from .runs import RunFailedError, finer
 from .wants import FAR, KEPT, Want
 
-FINER, DEGREES = 32.0, 4
-"""Factor by which the finer run's tolerance is smaller, and the degree by which its strips' is higher."""
+FINER = 32.0
+"""Factor by which the tolerance of the finer run is smaller."""
+DEGREES = 4
+"""Increment of the degree of strips in the finer run."""
 POLISHED = 3
 """Number of the best starts from which a minimum is sought."""
-ITERATIONS, MET = 60, 15
-"""Most iterations of a search with an aim, and of one that only meets constraints: further on it would follow noise."""
+ITERATIONS = 60
+"""Most iterations of a minimisation."""
+MET = 15
+"""Most evaluations of least squares for constraints alone: more would follow noise."""
 SAME = 1e-7
-"""Share of a range within which points are the same one, as between them there is the noise of runs."""
+"""Distance of points, over a range, that count as one: closer ones differ by the noise of runs."""
 HALF = 0.5
-"""Share of half the width of a band within which nothing more is sought."""
+"""Convergence radius about the middle of a band, over half its width."""
 WIDE = 0.02
-"""Share of a range over which differences show where a reading tends, across its waves, as those of an impact's force."""
+"""Width of wide differences, over a range: they average ripples of a reading, as of the force of an impact."""
 
 
 class EnoughError(Exception):
-    """A search is over: it has what is asked for, or no more runs."""
+    """End of a search: constraints are met, or the budget of runs is used up."""
 
 
 @dataclass
 class Task:
-    """Readings over the unit cube of the free numbers, and what is asked of them.
+    """Readings over the unit cube of the free numbers, with aims and constraints.
 
     `kept` are values of lists; `offset` is the difference of a finer run, `failed` the reason of the first run's failure,
     `stopped` why the search ended before its end.
@@ -95,7 +99,7 @@ class Task:
         Raises
         ------
         EnoughError
-            If the runs are used up, or nothing is minimised and all is as it is wanted.
+            If the budget is used up, or there is no aim and all constraints are met.
         """
         key = point_of(x)
         if key not in self.cache:
@@ -134,17 +138,17 @@ class Task:
         return np.array([want.residual(value)[0] for want, value in self.pairs(self.evaluate(x))])
 
     def jacobian(self, x: Array, width: float) -> Array:
-        """Compute their derivatives over the cube."""
+        """Compute derivatives of the residuals over the cube."""
         found, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
         return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in found])
 
-    def missed(self, found: Array) -> list[Want]:
-        """List the constraints that readings do not keep."""
+    def list_violated(self, found: Array) -> list[Want]:
+        """List the constraints that readings violate."""
         return [want for want, value in self.pairs(found) if want.miss(value) > KEPT]
 
     def merit(self, found: Array) -> tuple[float, float]:
         """Compare readings: by the misses of the constraints first, then by what is minimised."""
-        miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.missed(found) else 0.0
+        miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.list_violated(found) else 0.0
         aim = float(found[self.row(self.aims[0])]) if self.aims else 0.0
         return miss, aim if isfinite(aim) else inf
 
@@ -185,7 +189,7 @@ class Task:
         )  # fmt: skip
 
     def inside(self, x: Array, ends: Sequence[tuple[int, float, float, float]]) -> Array:
-        """Compute how far readings are inside the ends of the constraints, relative; far outside where they have no value."""
+        """Compute relative margins of readings to the ends of the constraints; very negative without a value."""
         found = self.evaluate(x)
         return np.nan_to_num([side * (found[k] - end) / size for k, side, end, size in ends], nan=-FAR)
 
@@ -196,5 +200,5 @@ class Task:
 
 
 def point_of(x: Array) -> tuple[float, ...]:
-    """Round a point to the one that stands for those near it."""
+    """Round a point to a grid of width `SAME`, the key of the cache."""
     return tuple((np.round(x / SAME) * SAME).tolist())

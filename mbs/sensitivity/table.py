@@ -1,4 +1,4 @@
-"""Derivatives of readings by numbers as an answer: rows with their errors, spreads, a table."""
+"""Derivatives of readings by numbers: rows with errors, spreads, a table."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import NamedTuple
 
 
 class Derivative(NamedTuple):
-    """Of one reading by one number.
+    """Derivative of one reading by one number.
 
     Attributes
     ----------
     reading, number : str
     value, at : float
-        Of the reading and of the number, SI.
+        Values of the reading and of the number, SI.
     unit, by_unit : str
-        Of both.
+        Units of both.
     derivative, error : float
-        d reading/d number, and what it may err by; nan and inf where there is none.
+        d reading/d number and its error; nan and inf where there is none.
     below, above : float
         One-sided derivatives.
     note : str
-        Why there is none; '' where there is one.
+        Reason why there is none; '' where there is one.
     """
 
     reading: str
@@ -45,12 +45,12 @@ class Derivative(NamedTuple):
 
     @property
     def relative_error(self) -> float:
-        """Of `relative`, in its unit."""
+        """Error of `relative`."""
         return self.error * abs(self.at / self.value) if self.value and self.at else nan
 
     @property
     def share(self) -> float | None:
-        """The error, relative to the derivative; None where that is zero."""
+        """Relative error of the derivative; None where it is zero."""
         return abs(self.error / self.derivative) if self.derivative else None
 
 
@@ -70,25 +70,25 @@ class Sensitivities:
     spreads: Mapping[str, float]
 
     def __getitem__(self, key: tuple[str, str]) -> Derivative:
-        """The derivative of a reading by a number."""
+        """Return the derivative of a reading by a number."""
         for row in self.rows:
             if (row.reading, row.number) == key:
                 return row
         raise KeyError(f"no derivative of '{key[0]}' by '{key[1]}'")
 
     def spread(self, reading: str) -> float:
-        """Standard deviation of a reading for independent small deviations of the numbers, first order."""
+        """Return the standard deviation of a reading for independent small deviations of the numbers, first order."""
         return sqrt(sum(each**2 for each in self.contributions(reading).values()))
 
     def contributions(self, reading: str) -> dict[str, float]:
-        """Standard deviation of a reading that comes from each number, the largest first."""
+        """Return the standard deviation of a reading due to each number, the largest first."""
         if not self.spreads:
             raise ValueError("no standard deviations; give by={path: standard deviation}")
         found = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
         return dict(sorted(found.items(), key=lambda item: -item[1]))
 
     def table(self) -> tuple[list[str], list[list[str]]]:
-        """Heads and rows of text, what matters most first."""
+        """Return heads and rows of text, the largest effect first."""
         heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]
         return heads, [
             [row.reading, row.number, f"{row.relative:+.4g}", f"{row.derivative:.6g}", f"{row.error:.1e}",
@@ -104,6 +104,6 @@ class Sensitivities:
 
 
 def _per(unit: str, by: str) -> str:
-    """Unit of a quotient."""
+    """Return the unit of a quotient."""
     top, bottom = unit or "?", by or "?"
     return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"

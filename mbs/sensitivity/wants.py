@@ -1,4 +1,4 @@
-"""Constraints of a design: readings between two values, as they are written."""
+"""Constraints of a design: readings between two values."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from ..units import Measured, measured
 from .reading import WrongReadingError
 
 EXACT = 1e-3
-"""Share of a value by which it may be missed where it is asked for without a tolerance."""
+"""Relative tolerance of a value that is required without one."""
 KEPT = 1e-6
-"""Share of an end by which a constraint may be missed: what a search and its runs leave."""
+"""Relative violation at which a constraint still counts as met: the accuracy of a search."""
 BINDS = 1e-3
-"""Share of an end within which a constraint binds."""
+"""Relative distance from an end within which a constraint binds."""
 NARROW = 0.1
-"""Share of its ends up to whose width a band was asked for as a value, and binds."""
+"""Relative width up to which a band stands for a value, and binds."""
 FAR = 1e3
-"""Miss of a reading that has no value."""
+"""Violation by a reading without a value."""
 WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
 class Want(NamedTuple):
-    """A reading between two values.
+    """Constraint of a reading to lie between two values.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Want(NamedTuple):
         Name of the reading.
     low, high : float
     given : str
-        A value with its unit, as it was given; '' where it had none.
+        Value with its unit, as given; '' without unit.
     """
 
     text: str
@@ -43,22 +43,22 @@ class Want(NamedTuple):
 
     @property
     def ends(self) -> list[tuple[float, float, float]]:
-        """Finite ends: side, value, and scale of a miss, with side * (reading - value) >= 0 where it is kept."""
+        """Finite ends: side, value, and scale of a violation; side * (reading - value) >= 0 where it is met."""
         sizes = [abs(each) for each in (self.low, self.high) if isfinite(each) and each]
         pairs = [(1.0, self.low), (-1.0, self.high)]
         return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
 
     @property
     def is_band(self) -> bool:
-        """Whether it has two ends."""
+        """True if both ends are finite."""
         return isfinite(self.high - self.low)
 
     def miss(self, value: float) -> float:
-        """Compute how far a value is outside, relative to the end that it misses; 0 within."""
+        """Compute the relative violation by a value; 0 within."""
         return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
 
     def residual(self, value: float) -> tuple[float, float]:
-        """Compute the distance from the middle of a narrow band over half its width, else the miss over `EXACT`; its slope."""
+        """Compute the distance from the middle of a narrow band over half its width, else the violation over `EXACT`; slope."""
         if not isfinite(value):
             return FAR, 0.0
         if self.is_band and self.is_narrow:
@@ -70,7 +70,7 @@ class Want(NamedTuple):
 
     @property
     def is_narrow(self) -> bool:
-        """Whether it is a band about a value."""
+        """True if it is a narrow band about a value."""
         return self.is_band and self.high - self.low <= NARROW * max(abs(self.low), abs(self.high))
 
     def binds(self, value: float) -> bool:
@@ -78,22 +78,22 @@ class Want(NamedTuple):
         return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
 
     def describe(self, value: float, unit: str) -> str:
-        """Say where a value is that is outside."""
+        """Describe a value outside, with its violation."""
         return f"{value:.6g}{unit}, {100 * self.miss(value):.2g} % off" if isfinite(value) else "it has no value there"
 
     def check_unit(self, unit: str) -> None:
-        """Raise a WrongReadingError if it asks for another kind of unit than its reading has."""
+        """Raise a WrongReadingError if its value has another kind of unit than its reading."""
         if unit and self.given and not cast(Measured, measured(self.given)).fits(unit):
             raise WrongReadingError(f"subject_to '{self.text}': {self.name} is in {unit}")
 
 
-def wanted(given: str | tuple[str, float, float]) -> Want:
-    """Read one constraint.
+def parse_want(given: str | tuple[str, float, float]) -> Want:
+    """Parse one constraint.
 
     Raises
     ------
     ValueError
-        If it is none.
+        If the text is no constraint.
     """
     if not isinstance(given, str):
         name, low, high = given

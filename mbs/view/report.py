@@ -15,7 +15,7 @@ import numpy as np
 from ..geometry import Array
 from ..record.energy import ledger
 from ..record.result import Result
-from ..sensitivity.reading import parsed
+from ..sensitivity.reading import parse_reading
 from .drawing import INKS, Arrow, pack
 from .measures import Measure, measures
 from .movie import Movie, make_movie
@@ -275,7 +275,7 @@ FIRST = (
 
 def first_shown(result: Result, texts: Sequence[str] = ()) -> list[str]:
     """Name the first three signals of the readings; without readings those that change most, one of each quantity."""
-    if named := list(dict.fromkeys(name for text in texts for name in parsed(text, result.signals)[1].values())):
+    if named := list(dict.fromkeys(name for text in texts for name in parse_reading(text, result.signals)[1].values())):
         return named[:3]
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
