@@ -11,8 +11,8 @@ With the end angle alpha and the elliptic parameter m = sin^2(alpha/2), m1 = 1 -
     u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m)                                        (2)
     y_mid / L = sqrt(m)/K(m)                                                   (3)
 
-where B and D are the associate complete integrals, the quarter-period integrals of cos^2 and sin^2 over
-sqrt(1 - m sin^2), so that K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
+where B and D are the associate complete integrals: the quarter-period integrals of cos^2 and sin^2 over
+sqrt(1 - m sin^2). So K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
 The unknown of both inversions is w = -ln(m1): it is u to leading order for a nearly straight strip, keeps
 m1 to full relative precision for a nearly closed loop, and makes K and K/E almost linear.
 

@@ -58,7 +58,7 @@ def dead_centre(known: Followed) -> int | None:
     low = ~(size * np.sign(size[0]) > SINGULAR * np.abs(size).max())
     if square:
         return int(np.argmax(low)) if low.any() else None
-    return next((k for k in np.flatnonzero(low) if _divides(known, int(k), low)), None)
+    return next((k for k in map(int, np.flatnonzero(low)) if _divides(known, k, low)), None)
 
 
 def _divides(known: Followed, k: int, low: Array) -> bool:

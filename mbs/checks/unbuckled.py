@@ -1,4 +1,4 @@
-"""Self-check of strips: are they on the branch that a thin strip takes?
+"""Self-check of strips: each is on the branch that a thin strip takes.
 
 The growth rate of the bending of a strip that a run keeps straight follows from the tangent of the mechanism under its load.
 The pose is that of the run, with each strip in its stress-free shape between its ends, stretched by its mean normal force.
