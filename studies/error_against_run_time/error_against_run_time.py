@@ -18,7 +18,7 @@ import numpy as np
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import StudyParameters, choices, integer
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.statistics import exponent
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from ..kit.work_precision import Point, fastest, footnote, work_precision
@@ -105,7 +105,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     }
     tables = [_table(found, footnote(p)), *([_scenes_table(made)] if made else [])]
     wrong = [f"{name}: {what}" for name, each in found.items() for what in each.wrong()]
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **judged(wrong))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **status_of(wrong))
 
 
 def _table(found: Mapping[str, Measured], notes: str) -> Table:

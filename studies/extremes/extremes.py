@@ -21,7 +21,7 @@ from ..kit import drawn
 from ..kit.drawn_linkages import PREDICTABLE, Dice, Made
 from ..kit.parameters import StudyParameters, choices, integer, quantity
 from ..kit.published import STEEL, STRIP_WIDTH
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, subplots
 from .case import Finding, judge
 from .verdict import Verdict
@@ -101,7 +101,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     silent = [f"{f.name}: {f.worst} {f.error:.2g} times what is allowed, silent" for f in found if f.verdict is Verdict.SILENT]
     return StudyResult(
         parameters=p,
-        **judged(silent, f"{len(found)} cases, none of them silently wrong"),
+        **status_of(silent, f"{len(found)} cases, none of them silently wrong"),
         metrics=metrics,
         signals={name: np.array([getattr(f, name) for f in found]) for name in Finding._fields},
         tables=[count_families(found), list_exceptions(found)],

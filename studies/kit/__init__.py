@@ -1,1 +1,1 @@
-"""What every study uses: parameters with units, report, figures, the table of studies, the command line."""
+"""Tools of all studies: parameters with units, report, figures, the table of studies, the command line."""

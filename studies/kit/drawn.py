@@ -111,21 +111,21 @@ def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanis
     return mbs.Mechanism({"A": (0, 0), "B": (length, 0)}, links, parts.revolutes("B ground strip"), guides, **more)
 
 
-def pressed(body: Body, share: float, duration: float) -> mbs.Mechanism:
+def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechanism:
     """Make a column whose near end travels as t^3 to a share of its length."""
     return _column(
         PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2"))]
     )
 
 
-def _pressed(d: Dice) -> Made:
+def _draw_pressed(d: Dice) -> Made:
     """Draw a strip or modal link compressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, d.log(2e-4, 6e-4)).damped(0.5, length)
     bow = d.one(0.0, 1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
     body = d.one(mbs.Beam(section, imperfection=bow), mbs.Cable(section, imperfection=bow), mbs.Modal(section, damping=0.5))
     share = section.euler_load(length) / section.axial_stiffness * d.log(20, 1e4)
-    return pressed(body, share, duration), duration
+    return make_pressed_column(body, share, duration), duration
 
 
 def _critical(d: Dice) -> Made:
@@ -188,7 +188,7 @@ def _spinning(d: Dice) -> Made:
     ), d.uniform(0.1, 0.3)
 
 
-def _coupled(d: Dice) -> Made:
+def _draw_coupled(d: Dice) -> Made:
     """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
     apart, size, hang = d.uniform(0.1, 0.2), d.uniform(0.03, 0.05), d.uniform(0.2, 0.4)
     near, far = apart + size, apart + 2 * size
@@ -212,7 +212,7 @@ def _coupled(d: Dice) -> Made:
 SLIDER = ("slider-crank",)
 FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "axial force": partial(parts.turning, bodies=("strip",)),
-    "pressed straight": _pressed,
+    "pressed straight": _draw_pressed,
     "near critical": _critical,
     "kinks": partial(parts.turning, bodies=("rigid", "strut", "strip"), motions=("ramp", "table")),
     "grazing": _grazing,
@@ -222,20 +222,20 @@ FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "clearance": partial(parts.rattling, bodies=("rigid",)),
     "strut": parts.strut,
     "shaken": partial(parts.turning, kinds=SLIDER, motions=("swing",)),
-    "mixed": parts.mixed,
+    "mixed": parts.draw_mixed,
     "any chain": _chain,
     "any four-bar": partial(parts.turning, kinds=("four-bar",), motions=("constant", "ramp")),
     "any slider": partial(parts.turning, kinds=SLIDER),
     "any struck": partial(parts.striking, bodies=("strut",), rubs=0.0),
     "any cantilever": _cantilever,
-    "any guided": parts.guided,
+    "any guided": parts.draw_guided,
     "any rattling": partial(parts.rattling, bodies=("rigid", "modal")),
     "any sliding": parts.sliding,
     "any two drives": parts.two_drives,
     "any rubbing": parts.rubbing,
     "any landing": _landing,
     "any spinning": _spinning,
-    "any coupled": _coupled,
+    "any coupled": _draw_coupled,
     "smooth": partial(parts.turning, kinds=SLIDER, bodies=("strip",), most=0.3),
     "ramp": partial(parts.turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
     "rigid": partial(parts.turning, kinds=SLIDER, bodies=("rigid",)),

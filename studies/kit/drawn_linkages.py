@@ -178,7 +178,7 @@ def strut(d: Dice) -> Made:
     return striking(d, ("strut",)) if d.chance() else turning(d, bodies=("strut",), motions=("constant", "ramp"))
 
 
-def mixed(d: Dice) -> Made:
+def draw_mixed(d: Dice) -> Made:
     """Draw a four-bar with two flexible links, or a linkage with clearance and a flexible link or a stop."""
     kind = d.integers(3)
     if kind == 0:
@@ -202,7 +202,7 @@ def rubbing(d: Dice) -> Made:
     return replace(made, guides=[guide], gravity=WEIGHT), d.uniform(0.2, 0.8) * 2 * pi / fast
 
 
-def guided(d: Dice) -> Made:
+def draw_guided(d: Dice) -> Made:
     """Draw a rigid slider-crank with a spring: driven on a level line, or falling on an inclined one."""
     length, turn, driven = d.uniform(0.2, 0.5), d.uniform(0.3, 1.2), d.chance()
     along = (1.0, 0.0) if driven else place(ray(d.uniform(-0.6, 0.6)))

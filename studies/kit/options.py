@@ -78,18 +78,18 @@ class Study:
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
         """Make the parameters of one run."""
-        made: StudyParameters = self.module.Parameters(**self._given(options, ()))
+        made: StudyParameters = self.module.Parameters(**self._collect(options, ()))
         return made
 
     def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters], dict[str, Any]]:
         """Return the study's own `Parameters`."""
-        return self.module.Parameters, self._given(options, taken)
+        return self.module.Parameters, self._collect(options, taken)
 
     def probe(self, _parameters: StudyParameters) -> str:
         """Return the title; the study checks its parameters itself."""
         return self.title
 
-    def _given(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
+    def _collect(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
         """Collect the parameters that were given, of the file and of the command line."""
         names = set(specs(self.module.Parameters))
         given = _read_config(Path(options.config), names) if options.config else {}

@@ -109,7 +109,7 @@ class StudyParameters(Declared):
     def check(self) -> None:
         """Raise a ValueError of one line for parameters that contradict each other; for studies to override."""
 
-    def shared(self, kind: type[StudyParameters]) -> dict[str, Any]:
+    def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
         """Return the parameters that another kind has, too, by name."""
         return {name: getattr(self, name) for name in specs(kind) if name in specs(type(self))}
 

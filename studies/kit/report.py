@@ -58,7 +58,7 @@ class Metric:
         """Error in the unit of the value."""
         return self.absolute if self.error is None else abs(self.value) * self.error
 
-    def shown(self, value: str = ".4g", error: str = ".2g") -> str:
+    def format(self, value: str = ".4g", error: str = ".2g") -> str:
         """Write value and standard error in these formats, 12.3 ± 0.4; the value alone where no error is known."""
         return f"{self.value:{value}}" + ("" if self.off is None else f" ± {self.off:{error}}")
 
@@ -115,7 +115,7 @@ class StudyResult:
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
-    def changed(self, **values: Any) -> StudyResult:
+    def replace(self, **values: Any) -> StudyResult:
         """Return a copy with other values."""
         return replace(self, **values)
 
@@ -126,7 +126,7 @@ class StudyResult:
         return self.parameters
 
 
-def judged(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
+def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
     """Return status and message of a study: SUSPECT where something is wrong, with a sentence each."""
     return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
 

@@ -60,7 +60,7 @@ def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, option
         if not isinstance(error, ImportError):
             traceback.print_exc()
         result = StudyResult(parameters=parameters, status="ERROR", message=f"{type(error).__name__}: {error}")
-    return result.changed(work={"wall_s": time.perf_counter() - begin, **result.work})
+    return result.replace(work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
 def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
@@ -72,7 +72,7 @@ def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[s
             figures = study.figure(result)
     except Exception as error:
         traceback.print_exc()
-        return result.changed(status="ERROR", message=f"drawing the figures: {type(error).__name__}: {error}"), {}
+        return result.replace(status="ERROR", message=f"drawing the figures: {type(error).__name__}: {error}"), {}
     return result, figures if isinstance(figures, Mapping) else {"figure": figures}
 
 
@@ -106,5 +106,5 @@ def _work(result: StudyResult) -> str:
 
 
 def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
-    """With --json, move whatever the study or the engine prints to stderr."""
+    """Redirect output of the study and the engine to stderr if --json is given."""
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()

@@ -43,11 +43,11 @@ class Point:
         return median(self.times)
 
     def speedup(self, other: Point) -> float:
-        """How many times faster than another point of the same run: median ratio of the times within one turn."""
+        """Compute the speed-up over another point of the same run: median ratio of the times within one turn."""
         return median(theirs / own for own, theirs in zip(self.times, other.times, strict=True))
 
     def beats(self, other: Point) -> bool:
-        """Whether no worse than another point in error and time, and better in one of them."""
+        """Check that a point is no worse than another in error and time, and better in one of them."""
         no_worse = self.error <= other.error and self.time <= other.time
         return no_worse and (self.error < other.error or self.time < other.time)
 

@@ -17,7 +17,7 @@ from ..kit.options import add_options, add_output
 from ..kit.parameters import Cases
 from ..kit.words import Parser, add_repeated
 from . import study
-from .places import OPTIONS, named, read_changes, read_file, spec, to_json
+from .places import OPTIONS, name_errors, read_changes, read_file, spec, to_json
 from .solver import options as solver_options
 from .study import Parameters, digest, target_signals
 
@@ -46,7 +46,7 @@ class File:
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
         """Make the parameters of one run, and try its first microsecond."""
-        with named(self.path):
+        with name_errors(self.path):
             base, changes = self._settings(options)
             found = Parameters(**base, changes=tuple(changes.items()), report=True)
             self.probe(found)
@@ -54,7 +54,7 @@ class File:
 
     def cases(self, options: argparse.Namespace, _taken: Collection[str]) -> tuple[Cases, dict[str, Any]]:
         """Make cases from values at places of the file."""
-        with named(self.path):
+        with name_errors(self.path):
             base, changes = self._settings(options)
             document, places = change(json.loads(base["document"]), changes), {}
             for name in (text.partition("=")[0].strip() for text in options.vary):
@@ -66,7 +66,7 @@ class File:
 
     def probe(self, parameters: Any) -> str:
         """Run a first microsecond: refuse a mechanism that cannot start, and names of signals that it has not."""
-        with named(self.path):
+        with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
             for name in target_signals(parameters) if result.signals else ():
                 _ = result[name]

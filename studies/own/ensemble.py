@@ -48,7 +48,7 @@ def _answer(options: argparse.Namespace, file: Opened) -> int:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
     out = writable(options.out / f"{options.file.stem}-ensemble")
     found = run_ensemble(
-        file.mechanism, file.duration, options.members, vary=dict(_varied(file.document, text) for text in options.vary),
+        file.mechanism, file.duration, options.members, vary=dict(_read_variation(file.document, text) for text in options.vary),
         of=readings, skip=options.skip, each=parse_quantity(options.each, "s") if options.each else None, seed=options.seed,
         store=options.store,
     )  # fmt: skip
@@ -62,7 +62,7 @@ def _answer(options: argparse.Namespace, file: Opened) -> int:
     return 130 if found.interrupted else int(found.failed.any())
 
 
-def _varied(document: Mapping[str, object], text: str) -> tuple[str, Any]:
+def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, Any]:
     """Read PATH=LOW:HIGH, a uniform distribution, or PATH=A,B,C, a list."""
     path, _, values = text.partition("=")
     ends = values.split(":")

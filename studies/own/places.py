@@ -27,7 +27,7 @@ SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 
 
 @contextmanager
-def named(path: Path) -> Iterator[None]:
+def name_errors(path: Path) -> Iterator[None]:
     """Turn whatever is wrong into a ValueError with the file's name in front, unless it names an option."""
     try:
         yield

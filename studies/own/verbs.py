@@ -20,7 +20,7 @@ from buckler.mbs.units import parse_quantity
 from ..kit.files import to_json
 from ..kit.report import counting
 from ..kit.words import Command, add_repeated
-from .places import OPTIONS, named, read_changes, read_file
+from .places import OPTIONS, name_errors, read_changes, read_file
 
 FIXED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers change only if they are named: whole numbers and places."""
@@ -42,7 +42,7 @@ class Opened(NamedTuple):
 def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> Opened:
     """Read a file with `--set` and `--duration`; a ValueError has its name in front."""
     about = OPTIONS["duration"]
-    with named(path):
+    with name_errors(path):
         document, run = read_file(path)
         seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
         opened = Opened(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))

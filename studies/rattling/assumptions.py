@@ -75,7 +75,7 @@ class JointAssumptions(Gravity):
         low, high = THRESHOLDS
         return self.friction_thresholds * low, self.friction_thresholds * high
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
         pins = ", ".join(f"{j} on {BODIES[j][j in self.turned]}" for j in JOINTS)
         low, high = self.thresholds
@@ -95,10 +95,10 @@ class Assumptions(JointAssumptions):
         "free", KINDS, "modes of the rocker: free, by Timoshenko or Euler-Bernoulli; or with held ends", "left open"
     )
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
         ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
-        return f"{super().stated()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
+        return f"{super().describe()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class ModalAssumptions(Assumptions):
         if self.bending + self.axial == 0:
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
         many = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
-        return f"{super().stated()}{many}, frequencies × {self.frequency_factor:g}"
+        return f"{super().describe()}{many}, frequencies × {self.frequency_factor:g}"

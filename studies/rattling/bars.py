@@ -18,7 +18,7 @@ from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
 from ..kit.parameters import choice, integer, quantity
 from ..kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
 from .assumptions import JOINTS, JointAssumptions, ModalAssumptions
-from .mode_sets import damped, rocker_modes, section
+from .mode_sets import rocker_modes, section, set_damping
 
 OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
 """Parameters that only a rocker of modes has."""
@@ -35,6 +35,7 @@ def bars(
     """
 
     def play(point: str, first: str, second: str) -> Clearance:
+        """Make a joint with clearance."""
         pair = (second, first) if point in turned else (first, second)
         return Clearance(point, *pair, pin, gap, law, friction)
 
@@ -116,12 +117,12 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         own = "rocker" not in changes and self.rocker == "modal"
         return super().bars(**changes, **({"rocker": flexible(self)} if own else {}))
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        return super().stated() if self.rocker == "modal" else f"{JointAssumptions.stated(self)}; rocker rigid"
+        return super().describe() if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
 
 
 def flexible(p: Any, depth: float | None = None) -> Modal:
     """Make the rocker of modes that a study's assumptions ask for."""
     modes = rocker_modes(p.modes_of, depth or p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
-    return damped(modes, p.modal_damping, p.rocker_damping)
+    return set_damping(modes, p.modal_damping, p.rocker_damping)

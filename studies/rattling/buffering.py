@@ -34,7 +34,7 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
 from ..kit.published import DAMPING_UNITS, GRAVITY
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
 from .bars import RockerParameters, flexible
@@ -134,6 +134,7 @@ def ran(p: Parameters, cases: Sequence[RockerParameters], rockers: Sequence[Moda
     """Run the members of all samples with these rockers; None where a run stopped. An ensemble of the library may stand here."""
 
     def member(k: int) -> Ensemble | None:
+        """Run the k-th member; None where it stops."""
         case, seed = cases[k // p.members], (batch * p.samples * p.members + k) + 2**31 * p.seed
         made = case.bars(rocker=rockers[k // p.members], angle=float(np.random.default_rng([seed, 1]).uniform(0, 2 * pi)))
         spread = JOURNALS * case.clearance
@@ -145,7 +146,7 @@ def ran(p: Parameters, cases: Sequence[RockerParameters], rockers: Sequence[Moda
     with ThreadPoolExecutor(p.workers) as pool:
         found = list(pool.map(member, range(len(cases) * p.members)))
     groups = [found[k : k + p.members] for k in range(0, len(found), p.members)]
-    return [Ensemble.joined([one for one in group if one]) if all(group) else None for group in groups]
+    return [Ensemble.join([one for one in group if one]) if all(group) else None for group in groups]
 
 
 def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
@@ -212,7 +213,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics["unsound"] = Metric(unsound, "1")
     return StudyResult(
         parameters=p,
-        **judged([f"all {found[:, 0, :, 0].size} cases are unsound"] if unsound == found[:, 0, :, 0].size else []),
+        **status_of([f"all {found[:, 0, :, 0].size} cases are unsound"] if unsound == found[:, 0, :, 0].size else []),
         metrics=metrics,
         signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},
         work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},

@@ -87,6 +87,7 @@ def curves(mechanism: Mechanism) -> Callable[[Member, int, int], dict[str, Array
     begin, ideal = turn * atan2(y - y0, x - x0) / (2 * pi), ideal_motion(2 * pi / turn)
 
     def measure(member: Member, turns: int, settle: int = 0) -> dict[str, Array]:
+        """Measure the turns of a member."""
         time, (v, a), edges = member.record.time, along(member.record), turn * np.arange(settle, turns + 1)
         angle = (time + begin) % turn
         drawn = np.stack([between(time, a, None, (k + TURN) * turn) for k in range(settle, turns)])

@@ -20,7 +20,7 @@ from buckler.mbs import Mechanism, Result, simulate
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import integer, quantities
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table, status_of
 from ..kit.statistics import mean, power_law
 from ..kit.style import COLOURS, Figure, subplots
 from . import turns
@@ -125,7 +125,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
     title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s, on the engine too; powers over the valid points"
     tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
-    return StudyResult(parameters=p, **judged(wrong), metrics=metrics, signals=signals, tables=tables)
+    return StudyResult(parameters=p, **status_of(wrong), metrics=metrics, signals=signals, tables=tables)
 
 
 def _metrics(
@@ -169,7 +169,7 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
     drawn = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}"
-    notes = f"{drawn}; impacts: in B.\n{p.stated()}."
+    notes = f"{drawn}; impacts: in B.\n{p.describe()}."
     return Table(headers, rows, title, notes)
 
 

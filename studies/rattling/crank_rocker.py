@@ -29,7 +29,7 @@ from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters
-from .mode_sets import damped, section
+from .mode_sets import section, set_damping
 from .turns import STEPS_A_TURN, chance, force_on_second, joint_force
 
 BAND = 2001
@@ -120,7 +120,7 @@ class Parameters(PlayParameters, Assumptions):
         plain = Modal(self.section, damping=self.rocker_damping)
         other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
         plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
-        return plain if self.modal_damping == "constant" else damped(plain, self.modal_damping, self.rocker_damping)
+        return plain if self.modal_damping == "constant" else set_damping(plain, self.modal_damping, self.rocker_damping)
 
 
 @dataclass(frozen=True)
@@ -152,6 +152,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     kept = result.time >= settle
 
     def curve(values: Array) -> Curve:
+        """Make a curve of the samples after settling."""
         return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
     for name, joint in FORCES.items():
@@ -223,14 +224,14 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
     both = {"rigid", "flexible"} <= set(variants)
     for name in names:
         values = [metrics[f"{variant}.{name}"] for variant in variants]
-        row: list[Any] = [name, values[0].unit, *(m.shown() for m in values)]
+        row: list[Any] = [name, values[0].unit, *(m.format() for m in values)]
         if both:
             rigid, flexible = metrics[f"rigid.{name}"], metrics[f"flexible.{name}"]
             row.append(_ratio(flexible, rigid) if rigid.value and name != "energy_balance" else None)
         rows.append(row)
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
     title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm clearance, c_max = {p.damping:g} {p.damping_unit}"
-    return Table(headers, rows, title, f"{NOTES.format(members=p.members, seed=p.seed)}\n{p.stated()}.")
+    return Table(headers, rows, title, f"{NOTES.format(members=p.members, seed=p.seed)}\n{p.describe()}.")
 
 
 def _ratio(flexible: Metric, rigid: Metric) -> str:

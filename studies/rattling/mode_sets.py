@@ -56,7 +56,7 @@ def section(depth: float) -> Section:
     return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
-def counted(depth: float) -> ReducedModel:
+def solid_modes(depth: float) -> ReducedModel:
     """Compute the lowest flexible modes of the free solid rocker, in space."""
     return reduced(Modal(section(depth), FreeModes(tuple(range(1, COUNTED + 1))), mesh=MESH), LENGTH)
 
@@ -72,7 +72,7 @@ def numbers(depth: float, name: str) -> tuple[int, ...]:
     wanted = SETS[name]
     if isinstance(wanted, FreeModes):
         return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).planar().numbers)
-    table = counted(depth).table()
+    table = solid_modes(depth).table()
     found = {letter: [row[0] for row in table if row[2] == kind] for letter, kind in LETTERS.items()}
     return tuple(found[mode[0]][int(mode[1:]) - 1] for mode in wanted)
 
@@ -97,7 +97,7 @@ def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, fact
     return Modal(bar, BarModes(bending, axial, shear=kind == "free"), 0.0)
 
 
-def damped(rocker: Modal, kind: str, ratio: float) -> Modal:
+def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
     """Return the same rocker with damping ratios by `DAMPINGS`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())

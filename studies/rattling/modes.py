@@ -1,4 +1,4 @@
-"""Which modes of the rocker matter? Chosen sets of a solid's modes, against the rigid rocker and the fullest set.
+"""Influence of the modes of the rocker: sets of modes of a solid, against the rigid rocker and the fullest set.
 
 The paper gives its rocker "modes four, five and six" and does not say how they are counted: of the free body's modes, the first
 six of which are rigid; of its flexible modes in space; of those in the plane; or of its bending modes. The compiled solver runs
@@ -20,18 +20,20 @@ from buckler.mbs.modal import FreeModes
 
 from ..kit.parameters import choices, integer, quantities, quantity
 from ..kit.published import DAMPING_UNITS
-from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
 from .bars import FourBarParameters
 from .claims import CLAIMS, Ratio, curves, mean, ratio
-from .mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
+from .mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, flexibility, section, set_damping, solid_modes
 from .turns import Ensemble, ensemble, solver
 
 LISTED = 12
 """Flexible modes in the printed table."""
-BASE, BEST = "none", "bending_1_8_axial_1_4"
-"""Sets that the others are compared with: the rigid rocker and the fullest set."""
+BASE = "none"
+"""Set of the rigid rocker, with which others are compared."""
+BEST = "bending_1_8_axial_1_4"
+"""Fullest set, with which others are compared."""
 SHOWN = {
     "force.coupler_rocker": "force B", "force.rocker_frame": "force C", "acceleration.coupler": "peak a coupler",
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
@@ -90,11 +92,11 @@ class Parameters(Assumptions):
 
     def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
         """Return the crank-rocker of a case."""
-        given = self.shared(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
+        given = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
         return FourBarParameters(**given).bars(rocker=rocker)
 
 
-def measured(p: Parameters, made: Mechanism, batch: int) -> Ensemble:
+def run_members(p: Parameters, made: Mechanism, batch: int) -> Ensemble:
     """Run all members; another batch has other seeds, so that its errors are its own."""
     seeds = range(p.seed + batch * p.members, p.seed + (batch + 1) * p.members)
     numerics: dict[str, Any] = {"settle": p.settle, "tolerance": p.tolerance, "workers": p.workers}
@@ -103,14 +105,14 @@ def measured(p: Parameters, made: Mechanism, batch: int) -> Ensemble:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
-    metrics = {name: metric for depth in p.in_plane_depth for name, metric in _counted(depth).items()}
+    metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
     for name, (unit, depth) in progress(list(p.cases.items()), label="cases"):
         found: dict[str, Ensemble] = {}
         for each in p.chosen:
             modes = flexibility(depth, each, p.rocker_damping)
-            rocker = modes and damped(modes, p.modal_damping, p.rocker_damping)
-            found[each] = measured(p, p.bars(unit, depth, rocker), list(SETS).index(each))
+            rocker = modes and set_damping(modes, p.modal_damping, p.rocker_damping)
+            found[each] = run_members(p, p.bars(unit, depth, rocker), list(SETS).index(each))
             wrong += [f"{name}.{each}: {note}" for note in found[each].notes]
         for each, one in found.items():
             metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
@@ -121,16 +123,16 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"h{1e3 * depth:g}mm: engine and compiled solver {apart:.1e} clearances apart, more than {ALIKE:g}")
     return StudyResult(
         parameters=p,
-        **judged(wrong),
+        **status_of(wrong),
         metrics=metrics,
         work={"turns": len(p.cases) * len(p.chosen) * p.members * (p.settle + p.cycles)},
         tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases)],
     )
 
 
-def _counted(depth: float) -> dict[str, Metric]:
+def _count_modes(depth: float) -> dict[str, Metric]:
     """Return frequencies by kind, those in the plane beside beam theory's."""
-    found, table = {}, counted(depth).table()
+    found, table = {}, solid_modes(depth).table()
     for kind, exact in beam_frequencies(depth).items():
         mine = [hertz for _, hertz, what, *_ in table if what == kind]
         for i, (hertz, known) in enumerate(zip(mine, exact, strict=False), 1):
@@ -178,7 +180,7 @@ def _modes_table(depth: float) -> Table:
     """Make the table of each number's mode, in each way of counting."""
     rows: list[list[Any]] = []
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
-    for number, hertz, kind, share, in_plane in counted(depth).table()[:LISTED]:
+    for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:LISTED]:
         planar = 1 + sum(row[2] is not None for row in rows) if in_plane else None
         exact = f"{next(theory[kind]):.0f}" if kind in theory else None
         rows.append([number, number + 6, planar, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
@@ -196,11 +198,11 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
         row = [NAMES[name]]
         for claim in SHOWN:
             over, mark = (metrics[f"{case}.{name}.{claim}.{key}"] for key in ("over_rigid", "agrees"))
-            row.append(f"{over.shown('.3f', '.3f')} {next(m for m in MARKS if MARKS[m] == mark.value)}")
+            row.append(f"{over.format('.3f', '.3f')} {next(m for m in MARKS if MARKS[m] == mark.value)}")
         rows.append(row)
     notes = (
         f"= within {100 * p.margin:g} % of the fullest set's for sure, ≠ for sure not the same, ? undecided; the chance "
-        f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.stated()}."
+        f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.describe()}."
     )
     return Table(["modes", *SHOWN.values()], rows, f"{case}: over the rigid rocker's, ± standard error", notes)
 

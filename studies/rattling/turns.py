@@ -181,7 +181,7 @@ class Ensemble:
             return np.asarray(draws.std(axis=0) / np.sqrt(len(draws) - 1))
 
     @classmethod
-    def joined(cls, parts: Sequence[Ensemble]) -> Ensemble:
+    def join(cls, parts: Sequence[Ensemble]) -> Ensemble:
         """Join the members of several ensembles."""
         turns = {name: np.concatenate([each.turns[name] for each in parts]) for name in parts[0].turns}
         outcomes, balances = (tuple(x for each in parts for x in getattr(each, name)) for name in ("outcomes", "balances"))
@@ -201,7 +201,8 @@ def ensemble(
     every, turn = turns + settle, period(mechanism)
 
     def read(member: Member) -> tuple[dict[str, Array], Status, float]:
-        result = finished(member)
+        """Measure the turns of a member."""
+        result = result_of(member)
         more = measure(member, every, settle) if measure else {}
         found = by_turn(result, turn, every, settle, along(member.record)[1]) | more
         return found, Status.SUSPECT if deep(mechanism, result) else Status.OK, result.energy_balance
@@ -215,7 +216,7 @@ def ensemble(
     return Ensemble(gap(mechanism), found, outcomes, balances)
 
 
-def finished(member: Member) -> Result:
+def result_of(member: Member) -> Result:
     """Return a member's signals; RuntimeError if it stopped before its time."""
     if not member.result.ok:
         raise RuntimeError(f"seed {member.seed}: {member.result.status}: {member.result.message}")

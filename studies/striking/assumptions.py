@@ -45,7 +45,7 @@ class StrikeAssumptions(Gravity):
         """Bound the time [s] in which the crank turns as far as it would at the speed without load in `duration` [s]."""
         return duration * (SLOWED if self.motor else 1.0)
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """State gravity and motor in one sentence."""
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
         return f"Left open by the paper: gravity {self.down}; crank: {drive}"

@@ -22,11 +22,11 @@ from buckler.mbs import Controlled, Exudyn, Material, Section
 from buckler.mbs.elements.section import STEEL
 
 from ..kit.parameters import choice, quantity
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, plain_ticks, subplots
 from .assumptions import StrikeParameters
 from .impact import MODELS, ModelRun, read
-from .impact_models import simulated, striking
+from .impact_models import simulate_model, striking
 from .inverse import Design, Given, Wish, binding, design, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
@@ -86,7 +86,7 @@ def check(model: str, d: Design, p: StrikeParameters) -> ModelRun:
         speed=d.speed, elements=p.elements, stop=d.stop, lengths=given.lengths,
     )  # fmt: skip
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / d.speed))
-    return simulated(model, made, p.lasts((2 * pi - d.angle + AFTER_RELEASE) / d.speed), solver, p.timeout)
+    return simulate_model(model, made, p.lasts((2 * pi - d.angle + AFTER_RELEASE) / d.speed), solver, p.timeout)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -109,10 +109,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong = [f"{name} off by {metrics[name].error:.2g}" for name, bar in BARS.items() if not (metrics[name].error or 0.0) <= bar]
     wrong += [] if isfinite(found.settled) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
     wrong = [f"{p.model}: {line}" for line in wrong]
-    notes = f"exact: the wish. limit: share of a bound that is used.\n{p.stated()}; friction {p.friction_force:g} N."
+    notes = f"exact: the wish. limit: share of a bound that is used.\n{p.describe()}; friction {p.friction_force:g} N."
     return StudyResult(
         parameters=p,
-        **(judged(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}),
+        **(status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}),
         metrics=metrics,
         signals={"angle": turn.angle, "force": turn.force},
         tables=[replace(metrics_table(metrics), notes=notes)],

@@ -56,9 +56,9 @@ class ImpactParameters(StrikeParameters):
         """Coulomb friction of the slider [N]."""
         return self.friction * self.mass * GRAVITY
 
-    def stated(self) -> str:
+    def describe(self) -> str:
         """State what the paper leaves open in one sentence."""
-        known = f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
+        known = f"{super().describe()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
         return known + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
 
@@ -223,12 +223,12 @@ def compare(metrics: Mapping[str, Mapping[str, Metric]], title: str, notes: Iter
     for name in dict.fromkeys(name for own in metrics.values() for name in own):
         found = [own.get(name) for own in metrics.values()]
         first = next(metric for metric in found if metric is not None)
-        shown = [None if metric is None else _shown(metric) for metric in found]
+        shown = [None if metric is None else _format(metric) for metric in found]
         rows.append([name, first.unit, first.published, first.exact, *shown])
     return Table(["", "unit", "published", "exact", *metrics], rows, title, "\n".join(notes))
 
 
-def _shown(metric: Metric) -> str:
+def _format(metric: Metric) -> str:
     """Write a value, and in brackets its error or how far it is off what was published."""
     error = metric.error
     if error is None and metric.published:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kit.parameters import integer, quantities, quantity
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.statistics import exponent
 from ..kit.style import COLOURS, Figure, subplots
 from ..sweeping.sweep import sweep
@@ -28,8 +28,10 @@ from .slider_crank import Parameters as Case
 
 UNTIL = np.radians(190.0)
 """Crank angle at which a run ends [rad]: the first impact of every regime is over."""
-SINE_TO, CLOSED_TO = 0.05, 0.35
-"""Median difference of the sine strip's and the closed form's peak from the simulation beyond which the study is suspect."""
+SINE_TO = 0.05
+"""Largest median difference of the peaks of sine strip and simulation; beyond it the study is suspect."""
+CLOSED_TO = 0.35
+"""Largest median difference of the peaks of closed form and simulation; beyond it the study is suspect."""
 SHAPES = ("o", "s", "^", "x")
 
 
@@ -50,7 +52,7 @@ class Parameters(StrikeAssumptions):
 
     def cases(self) -> list[Case]:
         """Make one strike for each mass, stiffness, bow and speed, the last running fastest."""
-        given = self.shared(Case) | {"models": ("beam",), "until": UNTIL}
+        given = self.share(Case) | {"models": ("beam",), "until": UNTIL}
         return [
             Case(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
             for mass, stiffness, bow, speed in product(self.masses, self.stiffnesses, self.bows, self.speeds)
@@ -104,11 +106,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     }
     return StudyResult(
         parameters=p,
-        **judged(wrong),
+        **status_of(wrong),
         metrics=metrics,
         signals={name: np.array(column) for name, column in columns.items()},
         work={"strikes": len(points)},
-        tables=[replace(metrics_table(metrics), notes=f"sine, closed: peaks over those of the simulation.\n{p.stated()}.")],
+        tables=[replace(metrics_table(metrics), notes=f"sine, closed: peaks over those of the simulation.\n{p.describe()}.")],
     )
 
 

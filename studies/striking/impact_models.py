@@ -75,7 +75,7 @@ def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | 
     )  # fmt: skip
 
 
-def simulated(
+def simulate_model(
     model: str, made: Mechanism, duration: float, solver: mbs.Exudyn | None, timeout: float, accuracy: float = 0.0
 ) -> ModelRun:
     """Run a mechanism for a time [s] by a solver, or without one to an accuracy."""
@@ -105,7 +105,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         return _run_stitched(parameters, stop, speed, duration)
     p, fastest = parameters, max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     solver = None if p.accuracy else mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
-    return simulated(model, mechanism(model, p, stop, speed), duration, solver, p.timeout, p.accuracy)
+    return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout, p.accuracy)
 
 
 def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:
@@ -158,6 +158,7 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
 
     @cache
     def off(log_stop: float) -> float:
+        """Compute the deviation of the impact force at a stiffness."""
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
         force = forces[log_stop] = read(run).impact_peak
         if run.status not in ("OK", "SUSPECT") or not force:

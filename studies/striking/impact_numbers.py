@@ -42,8 +42,10 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from .sine_strip import L, SineStrip
 from .slider_crank import CONTACT
 
-LATE, SAGS = 1.5, 0.95
-"""Compression over the Euler load above which buckling is late, and below which the strip sags."""
+LATE = 1.5
+"""Compression over the Euler load above which buckling is late."""
+SAGS = 0.95
+"""Compression over the Euler load below which the strip sags."""
 REGIMES = ("late buckling", "plateau", "sagging", "swing")
 
 
@@ -72,12 +74,12 @@ class ImpactNumbers:
         lean, span = float(PAPER.lean_cosine(CONTACT, PAPER_STOP)), L * np.sqrt(12) / p.thickness
         euler, axial = p.section.euler_load(L), p.section.axial_stiffness / L
         stiffness = 1 / (1 / p.stop_stiffness + lean**2 / axial)
-        way = max(strip.settled(float(angle))[1] for angle in np.linspace(0.0, CONTACT, 200)) / euler
+        way = max(strip.settle(float(angle))[1] for angle in np.linspace(0.0, CONTACT, 200)) / euler
         return cls(
             euler, stiffness * speed / (euler * frequency * lean), speed * np.sqrt(p.stop_stiffness * p.mass) / euler, way,
             speed * np.pi * np.sqrt(p.mass / p.stop_stiffness) * lean / L, min(stiffness / (lean**2 * axial), 1.0),
             float(np.sqrt(p.stop_stiffness / p.mass)) / frequency, lean, p.friction_force / euler,
-            np.abs(strip.settled(CONTACT)[0]) * span / L, p.damping, float(CarvalhoMartins.hysteresis(p.restitution)), span,
+            np.abs(strip.settle(CONTACT)[0]) * span / L, p.damping, float(CarvalhoMartins.hysteresis(p.restitution)), span,
         )  # fmt: skip
 
     def late(self) -> float:
@@ -88,12 +90,14 @@ class ImpactNumbers:
         """Solve equation (2) for the largest compression if only mode n grew."""
 
         def relief(p: float) -> tuple[float, float]:
+            """Compute the ratio of stiffnesses and the logarithm of the growth at which the strip gives way."""
             growth = _growth(n, p, self.damping)
             ratio = min(1.0, self.ratio * (1 + (2 * growth / self.slider) ** 2))
             return ratio, 0.5 * float(np.arcsinh(4 * self.rate / (ratio * n**2 * growth * seed**2)))
 
         def lacking(p: float) -> float:
-            return _grown(n, p, self.damping) - self.rate * relief(p)[1]
+            """Compute the residual of equation (2)."""
+            return _integrate_growth(n, p, self.damping) - self.rate * relief(p)[1]
 
         low, high = n**2 * (1 + 1e-6), n**2 + 1e5
         if lacking(low) >= 0 or lacking(high) <= 0:
@@ -136,7 +140,7 @@ def _growth(n: int, p: float, damping: float) -> float:
     return float(-held + np.sqrt(held**2 + n**2 * (p - n**2)))
 
 
-def _grown(n: int, p: float, damping: float) -> float:
+def _integrate_growth(n: int, p: float, damping: float) -> float:
     """Integrate (1) over p from n^2."""
     held = damping * n**4
     root = np.sqrt(held**2 + n**2 * (p - n**2))

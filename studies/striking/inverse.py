@@ -211,7 +211,7 @@ def limits(d: Design) -> list[Limit]:
 
 
 def feasible(d: Design) -> Any:
-    """Whether all limits are kept."""
+    """Check that all limits are met."""
     return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(d)))) <= 1.0, axis=0)
 
 

@@ -74,7 +74,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics[f"{key}.first"] = Metric(float(found[0]), "N", published=printed.shows)
         metrics[f"{key}.last"] = Metric(float(found[-1]), "N", published=printed.shows)
         metrics[f"{key}.turns"] = Metric(float(len(found)), "1")
-    notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.stated()}."
+    notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.describe()}."
     return StudyResult(
         parameters=p,
         **worst([(run.model, run) for run in runs.values()]),

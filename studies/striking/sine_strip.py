@@ -30,8 +30,10 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 
 from .slider_crank import CONTACT, Parameters
 
-BEFORE, AFTER = np.radians(3.0), np.radians(25.0)
-"""Crank angles before and after first contact at which it begins and ends [rad]."""
+BEFORE = np.radians(3.0)
+"""Crank angle before first contact at which integration begins [rad]."""
+AFTER = np.radians(25.0)
+"""Crank angle after first contact at which integration ends [rad]."""
 REGULAR = 1e-3
 """Speed of the slider below which friction is linear [m/s]."""
 N = np.arange(1, 11)
@@ -80,6 +82,7 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.lasts
 
         def leaves(t: float, y: Array) -> float:
+            """Compute the distance from the stop."""
             return float(y[0] - PAPER_STOP)
 
         leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]
@@ -90,7 +93,7 @@ class SineStrip:
         largest = max(self._forces(t, y)[1] for t, y in zip(run.t, run.y.T, strict=True))
         return largest if largest > 0 else np.nan
 
-    def settled(self, angle: float) -> tuple[Array, float]:
+    def settle(self, angle: float) -> tuple[Array, float]:
         """Compute amplitudes in equilibrium [m] and compression [N], the slider moving as on a rigid coupler."""
         p, lean = self.case, float(np.sqrt(1 - (R / L * np.sin(angle)) ** 2))
         moved = float(PAPER.slider_second_rate(angle)) * p.speed**2
@@ -101,7 +104,7 @@ class SineStrip:
 
     def _start(self, angle: float) -> Array:
         """Give the slider the motion of a rigid coupler, and the modes the equilibrium there."""
-        a, load = self.settled(angle)
+        a, load = self.settle(angle)
         short = load * L / self.case.section.axial_stiffness + self._shortening(a)
         x = R * np.cos(angle) - np.sqrt((L - short) ** 2 - (R * np.sin(angle)) ** 2)
         return np.concatenate([[x, float(PAPER.slider_rate(angle)) * self.case.speed], a, np.zeros(N.size)])

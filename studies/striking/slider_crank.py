@@ -126,7 +126,7 @@ def _result(
         metrics=by_case(metrics),
         signals=signals,
         work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
-        tables=[compare(metrics, f"Slider-crank, drive by {p.drive}", [NOTES[p.drive], f"{p.stated()}.", *notes])],
+        tables=[compare(metrics, f"Slider-crank, drive by {p.drive}", [NOTES[p.drive], f"{p.describe()}.", *notes])],
     )
 
 
@@ -225,6 +225,7 @@ def _heaviest(p: Parameters) -> float:
     """Bisect for the largest mass [kg] of a stitched slider that rests at the dead centre in every turn, to 1 %; nan: none."""
 
     def rests(mass: float) -> bool:
+        """Check that a slider rests at the dead centre in every turn."""
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop, p.ramp, p.duration)
         return all(read(run, turn).settling_time >= 0 for turn in range(p.turns))  # nan is not

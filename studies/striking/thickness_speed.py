@@ -22,7 +22,7 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import choices, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged
+from ..kit.report import QUIET, Metric, Progress, StudyResult, status_of
 from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from ..sweeping.sweep import Row, sweep
@@ -70,7 +70,7 @@ class Parameters(StrikeParameters):
 
     def cases(self) -> list[slider_crank.Parameters]:
         """Make one case for each model, thickness and speed, in this order; the slow speed first."""
-        given = self.shared(slider_crank.Parameters)
+        given = self.share(slider_crank.Parameters)
         return [
             slider_crank.Parameters(**given | {"models": (model,), "thickness": thickness, "speed": speed})
             for model in self.models
@@ -89,11 +89,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
                 for case, row in zip(given, rows, strict=True) if row.status != "OK"]  # fmt: skip
     metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
     wrong = [f"CUBE: {model}, {line}" for model, own in metrics.items() for line in _off_the_cube(p, own)]
-    stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
+    stated = f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
     notes = [f"cube: force over that of the thinnest strip, at {p.slow:g} rad/s.", stated, *messages]
     return StudyResult(
         parameters=p,
-        **judged(wrong),
+        **status_of(wrong),
         metrics=by_case(metrics),
         signals=columns,
         work={"cases": len(rows), "cases_wall_s": sum(row.wall_s for row in rows)},
@@ -109,6 +109,7 @@ def read(given: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
     """
 
     def column(name: str) -> Array:
+        """Return a metric of all rows."""
         return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(given, rows, strict=True)])
 
     fine = np.array([row.status == "OK" for row in rows])

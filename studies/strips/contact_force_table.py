@@ -38,7 +38,7 @@ from buckler.mbs.record.errors import Status
 
 from ..kit.parameters import StudyParameters, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, subplots
 
 KNOWN = 3e-4
@@ -136,7 +136,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    metrics |= {name: metric for h in p.thicknesses for name, metric in _settled(h, p).items()}
+    metrics |= {name: metric for h in p.thicknesses for name, metric in _friction_metrics(h, p).items()}
     yielding = (
         f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" if yields else ""
     )
@@ -147,7 +147,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         yielding,
     ]
     table = replace(metrics_table(metrics), title="Largest contact force", notes="\n".join(filter(None, notes)))
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **judged(failures, yielding))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(failures, yielding))
 
 
 def _mm(thickness: float) -> str:
@@ -162,19 +162,26 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
     strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
+        """Compute the load of the engine's beam."""
         states = pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         if states.status is not Status.OK:
             failures.append(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
         return states.load
 
-    def buckled(load: Callable[[Array], Array], u: Array) -> Array:
+    def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
+        """Compute a load above `STRAIGHTEST`, nan below."""
         p, bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
         if bent.any():
             p[bent] = load(u[bent])
         return p
 
     rod = np.vectorize(lambda u: strip.at_shortening(u).load)
-    return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(buckled, rod), "beam": partial(buckled, beam)}
+    return {
+        "quartic": law.quartic,
+        "exact": pinned.load,
+        "rod": partial(load_bent, rod),
+        "beam": partial(load_bent, beam),
+    }
 
 
 def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
@@ -208,7 +215,7 @@ def laws(static: float, dynamic: float) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Pressed:
-    """A slider [kg] pressed by a strip of bending stiffness [N m^2] against a stop [N/m]; crank speed [rad/s], weight [N]."""
+    """Slider [kg] pressed by a strip of bending stiffness [N m^2] against a stop [N/m]; crank speed [rad/s], weight [N]."""
 
     rigidity: float
     mass: float = 0.3
@@ -220,7 +227,7 @@ class Pressed:
         """Compute the strip's force along the slider's line [N] at crank angles [rad], the slider so deep in the stop [m]."""
         return PAPER.push(law.fast, self.rigidity, angle, PAPER_STOP - depth)
 
-    def settled(self, friction: Any, start: float, end: float, held: float = 0.0) -> float:
+    def settle(self, friction: Any, start: float, end: float, held: float = 0.0) -> float:
         """Integrate from rest at one crank angle to another [rad]; the force on the stop there [N].
 
         `held` is the share of the dynamic friction, -1 to 1, that holds the slider off the stop at the start.
@@ -230,9 +237,11 @@ class Pressed:
         damping = 2 * DAMPING_RATIO * sqrt(self.stiffness * self.mass)
 
         def stop(x: float, v: float) -> float:
+            """Compute the force of the stop [N]."""
             return max(self.stiffness * x + damping * v, 0.0) if x > 0 else 0.0  # it presses only
 
         def rates(t: float, y: Array) -> list[float]:
+            """Compute rates of depth, speed and bristles."""
             x, v, z = y
             mu = friction.coefficient(v, z) if bristles else friction.coefficient(v)
             total = self.push(start + self.speed * t, x) - stop(x, v) - mu * self.weight
@@ -245,7 +254,7 @@ class Pressed:
         return stop(float(run.y[0, -1]), float(run.y[1, -1]))
 
 
-def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
+def _friction_metrics(thickness: float, p: Parameters) -> dict[str, Metric]:
     """Compute the interval of the force at dead centre, and where laws end in it, by what the slider remembers."""
     weight = p.mass * GRAVITY
     slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
@@ -254,7 +263,7 @@ def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
     found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
     for kind, made in laws(p.static_friction, p.friction).items():
         for held, memory in MEMORIES.items():
-            found[f"{name}.{kind}.{memory}"] = Metric(slider.settled(made, PRESSED_FROM, np.pi, held), "N", exact=exact)
+            found[f"{name}.{kind}.{memory}"] = Metric(slider.settle(made, PRESSED_FROM, np.pi, held), "N", exact=exact)
     return found
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
 
 from ..kit.parameters import StudyParameters, integer, quantities, quantity
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import COLOURS, Figure, subplots
 from .hoff import Hoff
 
@@ -67,7 +67,7 @@ class Parameters(StudyParameters):
         return rate * self.length * self.frequency * (pi * self.gyration / self.length) ** 2
 
 
-def compressed(p: Parameters, rate: float, bow: float) -> Mechanism:
+def make_compressed_strip(p: Parameters, rate: float, bow: float) -> Mechanism:
     """Make the strip between a fixed pin and one that is pushed towards it; its bow in radii of gyration."""
     strip = Beam(p.section, elements=p.elements, imperfection=bow * p.gyration)
     return Mechanism(
@@ -96,7 +96,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for rate, bow in progress([(rate, bow) for rate in p.rates for bow in p.bows], label="speeds and bows"):
         column = Hoff(rate, bow)
         (until, first), (_, closed) = column.peak(), column.peak_airy()
-        result = simulate(compressed(p, rate, bow), (1.1 * until + 2.0) / p.frequency, solver=solver)
+        result = simulate(make_compressed_strip(p, rate, bow), (1.1 * until + 2.0) / p.frequency, solver=solver)
         found = peak(result, p)
         name = f"s{rate:g}.bow{bow:g}"
         metrics[f"{name}.peak"] = Metric(found, "1", exact=first)
@@ -108,7 +108,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: the beam peaks {100 * (found / first - 1):+.2g} % off the first mode")
     notes = "Peaks over the critical load; exact: first mode. Airy functions leave out that bending shortens the strip."
     return StudyResult(
-        parameters=p, metrics=metrics, signals=signals, tables=[replace(metrics_table(metrics), notes=notes)], **judged(wrong)
+        parameters=p, metrics=metrics, signals=signals, tables=[replace(metrics_table(metrics), notes=notes)], **status_of(wrong)
     )
 
 

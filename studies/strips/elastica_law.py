@@ -21,7 +21,7 @@ from buckler.mbs.library import PAPER
 
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.published import STRIP_WIDTH
-from ..kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
+from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, subplots
 from ..kit.work_precision import work_precision
 
@@ -63,7 +63,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "fast_cost: time of the fast law over that of the quartic."
     )
     table = replace(metrics_table(metrics), title="Load of the pinned strip", notes=notes)
-    checks = judged([f"{' and '.join(wrong)} off the closed form"] if wrong else [])
+    checks = status_of([f"{' and '.join(wrong)} off the closed form"] if wrong else [])
     signals = {"shortening": u, "exact": exact, **loads}
     signals |= {f"{name}.error": error for name, error in errors.items()}
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **checks)

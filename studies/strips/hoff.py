@@ -32,7 +32,7 @@ from scipy.special import airy
 from buckler.mbs.geometry import Array
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-"""Gauss quadrature of the Airy functions' integrals."""
+"""Nodes and weights of the Gauss quadrature of integrals of Airy functions."""
 
 
 class Peak(NamedTuple):
@@ -58,9 +58,11 @@ class Hoff:
         """Integrate (1) to the first maximum of the force."""
 
         def turns(tau: float, y: Array) -> float:
+            """Compute the rate of the force, zero at its maximum."""
             return float(self.rate - y[0] * y[1] / 2)
 
         def rates(tau: float, y: Array) -> tuple[float, float]:
+            """Compute the right-hand side of (1)."""
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow
 
         turns.terminal, turns.direction = True, -1.0  # type: ignore[attr-defined]
@@ -76,6 +78,7 @@ class Hoff:
         scale, z = self.rate ** (1 / 3), -(self.rate ** (-2 / 3))
 
         def excess(z: float) -> float:
+            """Compute the rate of the force over s, zero at its maximum."""
             a, slope = self._airy(z)
             return 1.0 - a * slope * scale / (2 * self.rate)
 

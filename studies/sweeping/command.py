@@ -79,6 +79,7 @@ def _sigterm_as_interrupt() -> Iterator[None]:
     """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
 
     def interrupt(*_: object) -> None:
+        """Raise a KeyboardInterrupt."""
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)
@@ -201,7 +202,7 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     except ValueError as error:
         return print_error(error)
     pages = {"cases.csv": to_csv(rows, asked.units)}
-    result = result.changed(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
+    result = result.replace(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
     with house_style():
         drawn = figures(asked.plan, found, shown, asked.units)
     return finish(

@@ -69,7 +69,7 @@ def _family(ax: Any, x: Array, y: Array, error: Array, found: Sequence[Point], l
     order = np.argsort(x, kind="stable")
     bars = None if np.isnan(error).all() else np.nan_to_num(error[order])
     ax.errorbar(x[order], y[order], bars, label=label or None, capsize=2, elinewidth=0.8, **look)
-    suspect, failed = np.array([point.suspect for point in found]), np.array([not point.used for point in found])
+    suspect, failed = np.array([point.suspect for point in found]), np.array([not point.valid for point in found])
     ax.plot(x[suspect], y[suspect], look["fmt"][0], mfc="white", mec=look["color"], zorder=5)
     if failed.any():  # matplotlib lays figures out wrongly around an empty curve that is not clipped
         ax.plot(x[failed], np.full(failed.sum(), 0.03), "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
@@ -89,7 +89,10 @@ def _legend(ax: Any, found: Sequence[Point]) -> None:
     handles, labels = ax.get_legend_handles_labels()
     if len(handles) > FEW:
         handles, labels = handles[:: len(handles) - 1], labels[:: len(labels) - 1]
-    for occurs, mark, text in ((any(not p.used for p in found), "x", "failed"), (any(p.suspect for p in found), "o", "suspect")):
+    for occurs, mark, text in (
+        (any(not p.valid for p in found), "x", "failed"),
+        (any(p.suspect for p in found), "o", "suspect"),
+    ):
         if occurs:
             handles.append(Line2D([], [], marker=mark, color="k", mfc="white", linestyle=""))
             labels.append(text)

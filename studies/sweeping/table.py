@@ -40,22 +40,22 @@ class Point:
         return ", ".join(f"{n} {status}" for status, n in counts.items()) or "OK"
 
     @property
-    def used(self) -> Sequence[Row]:
+    def valid(self) -> Sequence[Row]:
         """Rows that are OK; where there are none, those that are suspect."""
         return [row for row in self.rows if row.status == "OK"] or [row for row in self.rows if row.status == "SUSPECT"]
 
     @property
     def suspect(self) -> bool:
-        """Whether its numbers come from suspect cases."""
-        return bool(self.used) and self.used[0].status == "SUSPECT"
+        """True if the numbers come from suspect cases."""
+        return bool(self.valid) and self.valid[0].status == "SUSPECT"
 
     def mean(self, metric: str) -> Mean:
         """Mean over the used rows with its standard error; of a single one the value with the error that the study gives."""
-        values = np.array([row.value(metric) for row in self.used])
+        values = np.array([row.value(metric) for row in self.valid])
         found = Mean.of(values[np.isfinite(values)])
         if len(self.rows) > 1 or found.n == 0:
             return found
-        off = self.used[0].metrics[metric].off
+        off = self.valid[0].metrics[metric].off
         return Mean(found.value, np.nan if off is None else off, 1)
 
 
@@ -63,13 +63,13 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
     """Gather the repeats; rows are those of the plan's cases, in their order."""
     found = []
     for i in range(0, len(rows), plan.repeats):
-        values = tuple(_alone(getattr(plan.cases[i], name)) for name in plan.names)
+        values = tuple(_unpack(getattr(plan.cases[i], name)) for name in plan.names)
         words = [value for value in values if isinstance(value, str)]
         found.append(Point(values, [_without(words, row) for row in rows[i : i + plan.repeats]]))
     return found
 
 
-def _alone(value: object) -> Any:
+def _unpack(value: object) -> Any:
     """Take a value out of a tuple of one."""
     return value[0] if isinstance(value, tuple) else value
 
@@ -96,7 +96,7 @@ def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: M
     headers = [label_with_unit(name, units[name]) for name in plan.names] + [f"of {plan.repeats}"] * (plan.repeats > 1)
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
     lines = [
-        [*point.values, *[len(point.used)] * (plan.repeats > 1), *(_cell(point.mean(name)) for name in shown)]
+        [*point.values, *[len(point.valid)] * (plan.repeats > 1), *(_cell(point.mean(name)) for name in shown)]
         + [point.status] * failing
         for point in found[:MOST_LINES]
     ]

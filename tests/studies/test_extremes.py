@@ -10,7 +10,7 @@ from buckler.elastica import pinned
 from buckler.mbs import Beam, Mechanism, Section, Status
 from buckler.studies.extremes import case, extremes
 from buckler.studies.extremes.verdict import KINDS, Verdict, compare, decide
-from buckler.studies.kit.drawn import Draw, draw, pressed
+from buckler.studies.kit.drawn import Draw, draw, make_pressed_column
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_a_clearance_larger_by_a_thousandth_decides_how_long_a_motion_is_compare
 def test_the_load_of_a_pressed_strip_is_the_elastica_s():
     """Shortened by a third: its load goes by what is beyond the compression."""
     strip, length = Section(0.03, 3e-4), 0.31
-    made = Draw("pressed", pressed(Beam(strip), 1 / 3, 10.0), 10.0)
+    made = Draw("pressed", make_pressed_column(Beam(strip), 1 / 3, 10.0), 10.0)
     critical = strip.euler_load(length)
     expected = critical / np.pi**2 * float(pinned.load(1 / 3 - critical / strip.axial_stiffness))
     assert case.find_truth(made, {})["force of the push"] == pytest.approx(expected, rel=1e-9)

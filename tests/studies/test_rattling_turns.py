@@ -75,7 +75,7 @@ def test_mean_and_error_are_those_of_independent_members():
     assert made.error("force") == pytest.approx(np.std([2.0, 4.0, 8.0], ddof=1) / np.sqrt(3))
     alone = Ensemble(1e-4, {"force": values[2:]}, (Status.OK,), (1e-9,))
     assert alone.error("force") == pytest.approx(np.std([7.0, 9.0], ddof=1) / np.sqrt(2))
-    joined = Ensemble.joined([Ensemble(1e-4, {"force": values[k : k + 1]}, (Status.OK,), (k,)) for k in range(3)])
+    joined = Ensemble.join([Ensemble(1e-4, {"force": values[k : k + 1]}, (Status.OK,), (k,)) for k in range(3)])
     assert joined.error("force") == made.error("force") and joined.balances == (0, 1, 2)
 
 

@@ -23,7 +23,7 @@ from buckler.studies.rattling import (
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
-from buckler.studies.rattling.mode_sets import LENGTH, damped, rocker_modes
+from buckler.studies.rattling.mode_sets import LENGTH, rocker_modes, set_damping
 from buckler.studies.rattling.turns import chance, solver
 
 OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
@@ -91,7 +91,7 @@ def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
     assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
     assert p.turned == "" and p.pull == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
-    assert "gravity none in the plane" in p.stated() and "0.1 and 1 m/s" in p.stated()
+    assert "gravity none in the plane" in p.describe() and "0.1 and 1 m/s" in p.describe()
 
 
 def test_thresholds_of_the_friction_follow_the_factor():
@@ -107,7 +107,7 @@ def test_damping_ratios_by_frequency():
     alpha, beta = 2 * np.linalg.solve([[1 / (2 * np.pi * x), 2 * np.pi * x] for x in f[:2]], [0.02, 0.02])
     np.testing.assert_allclose(ratios, alpha / (4 * np.pi * f) + beta * np.pi * f)
     assert ratios[2] > 0.1
-    assert damped(beam_modes(), "ADAMS", 0.01).damping == (1.0,) * 3
+    assert set_damping(beam_modes(), "ADAMS", 0.01).damping == (1.0,) * 3
 
 
 def test_craig_bampton_answers_a_static_load_where_free_modes_do_not():

@@ -13,7 +13,7 @@ from buckler.mbs import Status
 from buckler.mbs.library import CLOSED
 from buckler.studies.rattling import mode_sets, modes
 from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
-from buckler.studies.rattling.mode_sets import AXIAL, BENDING, SETS, beam_frequencies, counted, flexibility, numbers
+from buckler.studies.rattling.mode_sets import AXIAL, BENDING, SETS, beam_frequencies, flexibility, numbers, solid_modes
 from buckler.studies.rattling.modes import AGREES, BEST, DIFFERS, UNDECIDED, Parameters, cross_check, sameness
 from buckler.studies.rattling.turns import Ensemble
 
@@ -33,7 +33,7 @@ def slender(depth):
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_frequencies_of_the_solid_are_those_of_the_free_bar(depth):
     """Axial n c/2L; bending below the slender bar's, by ever more, and near it where the bar is slender for the mode."""
-    table = counted(depth).table()
+    table = solid_modes(depth).table()
     axial, bending = ([row[1] for row in table if row[2] == kind] for kind in (AXIAL, BENDING))
     exact = np.arange(1, 5) * np.sqrt(E / RHO) / (2 * L)
     assert np.array(axial[:4]) == pytest.approx(exact, rel=0.01) and axial[0] == pytest.approx(exact[0], rel=6e-4)
@@ -47,7 +47,7 @@ def test_frequencies_of_the_solid_are_those_of_the_free_bar(depth):
 
 def test_published_kilohertz_of_bending_4_to_6_are_those_without_shear():
     assert (slender(20e-3)[3:6] / 1e3).round() == pytest.approx([31, 46, 64])
-    found = [row[1] for row in counted(20e-3).table() if row[2] == BENDING][3:6]
+    found = [row[1] for row in solid_modes(20e-3).table() if row[2] == BENDING][3:6]
     assert found == pytest.approx([23.0e3, 31.4e3, 40.0e3], rel=0.01)
     assert found == pytest.approx(beam_frequencies(20e-3)[BENDING][3:6], rel=0.012)
 
@@ -66,7 +66,7 @@ def test_sets_hold_the_modes_they_name():
 
 def test_modes_four_five_and_six_by_counting():
     """20 mm in the plane: torsion and two out of the plane; bending 3, 4 and axial 2. 5 mm: bending 3 and 4; bending 4 to 6."""
-    kinds = {depth: {row[0]: row[2] for row in counted(depth).table()} for depth in (20e-3, 5e-3)}
+    kinds = {depth: {row[0]: row[2] for row in solid_modes(depth).table()} for depth in (20e-3, 5e-3)}
     assert [kinds[20e-3][n] for n in (4, 5, 6)] == ["torsion", "out-of-plane bending", "out-of-plane bending"]
     assert [kinds[5e-3][n] for n in (4, 5, 6)] == ["torsion", BENDING, BENDING]
     assert numbers(20e-3, "456_flexible") == () and numbers(5e-3, "456_flexible") == (5, 6)

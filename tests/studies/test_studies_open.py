@@ -50,9 +50,9 @@ def test_modes_need_a_rocker_that_has_them():
         clearance_speed.Parameters(modal_damping="ADAMS")
     p = clearance_speed.Parameters(rocker="modal", modal_damping="ADAMS", modes_of="Craig-Bampton")
     assert min(p.bars().link("rocker").body.damping) >= 0.01
-    assert "modes of the rocker Craig-Bampton, damping ratio ADAMS" in p.stated()
+    assert "modes of the rocker Craig-Bampton, damping ratio ADAMS" in p.describe()
     plain = clearance_speed.Parameters()
-    assert "rocker rigid" in plain.stated() and not plain.bars().link("rocker").body.flexible
+    assert "rocker rigid" in plain.describe() and not plain.bars().link("rocker").body.flexible
 
 
 @pytest.mark.parametrize("given", [

@@ -58,7 +58,7 @@ def test_every_study_states_gravity_and_motor(name):
     study = registry.load(name)
     p = study.Parameters()
     assert (p.gravity, p.motor, p.imperfection) == (0.0, 0.0, 1e-4) and p.pull == (0.0, 0.0)
-    assert "gravity none in the plane" in p.stated() and "speed prescribed" in p.stated()
+    assert "gravity none in the plane" in p.describe() and "speed prescribed" in p.describe()
     assert study.Parameters(gravity=9.81, motor=2.0).pull == pytest.approx((0.0, -9.81), abs=1e-12)
 
 
