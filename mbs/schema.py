@@ -36,7 +36,8 @@ def schema() -> Schema:
 
 def _material() -> Schema:
     """Return the schema of a material: a name or its numbers."""
-    return {"anyOf": [{"enum": list(MATERIALS)}, _object("Material", known_kinds()["Material"])]}
+    numbers = _object("Material", known_kinds()["Material"])
+    return {"description": numbers["description"], "anyOf": [{"enum": list(MATERIALS)}, numbers]}
 
 
 def _run() -> Schema:
