@@ -107,7 +107,7 @@ class Builder:
     weights: list[tuple[Array, Array]] = field(default_factory=list)
     modal: list[tuple[int, int, int]] = field(default_factory=list)
     strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)
-    markers: list[tuple[int, int, int, int, int, int]] = field(default_factory=list)
+    markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     measures: list[tuple[int, int, int]] = field(default_factory=list)
     directions: list[tuple[float, float, float]] = field(default_factory=list)
@@ -125,6 +125,7 @@ class Builder:
     elastic: list[tuple[int, ...]] = field(default_factory=list)
     _law_rows: dict[Hashable, int] = field(default_factory=dict)
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)
+    _frames: dict[int, int] = field(default_factory=dict)
 
     # --- coordinates and masses ---------------------------------------------------------------------------------------
 
@@ -167,7 +168,9 @@ class Builder:
         if key not in self._marker_rows:
             first, data = len(self.places), self.numbers(numbers)
             self.places += [int(p) for p in places]
-            self.markers.append((kind, offset, size, first, len(places), data))
+            here = len(self.markers)
+            twin = self._frames.setdefault(offset, here) if kind == k.FRAME else here
+            self.markers.append((kind, offset, size, first, len(places), data, twin if twin < here else -1))
             self._marker_rows[key] = len(self.markers) - 1
         return self._marker_rows[key]
 
@@ -196,7 +199,7 @@ class Builder:
         """
         shares: dict[int, float] = {}
         for share, marker in terms:
-            kind, offset, size, first, _, data = self.markers[marker]
+            kind, offset, size, first, _, data, _ = self.markers[marker]
             if kind == k.CURVE:
                 raise ValueError("the turn of a Cable's section is not linear in its coordinates; take a Beam")
             if kind == k.FRAME:
@@ -210,7 +213,7 @@ class Builder:
 
     def angle_of(self, marker: int) -> float:
         """Angle of a marker at t = 0, rad."""
-        kind, offset, size, first, _, data = self.markers[marker]
+        kind, offset, size, first, _, data, _ = self.markers[marker]
         if kind == k.GROUND:
             return self.data[data + 2]
         if kind == k.FRAME:
@@ -230,7 +233,7 @@ class Builder:
 
     def _placed(self, marker: int) -> int:
         """The same marker without its angle, where that depends on more coordinates than its place."""
-        kind, _, size, first, _, data = self.markers[marker]
+        kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != k.CURVE:
             return marker
         used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]

@@ -64,6 +64,7 @@ class Flight(NamedTuple):
     speed: Array
     change: Array
     jacobian: Array
+    factored: Array
     matrix: Array
     factors: Array
     swaps: Array
@@ -84,10 +85,20 @@ def flight_for(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> 
     pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
     return Flight(
         y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
-        z(int(s.blocks[:r, 1].sum())), s.mass.copy(), z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r),
+        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(), z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r),
         z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace, scene.units,
         z(1, dtype=np.int64),
     )  # fmt: skip
+
+
+@close
+def _has_changed(s, x):
+    """Tell whether the matrix is another than the one factored last: it has modal links, or other gradients of constraints."""
+    changed = s.modal.shape[0] > 0 or x.begun[0] == 0
+    for i in range(x.jacobian.size):
+        changed = changed or x.jacobian[i] != x.factored[i]
+        x.factored[i] = x.jacobian[i]
+    return changed
 
 
 @inner
@@ -110,9 +121,10 @@ def rates_at(s, e, w, x, t, y, out):
     for k in range(r):
         constraint(s, w, k, t, x.residual, x.jacobian, x.speed, x.change)
         x.right[n + k] = x.change[k]
-    renew_mass(s, w, q, x.jacobian, x.matrix)
-    factor(e, x.matrix, x.factors, x.swaps, x.amount, x.begun[0] > 0)
-    x.begun[0] = 1
+    if _has_changed(s, x):
+        renew_mass(s, w, q, x.jacobian, x.matrix)
+        factor(e, x.matrix, x.factors, x.swaps, x.amount, x.begun[0] > 0)
+        x.begun[0] = 1
     solve(e, x.factors, x.swaps, x.right, x.part)
     for i in range(n):
         out[i], out[n + i] = v[i], x.right[i]

@@ -101,6 +101,8 @@ def solve(e, lu, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
     for f in range(e.fronts.shape[0]):
         pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
+        if size == 1:
+            continue
         unknowns, swap = part(e.unknowns, first, size), part(swaps, first, pivots)
         for i in range(size):
             room[i] = x[unknowns[i]]
@@ -117,6 +119,9 @@ def solve(e, lu, swaps, x, room):
     for f in range(e.fronts.shape[0] - 1, -1, -1):
         pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
         unknowns = part(e.unknowns, first, size)
+        if size == 1:
+            x[unknowns[0]] *= lu[at]
+            continue
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots - 1, -1, -1):

@@ -27,6 +27,7 @@ from .tables import (
     TURN,
     TURNING,
     TURNING_BIAS,
+    TWIN,
     VX,
     VY,
     WIDTH,
@@ -47,8 +48,9 @@ def _place_frame(s, w, m, q, v):
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
     p, j, dj, spin = w.state[m], w.slope, w.drift, v[o + 2]
-    if m > 0 and s.markers[m - 1, KIND] == FRAME and s.markers[m - 1, OFFSET] == o:
-        p[COS], p[SIN] = w.state[m - 1, COS], w.state[m - 1, SIN]
+    twin = s.markers[m, TWIN]
+    if twin >= 0:
+        p[COS], p[SIN] = w.state[twin, COS], w.state[twin, SIN]
     else:
         p[COS], p[SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
     c, sn = p[COS], p[SIN]
@@ -56,7 +58,6 @@ def _place_frame(s, w, m, q, v):
     p[X], p[Y], p[TURN] = q[o] + ax, q[o + 1] + ay, angle
     p[VX], p[VY], p[SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
     p[AX], p[AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
-    j[0, first], j[1, first + 1], j[2, first + 2] = 1.0, 1.0, 1.0
     j[0, first + 2], j[1, first + 2] = -ay, ax
     dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):

@@ -109,7 +109,7 @@ def _row_block(builder: Builder, row: Row, unknown: int) -> Block:
 
 def _places(builder: Builder, marker: int) -> list[int]:
     """Coordinates that move a marker."""
-    _, _, _, first, count, _ = builder.markers[marker]
+    _, _, _, first, count, *_ = builder.markers[marker]
     return builder.places[first : first + count]
 
 
@@ -138,7 +138,7 @@ def pack(builder: Builder) -> Tables:
         weight=weight,
         modal=_whole(builder.modal, 3),
         strips=_whole(builder.strips, 5),
-        markers=_whole(builder.markers, 6),
+        markers=_whole(builder.markers, 7),
         places=np.array(builder.places, dtype=np.int64),
         measures=_whole(builder.measures, 3),
         directions=_real(builder.directions, 3),

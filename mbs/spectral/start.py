@@ -57,7 +57,7 @@ def start_rates(scene: Scene) -> Array:
 def slopes(scene: Scene, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))
-    _, _, _, first, count, _ = scene.tables.markers[marker]
+    _, _, _, first, count, *_ = scene.tables.markers[marker]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):
         out[:, scene.tables.places[i]] += scene.work.slope[:, i]

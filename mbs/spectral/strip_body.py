@@ -200,7 +200,7 @@ def strains_of(kind: int, q: Array, values: list[Array]) -> tuple[Array, Array, 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
     """Add a mass at a point: into the constant mass matrix where the marker is linear."""
     marker = body.marker(builder, each.point)
-    kind, _, size, first, _, data = builder.markers[marker]
+    kind, _, size, first, _, data, _ = builder.markers[marker]
     if kind != k.LINEAR and each.inertia:
         add_block(builder, marker, each, link)
         return

@@ -28,8 +28,9 @@ reaction; post-buckled strut; given in time; function of (time, measure, rate); 
 force at a marker, its direction fixed or turning with another; a force or torque at a marker whose law has states."""
 
 # --- columns ----------------------------------------------------------------------------------------------------------
-KIND, OFFSET, SIZE, FIRST, COUNT, DATA = range(6)
-"""Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin."""
+KIND, OFFSET, SIZE, FIRST, COUNT, DATA, TWIN = range(7)
+"""Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin; the
+first marker of the same frame, or -1."""
 LEAD, MOTION_OF, TERMS = range(3)
 """Of rows: first measure, motion or -1, number of measures."""
 MEMBERS, WIDTH, ENTRIES = range(3)
@@ -74,7 +75,7 @@ class Tables(NamedTuple):
     strips : array of int, shape (k, 5)
         Kind, members of the basis, Gauss points, where its places (3 or 2 times members) and its numbers begin: EA, GA, EI, two
         damping times; weights, stress-free strains (3) of each point; N, N', N'' at each point.
-    markers : array of int, shape (k, 6)
+    markers : array of int, shape (k, 7)
     places : array of int
         Coordinates of markers and strips.
     measures : array of int, shape (k, 3)
@@ -135,7 +136,7 @@ class Tables(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Room to work in, one for each thread; `slope` and `turn` of linear markers are constants written once.
+    """Room to work in, one for each thread; what of `slope` is constant is written once.
 
     Attributes
     ----------
@@ -208,9 +209,11 @@ def work_for(tables: Tables) -> Work:
         np.zeros((points, 3)),
         np.zeros((len(tables.forces), 8)),
     )
-    for i, (kind, _, size, first, _, data) in enumerate(tables.markers):
+    for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):
         if kind == GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
+        elif kind == FRAME:
+            work.slope[[0, 1, 2], [first, first + 1, first + 2]] = 1.0
         elif kind == LINEAR:
             for row in range(3):
                 here = slice(row * size, (row + 1) * size)
