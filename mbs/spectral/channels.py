@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..record.lookup import unknown
 from ..record.signals import collect
 from .compiling import aside, jit, lend
-from .forces import add_forces
+from .forces import add_one
 from .frame_body import FrameBody
 from .markers import place_markers
 from .output import Output
@@ -33,34 +33,36 @@ PLAIN, MAGNITUDE, POSITIVE = range(3)
 
 
 @jit
-def evaluate(s, w, time, q, v, a, lam, memory, columns, scales, values):
+def evaluate(s, w, out, columns, scales, values):
     """Fill values (times, columns) from the rows of a run."""
-    _evaluate(lend(s), lend(w), time, q, v, a, lam, memory, columns, scales, values)
+    _evaluate(lend(s), lend(w), lend(out), columns, scales, values)
 
 
 @aside
-def _evaluate(s, w, time, q, v, a, lam, memory, columns, scales, values):
-    f, forces = np.zeros(q.shape[1]), False
+def _evaluate(s, w, out, columns, scales, values):
+    f, needed = np.zeros(out.q.shape[1]), np.zeros(s.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
-        forces = forces or columns[c, 0] == REPORT
-    for i in range(time.size):
-        place_markers(s, w, q[i], v[i])
-        if forces:
-            since = time[i] - memory[i, 0, FASTEST] if memory.shape[1] > 0 else 0.0
-            add_forces(s, w, time[i], lam[i], memory[i], since, f)
+        if columns[c, 0] == REPORT:
+            needed[columns[c, 1]] = True
+    for i in range(out.time.size):
+        t, lam, memory = out.time[i], out.lam[i], out.memory[i]
+        place_markers(s, w, out.q[i], out.v[i])
+        for k in range(needed.size):
+            if needed[k]:
+                add_one(s, w, k, t, lam, memory, t - memory[0, FASTEST], f)
         for c in range(columns.shape[0]):
-            source, index, component, transform = columns[c]
+            source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
             if source == REPORT:
                 value = w.reports[index, component]
             elif source == MARKER:
                 value = w.state[index, component]
             elif source == MULTIPLIER:
-                value = lam[i, index]
+                value = lam[index]
             else:
                 value = w.state[index, AX + component]
                 first, count = s.markers[index, FIRST], s.markers[index, COUNT]
                 for j in range(first, first + count):
-                    value += w.slope[component, j] * a[i, s.places[j]]
+                    value += w.slope[component, j] * out.a[i, s.places[j]]
             value *= scales[c]
             if transform == MAGNITUDE:
                 value = abs(value)
@@ -102,8 +104,8 @@ class Channels:
         values, fast = np.empty((len(out.time), len(self.names))), len(self.columns)
         if fast:
             found = np.empty((len(out.time), fast))
-            rows = (out.time, out.q, out.v, out.a, out.lam, out.memory)
-            evaluate(scene.tables, scene.work, *rows, self.columns, self.scales, found)
+            rows = Output(*map(np.ascontiguousarray, out))
+            evaluate(scene.tables, scene.work, rows, self.columns, self.scales, found)
             values[:, :fast] = found
         if fast < len(self.names):
             record = record_of(scene, out)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from ..laws.table import IMPACT
 from .compiling import aside, inner
 from .tables import (
     CONTACT,
     FASTEST,
     JOURNAL,
     KIND,
+    LAW_OF,
     LENGTH,
     NUMBERS,
     ONSET,
@@ -20,6 +22,13 @@ from .tables import (
 def touches(s, k):
     """Whether force k is a contact."""
     return s.forces[k, KIND] == CONTACT or s.forces[k, KIND] == JOURNAL
+
+
+@inner
+def begins_smoothly(s, k):
+    """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
+    law = s.forces[k, LAW_OF]
+    return s.laws[law, KIND] == IMPACT and s.law_numbers[law, 1] > 1.0
 
 
 @inner
@@ -73,17 +82,19 @@ def crossing(h, d0, v0, d1, v1):
 
 
 @inner
-def first_onset(s, before, reports, h, landing, outside):
+def first_onset(s, before, reports, h, landing, outside, smooth):
     """Fraction of the step at which the first open contact closes; 2 if none does.
 
     The step is to end `outside` of the face, and may miss that by as much: one that ended a rounding error inside would have
-    the contact's force at its last node. Where that is zero it may miss the face by the landing.
+    the contact's force at its last node. Where that is zero it may miss the face by the landing. Contacts that begin smoothly
+    count if `smooth`, or where they also end within the step: its stages may have missed them.
     """
     first, miss = 2.0, outside if outside > 0.0 else landing
     for k in range(s.forces.shape[0]):
         if touches(s, k):
             d0, d1 = depth_of(s, before, k), depth_of(s, reports, k)
-            if d0 < -landing and abs(d1 + outside) > miss:
+            counts = smooth or d1 <= 0.0 or not begins_smoothly(s, k)
+            if counts and d0 < -landing and abs(d1 + outside) > miss:
                 rates = rate_of_depth(s, before, k), rate_of_depth(s, reports, k)
                 first = min(first, crossing(h, d0 + outside, rates[0], d1 + outside, rates[1]))
     return first

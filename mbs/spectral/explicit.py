@@ -19,7 +19,7 @@ import numpy as np
 
 from ..geometry import Array
 from .compiling import aside, close, copy, inner, jit, lend
-from .contacts import first_onset, remember_onset, touches
+from .contacts import begins_smoothly, first_onset, remember_onset, touches
 from .elimination import Arrays
 from .forces import add_one
 from .fronts import factor, solve
@@ -85,9 +85,9 @@ def flight_for(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> 
     pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
     return Flight(
         y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
-        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(), z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r),
-        z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace, scene.units,
-        z(1, dtype=np.int64),
+        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
+        z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
+        scene.units, z(1, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -186,13 +186,11 @@ def _put_back(s, e, x):
 def _stages(s, e, w, x, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     for stage in range(1, 7):
-        target = x.new if stage == 6 else x.trial
-        for i in range(x.y.size):
-            target[i] = x.y[i]
-        for j in range(stage):
-            share = h * WEIGHTS[stage, j]
-            for i in range(x.y.size):
-                target[i] += share * x.rates[j, i]
+        target, f, c = x.new if stage == 6 else x.trial, x.rates, WEIGHTS[stage]
+        for i in range(x.y.size):  # in one go, weights of zero and all: rates are finite, see _try
+            target[i] = x.y[i] + h * (
+                c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
+            )
         rates_at(s, e, w, x, t + NODES[stage] * h, target, x.rates[stage])
 
 
@@ -227,10 +225,12 @@ def _try(s, e, w, x, clock, h, last, controls, counts):
     clock.error = error = _error(x, h, controls.tolerance)
     if not error <= 1.0 and not (controls.fixed and error < 1e300):
         clock.wanted = h * (max(0.2, SAFETY * error**-ORDER) if error < 1e300 else 0.2)
+        if not error < 1e300:
+            x.rates[1:] = 0.0
         if clock.wanted < controls.shortest:
             counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
         return False
-    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max(), 0.0)
+    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max(), 0.0, controls.located)
     if first < 1.0 and h * first > controls.shortest:
         clock.held, clock.wanted = max(clock.held, h), h * first
         return False
@@ -304,7 +304,7 @@ def _remember(s, w, x, controls, counts):
         m = x.memory[k]
         if touches(s, k):
             event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, 0.0)
-            changed = changed or event != 0
+            changed = changed or (event != 0 and (controls.located or not begins_smoothly(s, k)))
             if event > 0:
                 counts.onsets += 1
             elif event < 0:

@@ -235,7 +235,7 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
             counts.status = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
         return False
     clock.error = _error(s, e, w, x, at, h, controls, landing)
-    part = first_onset(s, x.before, w.reports, h, landing, _outside(x, controls))
+    part = first_onset(s, x.before, w.reports, h, landing, _outside(x, controls), True)
     if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False

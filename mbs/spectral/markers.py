@@ -290,7 +290,7 @@ def bias_of(s, w, k, grad, hess):
     a, b, total = s.measures[k, A], s.measures[k, B], 0.0
     for i in range(3):
         total += grad[i] * w.state[a, AX + i] + grad[3 + i] * w.state[b, AX + i]
-    if curve(s, w, k, grad, hess):
+    if s.measures[k, KIND] in (TURNING, DISTANCE) and curve(s, w, k, grad, hess):
         for i in range(6):
             for j in range(6):
                 total += rate_of(w, a, b, i) * hess[i, j] * rate_of(w, a, b, j)

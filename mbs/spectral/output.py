@@ -30,11 +30,12 @@ of which the matrices are, 0 without; how near to a stop, in steps, is at it; lo
 of the last one, whose length `last_step` is; how many times longer the next may be; steps since the last row; number of the next
 stop; whether the next step must have new matrices."""
 CONTROLS = _record(
-    f8="end shortest tolerance longest first_step budget floor graze contact_tolerance close", i8="every", b1="fixed"
+    f8="end shortest tolerance longest first_step budget floor graze contact_tolerance close", i8="every", b1="fixed located"
 )  # fmt: skip
 """What a run is told: its end and the shortest step, s; local error allowed; longest and first step, s; most steps; slowest onset
 speed, m/s; share of the fastest approach below which onsets are not taken apart; local error allowed of the depth of a contact;
-size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary."""
+size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary;
+whether explicit ones end at onsets of all contacts, also of those that begin smoothly."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:

@@ -116,7 +116,7 @@ def integrate(
 
     `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. One
     step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only the
-    last row is kept then.
+    last row is kept then, and explicit steps do not end at onsets that have no kink.
     """
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -128,6 +128,7 @@ def integrate(
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
     run, room, order, shortest = _method(scene, solver, state, rest)
+    controls.located = take is None
     controls.shortest, controls.every = shortest * end, max(every, controls.every)
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))

@@ -57,8 +57,8 @@ def piece(at, h, a, b):
     at[SQUARES] += h * (a * a + a * b + b * b) / 3.0
     if a > 0.0 and b > 0.0:
         at[ABOVE] += h
-    elif a > 0.0 or b > 0.0:
-        at[ABOVE] += h * max(a, b) / abs(a - b)
+    elif a > 0.0 or b > 0.0:  # half of a stretch on which a contact, whose force is not negative, opens or closes
+        at[ABOVE] += h * (max(a, b) / abs(a - b) if a * b < 0.0 else 0.5)
     if a <= 0.0 and b > 0.0:
         at[ONSETS] += 1.0
     at[LARGEST] = max(at[LARGEST], max(a, b))
