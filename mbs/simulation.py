@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ from .accuracy.refine import Answer, refine
 from .accuracy.second_opinion import noted, verified
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
-from .functions import has_user_code
-from .functions.breaks import WIDTH
+from .elements.element import called_in
+from .functions import Looks, has_user_code, looking
+from .functions.breaks import MOST, WIDTH
+from .functions.looking import SETTLED
 from .geometry import Array
 from .kinematics import exact
 from .kinematics.determined import is_kinematic
@@ -71,6 +74,8 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_co
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
+LOOKS = 8
+"""Most repetitions of a run that passes edges of a function: each finds those that the motion before them moved."""
 
 
 @one_thread()
@@ -148,15 +153,16 @@ def simulate(
     if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
         followed.runs = USUAL
     try:
-        if accuracy is None and solver is not None:
-            result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
-        else:
-            solver, why = (solver, "it was named") if solver else runs.choose_solver()
-            levels = KINDS[type(solver)](mechanism, duration, solver, 1.0 if accuracy is None else accuracy / PLACE)
-            answer = refine(levels.runs(runs), levels, demand, duration)
-            single = answer.run
-            result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
-        return verified(result, single, duration, runs) if verify else result
+        with looking(runs.looks):
+            if accuracy is None and solver is not None:
+                result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
+            else:
+                solver, why = (solver, "it was named") if solver else runs.choose_solver()
+                levels = KINDS[type(solver)](mechanism, duration, solver, 1.0 if accuracy is None else accuracy / PLACE)
+                answer = refine(levels.runs(runs), levels, demand, duration)
+                single = answer.run
+                result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
+            return verified(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.made) if runs.made else stop) from None
     finally:
@@ -169,11 +175,31 @@ class _Runs:
 
     def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
         self.mechanism, self.timeout, self.progress = mechanism, timeout, progress
+        self.looks = Looks()
         self.start, self.made = working_time(), list[Run]()
         self.scenes: dict[int | None, Any] = {}
 
     def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
-        """Make a run."""
+        """Make a run, again where it passed edges of a user's function, with steps that end on them."""
+        shift = inf
+        for repeated in range(LOOKS):
+            run = self._once(mechanism, span, solver)
+            if run.failure is not None or len(run.record.time) < 2:
+                return run
+            passed = self.looks.passed(run.record.time, called_in(run.record))
+            settled = passed.shift <= SETTLED or passed.shift > shift / 2
+            if passed.many or (settled and not len(passed.edges)):
+                break
+            shift = passed.shift
+            self.looks.cut(passed.edges, span, repeated)
+        if passed.many or len(passed.edges):
+            what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
+            said = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
+            self.made[-1] = run = replace(run, unseen=f"{said}; give a Table, or a shorter run")
+        return run
+
+    def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
+        """Make one run."""
         left = None if self.timeout is None else max(1e-3, self.timeout - (working_time() - self.start))
         known = {"scene": self.scene(solver.degree)} if isinstance(solver, Spectral) and find_spec("numba") else {}
         with ctrl_c() as interrupted:  # also while a run is put together, or its record
@@ -265,6 +291,8 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     result = replace(result, provenance=result.provenance | {IDLE: idle(run, result)})
     for reason in suspicions(run, result):
         result = result.suspect(reason)
+    if run.unseen and result.status.finished:
+        result = replace(result, status=Status.UNSEEN, message="; ".join(filter(None, (run.unseen, result.message))))
     return result
 
 

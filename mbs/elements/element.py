@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..declare import Declared
+from ..functions import Called, edges_along
 from ..geometry import Array
 from .signal import Depth, Energy, Moved, Signal, Slid
 
@@ -139,6 +140,10 @@ class Element(Declared):
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Times in (0, duration), s, at which what it prescribes is known to have a kink or jump; none by default."""
         return ()
+
+    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+        """Yield its user's functions with their arguments over a run, but for functions of time alone; none by default."""
+        yield from ()
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield how deep its contacts may be; nothing by default."""
@@ -343,4 +348,19 @@ class Recorded:
 
 def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
     """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
-    return tuple(sorted({t for element in mechanism.elements().values() for t in element.kinks(duration)}))
+    return tuple(sorted({*_kinks(mechanism, duration), *edges_along(duration)}))
+
+
+def called_in(record: Recorded) -> Iterator[Called]:
+    """Yield the user's functions of states in a run, with their arguments."""
+    for name, element in record.mechanism.elements().items():
+        yield from element.called(name, record)
+
+
+def stops_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
+    """Times in (0, duration), s, at which steps end: kinks, and what parts a run further, in order."""
+    return tuple(sorted({*_kinks(mechanism, duration), *edges_along(duration, cuts=True)}))
+
+
+def _kinks(mechanism: Parts, duration: float) -> set[float]:
+    return {t for element in mechanism.elements().values() for t in element.kinks(duration)}

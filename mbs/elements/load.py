@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..functions import kinks
+from ..functions import Argument, Called, kinks
+from ..functions.breaks import evaluate, search
 from ..geometry import Array
 from .element import GROUND, Element, Push, Recorded, place
 from .signal import Energy
@@ -78,11 +79,12 @@ def sample(function: Callable[..., object], *columns: Array) -> Array:
 
 
 def potential(law: Law, values: Array) -> Array:
-    """Work of a law's force at rest, from 0 to each value, J: Gauss quadrature over the range the values span."""
+    """Work of a law's force at rest, from 0 to each value, J: Gauss quadrature over the range the values span, between edges."""
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
-    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0]]))
+    edges = low + np.array(search(lambda way: evaluate(law, low + way, np.zeros_like(way)), high - low).times)
+    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
     nodes, weights = np.polynomial.legendre.leggauss(4)
     half = np.diff(grid)[:, None] / 2
     at = grid[:-1, None] + half + half * nodes
@@ -122,6 +124,13 @@ class Elastic(Load):
         if self.law is None:
             return self.damping * rate**2
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
+
+    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+        """Yield its law as a function of time, value and rate."""
+        law = self.law
+        if law is not None:
+            value, rate = self.state(record)
+            yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what it stores, and what damping took."""

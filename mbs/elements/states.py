@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..declare import Declared, Quantity, declared, field, quantities
-from ..functions import Components, Expression, kinks, numbers_of
+from ..functions import Argument, Called, Components, Expression, Table, kinks, numbers_of
 from ..functions.fields import Law, Rates
 from ..geometry import Array
 from ..validate import function as called
@@ -117,6 +117,21 @@ class Stateful(Given):
         columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
         found = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
         return found[:, 0] if self.law.size == 1 else found
+
+    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+        """Yield its function and the rates of its states, unless they are functions of time alone."""
+        timely = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
+        if not callable(self.value) or (timely and self.states is None):
+            return
+        measures = self.measures(record)
+        half = len(measures) // 2
+        arguments = [Argument(x, rate) for x, rate in zip(measures[:half], measures[half:], strict=True)]
+        arguments += [Argument(rate) for rate in measures[half:]]
+        if self.states is not None:
+            columns, count = record.channel(name, "states").T, len(self.states.initial)
+            arguments += [Argument(x, rate) for x, rate in zip(columns[:count], columns[count:], strict=True)]
+        for function in self.functions() if self.states is not None else (self.value,):
+            yield function, arguments
 
     def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its states and their rates."""

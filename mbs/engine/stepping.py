@@ -12,7 +12,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from ..elements.element import kinks_of
+from ..elements.element import stops_of
 from ..elements.stop import GRAZE
 from ..geometry import Array
 from ..laws import contact_time
@@ -59,7 +59,7 @@ class StepControl(Recorder):
         tolerance = self.limit / max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
         states = [_StateWatch(scene, node, count, tolerance) for node, count in scene.states]
         self.watched: list[_StopWatch | _StrutWatch | _StateWatch] = [*stops, *struts, *states]
-        self.kinks = [*subdivide(kinks_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
+        self.kinks = [*subdivide(stops_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0

@@ -1,168 +1,213 @@
-"""Jumps, kinks and quick changes of a function of time, found by sampling it before a run.
+"""Jumps, kinks and quick changes of a function of time, found by sampling it.
 
-It is sampled every `WIDTH` of the run. Where its second difference stands out is a jump or a kink, found closely by halving.
-What is left is parted until a polynomial fits each piece, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
-chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008; edges of pieces that are shorter than the steps of a run
-are times onto which it steps. What is shorter than `WIDTH` may be missed: a `Table` names its own kinks.
+It is sampled at each `WIDTH` of the run. A second difference that stands out is a jump or a kink, located by bisection. Each
+smooth stretch is halved until a polynomial fits its pieces, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
+chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Edges of pieces shorter than the steps of a run are times
+onto which it steps. Jumps that recur with one period are completed: pulses of a train may be shorter than `WIDTH`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from itertools import chain, islice, pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
 
 WIDTH = 1e-5
-"""Sampling interval, relative to the run."""
+"""Distance of samples, over the run: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
 PIECE = 1 / 200
-"""Length of a piece, of the run, from which the steps of any run see what is in it."""
-MOST = 2000
-"""Times at most; a function with more is left to the control of the steps."""
-OUTSTANDING = 30.0
-"""Second difference over those of its neighbours that makes a jump or a kink."""
-REACH = 6
-"""Neighbours on either side with which a second difference is compared [samples]."""
-DEGREE = 8
-"""Largest degree of the interpolants."""
-FEWEST = 4
-"""Samples for each degree of an interpolant, so that most samples lie between its nodes."""
-TOLERANCE = 1e-3
-"""Largest residual of an interpolant, relative to the range; with the length of a step also to the function's integral."""
-HALVINGS = 60
-"""Largest number of bisections towards a jump."""
-SAME = 1e-12
-"""Largest relative difference of values in Python and in NumPy."""
+"""Length of a piece, over the run, from which the steps of any run resolve it: longest steps are a fortieth."""
+MOST = 20_000
+"""Most jumps and kinks that are located: each costs a run some steps, so that looking costs less than a tenth of it."""
+QUICK = 2000
+"""Most edges of smooth pieces: steps follow a function with more of them by themselves."""
+OUTSTANDING, REACHES = 30.0, (6, 9)
+"""Second difference of a jump or kink over those of neighbours, and their distances [samples]: another edge lies at one only."""
+DEGREE, FEWEST = 8, 4
+"""Degree of the polynomials, and least number of sample intervals of a piece."""
+MISFIT = 1e-3
+"""Error allowed of a polynomial, over the range; times a step over the run, over the integral: a step may miss that much."""
+HALVINGS, SAME = 60, 1e-12
+"""Halvings of an interval, down to neighbouring floats; relative difference of equal values, and of equal times over the run."""
+AT_ONCE = 64
+"""Least number of arguments that are tried as an array."""
 MOST_OTHERS = 20
-"""Arguments of a function besides the time."""
+"""Most arguments of a function besides the time."""
+RECURRING = 20
+"""Least number of jumps from which a period is taken."""
+
+Values = Callable[[Array], Array]
+"""Values at times [s]: (times,) to (times, components)."""
 
 
-def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...]:
-    """Find the times in (0, duration), s, onto which steps should go; none if a function fails or is not finite.
+class Edges(NamedTuple):
+    """Times [s] of jumps, kinks and quick changes, in order; `capped` where there are more, which are left out."""
+
+    times: tuple[float, ...] = ()
+    capped: bool = False
+
+
+def breaks(function: Callable[..., object], duration: float) -> Edges:
+    """Find the edges of a function of time in (0, duration); none where it raises or is not finite.
 
     Parameters
     ----------
     function : callable
-        Of time, s; values are numbers or sequences of numbers. One that has more arguments, as an angle and a speed, is looked at
-        where these are zero. It is looked at once, if it can be hashed.
+        Of time [s]; values are numbers or sequences of numbers. Further arguments, as an angle and a speed, are zero.
     duration : float
-        s.
+        Length of the run [s].
     """
     try:
-        hash(function)
-    except TypeError:
-        return _find(function, duration)
-    return _find_cached(function, duration)
+        others = _others(function)
+    except (Exception, SystemExit):
+        return Edges()
+    return search(lambda times: evaluate(function, times, *(np.zeros_like(times) for _ in range(others))), duration)
 
 
-def _find(function: Callable[..., object], duration: float) -> tuple[float, ...]:
-    times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
+def search(values_at: Values, duration: float) -> Edges:
+    """Find the edges of a function of time, given by its values at an array of times; none where it raises or is not finite."""
     try:
-        function = _of_time(function)
-        values = _sample(function, times)
-        span = float(np.ptp(values, axis=0).max(initial=0.0))
-        if not np.isfinite(values).all() or span == 0:
-            return ()
-        sudden = [t for k in _outstanding(values / span) for t in _sudden(function, times[k - 1 : k + 2], values[k - 1 : k + 2])]
-    except (Exception, SystemExit):  # a function may raise anything: the run will name it
-        return ()
-    edges = [0, *sorted({int(np.searchsorted(times, t)) for t in sudden}), len(times) - 1]
+        return _search(values_at, duration)
+    except (Exception, SystemExit):  # a function may raise anything: the run names it
+        return Edges()
+
+
+def _search(values_at: Values, duration: float) -> Edges:
+    times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
+    values = values_at(times)
+    span = float(np.ptp(values, axis=0).max(initial=0.0))
+    if not np.isfinite(values).all() or span == 0:
+        return Edges()
+    outstanding = _outstanding(values / span)
+    if len(outstanding) > MOST:
+        return Edges(capped=True)
+    sudden = _recurring(values_at, _located(values_at, times, values, outstanding), duration)
+    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
     whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
-    quick = (
-        times[k] for a, b in pairwise(edges) for k in _short(a, _split(values / span, a + (a > 0), b - 1, TOLERANCE * whole), b)
-    )
-    found = sorted({*sudden, *islice(quick, MOST)})
-    return tuple(float(t) for t in found if 0 < t < duration) if len(found) < MOST else ()
+    pieces = ((a, _parted(values / span, a + (a > 0), b - 1, MISFIT * whole), b) for a, b in pairwise(edges))
+    quick = (times[k] for piece in pieces for k in _short(*piece))
+    smooth = [float(t) for t in islice(quick, QUICK + 1)]
+    capped = len(smooth) > QUICK
+    found = sorted({*sudden.tolist(), *([] if capped else smooth)})
+    return Edges(tuple(t for t in found if 0 < t < duration), capped)
 
 
-_find_cached = lru_cache(maxsize=64)(_find)
+def evaluate(function: Callable[..., object], *columns: Array) -> Array:
+    """Evaluate a function at columns of arguments, (times, components): at once where it takes arrays."""
+    count = len(columns[0])
+    if count >= AT_ONCE:
+        some = slice(None, None, count // 7)
+        few = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
+        try:
+            whole = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *few.shape[1:]))
+            if np.allclose(whole[some], few, rtol=SAME, atol=SAME * np.abs(few).max()):
+                return whole.reshape(count, -1)
+        except (Exception, SystemExit):  # it takes numbers only
+            pass
+    return np.array(list(map(function, *(c.tolist() for c in columns))), dtype=float).reshape(count, -1)
 
 
-def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
-    """Make it a function of time alone, its other arguments zero."""
+def _others(function: Callable[..., object]) -> int:
+    """Count the arguments of a function besides the time."""
     for others in range(MOST_OTHERS):
         try:
             function(0.0, *[0.0] * others)
         except (TypeError, ValueError):
             continue
-        return lambda t: function(t, *[0.0] * others)
+        return others
     raise ValueError("no function of time and others")
 
 
-def _sample(function: Callable[..., object], times: Array) -> Array:
-    """Evaluate at times, (times, components): at once where the function takes arrays."""
-    some = times[:: len(times) // 7]
-    one_by_one = np.array([function(float(t)) for t in some], dtype=float)
-    try:
-        at_once = np.broadcast_to(np.asarray(function(times), dtype=float).T, (len(times), *one_by_one.shape[1:]))
-        if np.allclose(at_once[:: len(times) // 7], one_by_one, rtol=SAME, atol=SAME * np.abs(one_by_one).max()):
-            return at_once.reshape(len(times), -1)
-    except (Exception, SystemExit):  # it takes numbers only
-        pass
-    return np.array([function(float(t)) for t in times], dtype=float).reshape(len(times), -1)
-
-
-def _outstanding(values: Array) -> Iterator[int]:
-    """Samples whose second difference stands out; of neighbours the largest."""
+def _outstanding(values: Array) -> Array:
+    """Find the samples whose second difference stands out; of neighbours the largest."""
     second = np.abs(np.diff(values, 2, axis=0)).max(axis=1)
-    about = np.pad(second, REACH, mode="edge")
-    others = [about[REACH + k : REACH + k + len(second)] for k in (-REACH, 1 - REACH, REACH - 1, REACH)]
-    stands = second > OUTSTANDING * np.maximum(np.max(others, axis=0), 1e-12)
-    for k in np.flatnonzero(stands):
-        if second[k] >= second[max(0, k - 2) : k + 3].max():
-            yield int(k) + 1
+    about = np.pad(second, pad := max(REACHES), mode="edge")
+
+    def largest(*places: int) -> Array:
+        return np.asarray(np.max([about[pad + k : pad + k + len(second)] for k in places], axis=0))
+
+    others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
+    stands = (second > OUTSTANDING * np.maximum(others, 1e-12)) & (second >= largest(*range(-2, 3)))
+    return np.flatnonzero(stands) + 1
 
 
-def _sudden(function: Callable[[Any], Any], times: Array, values: Array) -> Iterator[float]:
-    """Times of the jumps between three looks, or of the kink if there is none."""
-    jumps = [_jump(function, *times[k : k + 2], *values[k : k + 2]) for k in (0, 1)]
-    found = [t for t in jumps if t is not None]
-    yield from found or [_kink(function, times[0], times[2])]
+def _located(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
+    """Locate the jumps beside each of some samples, or the kink if there is none: times [s], in order."""
+    if not len(samples):
+        return np.empty(0)
+    first = np.concatenate([samples - 1, samples])
+    jumps, jumped = _bisect(values_at, times[first], times[first + 1], values[first], values[first + 1])
+    smooth = samples[~jumped.reshape(2, -1).any(axis=0)]
+    return np.unique(np.concatenate([jumps[jumped], _kinks(values_at, times[smooth - 1], times[smooth + 1])]))
 
 
-def _jump(function: Callable[[Any], Any], start: float, end: float, before: Array, after: Array) -> float | None:
-    """Last time before values change, however short the interval; None if they do not. A step that ends there sees no change."""
-    whole = np.abs(after - before).max()
+def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: Array) -> tuple[Array, Array]:
+    """Locate the last times before jumps, and tell which are jumps: those that stay, however short the interval.
+
+    A step that ends there evaluates the function before the jump only.
+    """
+    whole = np.abs(after - before).max(axis=1)
     for _ in range(HALVINGS):
         middle = (start + end) / 2
-        if not start < middle < end:
+        if not ((start < middle) & (middle < end)).any():
             break
-        value = np.atleast_1d(np.asarray(function(float(middle)), dtype=float)).ravel()
-        if np.abs(value - before).max() > np.abs(after - value).max():
-            end, after = middle, value
-        else:
-            start, before = middle, value
-    return float(start) if np.abs(after - before).max() > max(0.1 * whole, 1e-300) else None
+        value = values_at(middle)
+        early = np.abs(value - before).max(axis=1) > np.abs(after - value).max(axis=1)
+        start, end = np.where(early, start, middle), np.where(early, middle, end)
+        before, after = np.where(early[:, None], before, value), np.where(early[:, None], value, after)
+    return start, np.abs(after - before).max(axis=1) > np.maximum(0.1 * whole, 1e-300)
 
 
-def _kink(function: Callable[[Any], Any], start: float, end: float) -> float:
-    """Time of a kink between two, s: the part in which the function is farthest from a straight line."""
-    for _ in range(HALVINGS):
+def _kinks(values_at: Values, start: Array, end: Array) -> Array:
+    """Locate kinks: the part of each interval in which the function is farthest from a straight line."""
+    for _ in range(HALVINGS if len(start) else 0):
         middle = (start + end) / 2
-        if not start < middle < end:
+        if not ((start < middle) & (middle < end)).any():
             break
-        quarters = np.array([function(float(t)) for t in np.linspace(start, end, 5)], dtype=float).reshape(5, -1)
-        bends = np.abs(np.diff(quarters, 2, axis=0)).max(axis=1)
-        start, end = ((start, middle), ((start + middle) / 2, (middle + end) / 2), (middle, end))[int(np.argmax(bends))]
-    return float(end)
+        quarters = np.linspace(start, end, 5, axis=1)
+        bends = np.abs(np.diff(values_at(quarters.ravel()).reshape(len(start), 5, -1), 2, axis=1)).max(axis=2)
+        part, each = np.argmax(bends, axis=1), np.arange(len(start))
+        start, end = quarters[each, part], quarters[each, part + 2]
+    return end
 
 
-def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
+def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
+    """Complete jumps that recur with a period, (times,): pulses shorter than `WIDTH` lie between some samples."""
+    if len(jumps) < RECURRING:
+        return jumps
+    side = 1e-9 * duration
+    sizes = values_at(np.minimum(jumps + side, duration)) - values_at(np.maximum(jumps - side, 0.0))
+    up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]
+    if len(up) < RECURRING / 2:
+        return jumps
+    period = float(np.median(np.diff(up)))
+    period = float(np.ptp(up)) / max(1, round(float(np.ptp(up)) / period))
+    phases = np.unique(np.round((jumps % period) / side) * side)
+    if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
+        return jumps
+    every = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
+    every = every[(every > 2 * side) & (every < duration - 2 * side)]
+    every = every[~np.isin(np.round(every / side), np.round(jumps / side))]
+    start, end = every - 2 * side, every + 2 * side
+    found, jumped = _bisect(values_at, start, end, values_at(start), values_at(end)) if len(every) else (every, every > 0)
+    return np.unique(np.concatenate([jumps, found[jumped]]))
+
+
+def _parted(values: Array, first: int, last: int, little: float) -> Iterator[int]:
     """Yield the edges of the pieces of a smooth stretch."""
-    if last - first < FEWEST or _residual(values[first : last + 1]) <= min(TOLERANCE, little / min(last - first, PIECE / WIDTH)):
+    if last - first < FEWEST or _left(values[first : last + 1]) <= min(MISFIT, little / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
-    yield from _split(values, first, middle, little)
+    yield from _parted(values, first, middle, little)
     yield middle
-    yield from _split(values, middle, last, little)
+    yield from _parted(values, middle, last, little)
 
 
 def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
-    """Edges, those between two ends, of pieces that are shorter than what steps see."""
+    """Yield the edges, of those between two ends, of pieces that are shorter than `PIECE`."""
     before, here = first, next(inner, last)
     for after in chain(inner, (last,)):
         if min(here - before, after - here) < PIECE / WIDTH and here < last:
@@ -170,9 +215,9 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
         before, here = here, after
 
 
-def _residual(values: Array) -> float:
+def _left(values: Array) -> float:
     """Return the largest error at all samples of the polynomial through points near Chebyshev's."""
-    degree = min(DEGREE, len(values) // FEWEST)  # most looks are to be between the points
+    degree = min(DEGREE, len(values) // FEWEST)  # most samples are to be between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))
     fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))

@@ -22,8 +22,8 @@ import numpy as np
 
 from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from ..declare.spec import Anything
-from .breaks import breaks
 from .formulas import derivative, function_of, names_in, parse
+from .looking import edges_of
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
@@ -46,7 +46,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     Parameters
     ----------
     function : callable or float
-        Of time. One that does not tell its kinks, or of what it is made, is looked at by `breaks`, if there is a duration.
+        Of time. One that names neither its kinks nor its parts is sampled by `breaks`, if there is a duration.
     duration : float
         s.
     """
@@ -57,7 +57,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
     if found is not None:
         return tuple(t for t in found if 0 < t < duration) if duration < inf else found
-    return breaks(function, duration) if callable(function) and 0 < duration < inf else ()
+    return edges_of(function, duration) if callable(function) and 0 < duration < inf else ()
 
 
 class Given:
@@ -211,6 +211,7 @@ class Integral(Given):
         """Set the span of times [s], by which the integrand is searched for kinks and parted."""
         if duration != getattr(self, "_span", None):
             object.__setattr__(self, "_span", duration)
+            object.__setattr__(self, "_known", kinks(self.of, duration))
             object.__setattr__(self, "_sums", [0.0])
 
     @property
@@ -222,7 +223,7 @@ class Integral(Given):
         """Over a piece, parted where what is integrated has a kink or changes quickly: what is short may lie between nodes."""
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
-        known = kinks(self.of, self._span)  # type: ignore[attr-defined]
+        known: tuple[float, ...] = self._known  # type: ignore[attr-defined]
         edges = [start, *known[bisect_right(known, start) : bisect_left(known, end)], end]
         return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
 

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from ..elements import Link, Load
-from ..elements.element import kinks_of
+from ..elements.element import stops_of
 from ..elements.stop import Stop, Striking
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -129,7 +129,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
     if count <= steps.max_steps:
         even[-1] = duration
-    kinks = np.array(kinks_of(mechanism, duration))
+    kinks = np.array(stops_of(mechanism, duration))
     kinks = kinks[kinks <= even[-1]]
     times = np.concatenate([even, kinks, kinks - BEFORE * duration])
     times = np.unique(times)

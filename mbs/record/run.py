@@ -31,6 +31,8 @@ class Run:
         What the scene was made of.
     notes : sequence of str
         What is worth knowing of the mechanism: redundant constraints that were left out, and the like.
+    unseen : str
+        Edges of a user's function that the run passed, in a sentence; '' without.
     asked : str
         A text that names the signals that are wanted; '' where all are.
     """
@@ -41,6 +43,7 @@ class Run:
     work: dict[str, float]
     summary: Mapping[str, int] = field(default_factory=dict)
     notes: Sequence[str] = ()
+    unseen: str = ""
     asked: str = ""
 
     @cached_property

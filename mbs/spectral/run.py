@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ..elements.element import kinks_of
+from ..elements.element import stops_of
 from ..elements.stop import GRAZE, SLOWEST_ONSET
 from ..geometry import Array
 from ..kinematics.diagnosis import remarks
@@ -123,7 +123,7 @@ def integrate(
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     pace = scene.tables.pace[0]
-    kinks = [t / pace for t in kinks_of(scene.mechanism, end * pace) if state.time < t / pace < end]
+    kinks = [t / pace for t in stops_of(scene.mechanism, end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 
-from . import drops, errors, nonsmooth, pendulum, published, saved, solvers, stability
+from . import drops, errors, features, nonsmooth, pendulum, published, saved, solvers, stability
 from .known import Known
 
 QUESTIONS = {
@@ -16,10 +16,11 @@ QUESTIONS = {
     "motion": "Does a mechanism follow its own equations of motion?",
     "solvers": "Do two solvers agree that share no equation?",
     "errors": "Is the error that a run reports the true one?",
+    "features": "Are narrow features of a user's function seen?",
     "random": "Is any random mechanism silently wrong?",
 }
 """Questions by their key in docs/validation.md."""
-MODULES = (published, stability, drops, nonsmooth, pendulum, solvers, errors, saved)
+MODULES = (published, stability, drops, nonsmooth, pendulum, solvers, errors, features, saved)
 
 
 def list_known(question: str = "") -> Iterator[Known]:
