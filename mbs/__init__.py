@@ -82,6 +82,7 @@ offer({
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
     "animate": "buckler.mbs.view.plot:animate",
     "read": "buckler.mbs.sensitivity.sampling:read",
+    "measures": "buckler.mbs.sensitivity.measures:measures",
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
     "write_fit": "buckler.mbs.view.shell:write_fit",

@@ -34,6 +34,7 @@ from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, St
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen
 from .elements.references import UnknownError, check_known
+from .elements.section import name_materials
 from .offers import find_offer
 from .validate import short
 
@@ -222,7 +223,7 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in expand(content).items() if key not in ASIDE}
+        described = {key: each for key, each in expand(name_materials(content)).items() if key not in ASIDE}
         made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT))
         return made
 

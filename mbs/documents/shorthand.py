@@ -7,7 +7,6 @@ from typing import Any
 
 from ..declare import Declared, declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, show
-from ..elements.section import MATERIALS
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
@@ -23,7 +22,6 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     ValueError
         In one line that begins with the place.
     """
-    content = _name_materials(content, "")
     found = {key: each for key, each in content.items() if key not in SHORT}
     defaults = _read_defaults(content.get(DEFAULTS, {}))
     if defaults and isinstance(found.get("links"), Mapping):
@@ -34,29 +32,6 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
         pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), found.get("links"))]
         found["joints"] = [*(_fill(joint, usual) for joint in joints), *pins]
     return found
-
-
-def _name_materials(content: Any, place: str) -> Any:
-    """Replace the names of materials by what they stand for."""
-    if isinstance(content, list):
-        return [_name_materials(each, f"{place}[{k}]") for k, each in enumerate(content)]
-    if not isinstance(content, Mapping):
-        return content
-    before = f"{place}." if place else ""
-    return {
-        key: _material(each, f"{before}{key}") if key == "material" and isinstance(each, str)
-        else _name_materials(each, f"{before}{key}")
-        for key, each in content.items()
-    }  # fmt: skip
-
-
-def _material(name: str, place: str) -> dict[str, float]:
-    """Write a material of this name as a table."""
-    if name not in MATERIALS:
-        known = ", ".join(MATERIALS)
-        raise ValueError(f"{place} = {show(name)}: unknown material{did_you_mean(name, MATERIALS)}; known: {known}")
-    found = MATERIALS[name]
-    return {"modulus": found.modulus, "density": found.density, "poisson": found.poisson}
 
 
 def schema() -> Schema:

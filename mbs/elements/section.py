@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
 
 from ..declare import Declared, declared, part, quantity
+from ..declare.spec import did_you_mean, show
 from ..validate import non_negative
 
 
@@ -34,6 +36,29 @@ MATERIALS = {
 }
 """Materials by the names that files know: steel by EN 1993-1-1, drawn wire by EN 13906-1, aluminium by EN 1999-1-1.
 PLA is typical of solid parts; printed ones with gaps are softer and lighter."""
+
+
+def name_materials(content: Any, place: str = "") -> Any:
+    """Replace the names of materials in a document by what they stand for; a ValueError begins with the place."""
+    if isinstance(content, list):
+        return [name_materials(each, f"{place}[{k}]") for k, each in enumerate(content)]
+    if not isinstance(content, Mapping):
+        return content
+    before = f"{place}." if place else ""
+    return {
+        key: _material(each, f"{before}{key}") if key == "material" and isinstance(each, str)
+        else name_materials(each, f"{before}{key}")
+        for key, each in content.items()
+    }  # fmt: skip
+
+
+def _material(name: str, place: str) -> dict[str, float]:
+    """Write a material of this name as a table."""
+    if name not in MATERIALS:
+        known = ", ".join(MATERIALS)
+        raise ValueError(f"{place} = {show(name)}: unknown material{did_you_mean(name, MATERIALS)}; known: {known}")
+    found = MATERIALS[name]
+    return {"modulus": found.modulus, "density": found.density, "poisson": found.poisson}
 
 
 class Slender:

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..geometry import Array
+from ..offers import find_offer
 from ..record.energy import ledger
 from ..record.result import Result
-from ..sensitivity.reading import parse_reading
 from .drawing import INKS, Arrow, pack
-from .measures import Measure, measures
 from .movie import Movie, make_movie
 from .shell import fill_page
 from .verdicts import IDLE, verdicts
@@ -57,7 +56,8 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data of a page, as its script takes them."""
-    store, read = Store(), measures(result, texts)
+    store, read = Store(), find_offer("measures")(result, texts)
+    wanted = [name for each in read for name in each.signals] if texts else []
     data = {
         "title": title,
         "status": str(result.status),
@@ -71,7 +71,7 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
         "facts": facts(result),
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
-        "signals": _signals(result, store, first_shown(result, [each.name for each in read] if texts else ())),
+        "signals": _signals(result, store, first_shown(result, wanted)),
     }
     return data | {"store": store.text()}
 
@@ -83,7 +83,7 @@ def blank(title: str) -> dict[str, Any]:
     return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **none}
 
 
-def _plain(measure: Measure) -> dict[str, Any]:
+def _plain(measure: Any) -> dict[str, Any]:
     """Give a measure as JSON takes it; what is not finite is null."""
     content = measure._asdict() | {"relative": measure.relative}
     return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
@@ -273,10 +273,10 @@ FIRST = (
 """Last parts of the names of signals worth a first look, best first."""
 
 
-def first_shown(result: Result, texts: Sequence[str] = ()) -> list[str]:
+def first_shown(result: Result, wanted: Sequence[str] = ()) -> list[str]:
     """Name the first three signals of the readings; without readings those that change most, one of each quantity."""
-    if named := list(dict.fromkeys(name for text in texts for name in parse_reading(text, result.signals)[1].values())):
-        return named[:3]
+    if wanted:
+        return list(dict.fromkeys(wanted))[:3]
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
         ending, inside = name.rpartition(".")[2], values[np.isfinite(values)]

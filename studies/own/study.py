@@ -17,10 +17,10 @@ from buckler.mbs.declare.spec import Anything, Text
 from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
+from buckler.mbs.sensitivity.measures import measures
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import label_with_unit
-from buckler.mbs.view.measures import measures
 from buckler.mbs.view.report import page
 
 from ..kit.parameters import Repeated, StudyParameters

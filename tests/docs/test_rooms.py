@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PICTURE = re.search(r"```text\n(.*?)```", (ROOT / "docs/architecture.md").read_text(encoding="utf-8"), re.DOTALL)[1]
 FLOORS = [re.split(r"[ ,]+", re.split(r"(?<=\S) {4,}", line)[0].strip()) for line in PICTURE.splitlines()]
-TOOLS = {"process", "units"}
+TOOLS = {"process", "progress", "units"}
 """Files that are used everywhere and use next to nothing."""
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..accuracy.demand import STRIKE
 from ..record.errors import Status
 from ..record.result import Result
-from ..sensitivity.reading import parse_reading
+from .reading import parse_reading
 
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
@@ -36,6 +36,8 @@ class Measure(NamedTuple):
         In that unit; nan where it is not known.
     beyond : bool
         Error larger than what was asked for, or not known where others are.
+    signals : tuple of str
+        Signals in it.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Measure(NamedTuple):
     unit: str
     error: float
     beyond: bool
+    signals: tuple[str, ...]
 
     @property
     def relative(self) -> float:
@@ -63,10 +66,13 @@ def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
 def _measure(result: Result, text: str) -> Measure:
     """Read a formula and compare its error with the accuracy that was asked for, or with `STRIKE`."""
     value, error, unit, _ = result.reading(text)
-    names = [name for name in parse_reading(text, result.signals)[1].values() if result.units.get(name) == unit]
+    known = parse_reading(text, result.signals)[1].values()
+    names = [name for name in known if result.units.get(name) == unit]
     size = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in names)])
     allowed = (result.asked if result.asked > 0 else STRIKE) * (abs(value) if error < abs(value) else size)
-    return Measure(text, value, unit, error if isfinite(error) else nan, result.error.known and not error <= allowed)
+    return Measure(
+        text, value, unit, error if isfinite(error) else nan, result.error.known and not error <= allowed, tuple(known)
+    )
 
 
 def peaks(result: Result) -> list[str]:
