@@ -186,7 +186,7 @@ class _Runs:
             run = self._once(mechanism, span, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
-            passed = self.looks.passed(run.record.time, called_in(run.record))
+            passed = self.looks.find_passed(run.record.time, called_in(run.record))
             settled = passed.shift <= SETTLED or passed.shift > shift / 2
             if passed.many or (settled and not len(passed.edges)):
                 break

@@ -141,7 +141,7 @@ class Element(Declared):
         """Times in (0, duration), s, at which what it prescribes is known to have a kink or jump; none by default."""
         return ()
 
-    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+    def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield its user's functions with their arguments over a run, but for functions of time alone; none by default."""
         yield from ()
 
@@ -354,7 +354,7 @@ def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
 def called_in(record: Recorded) -> Iterator[Called]:
     """Yield the user's functions of states in a run, with their arguments."""
     for name, element in record.mechanism.elements().items():
-        yield from element.called(name, record)
+        yield from element.user_functions(name, record)
 
 
 def stops_of(mechanism: Parts, duration: float) -> tuple[float, ...]:

@@ -125,7 +125,7 @@ class Elastic(Load):
             return self.damping * rate**2
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
 
-    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+    def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield its law as a function of time, value and rate."""
         law = self.law
         if law is not None:

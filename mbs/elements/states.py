@@ -14,7 +14,7 @@ from ..declare import Declared, Quantity, declared, field, quantities
 from ..functions import Argument, Called, Components, Expression, Table, kinks, numbers_of
 from ..functions.fields import Law, Rates
 from ..geometry import Array
-from ..validate import function as called
+from ..validate import function as call_checked
 from ..validate import short
 from .element import Parts, Recorded
 from .load import Given, sample
@@ -103,7 +103,7 @@ class Stateful(Given):
             parts: list[Any] = numbers_of(function, self.variables) if formulas else [function]
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
-        found = [called(name, part, *start)(*start) for part in parts]
+        found = [call_checked(name, part, *start)(*start) for part in parts]
         value, at = found[0] if len(found) == 1 else found, f"{name} at t = 0"
         if np.shape(value) != ((size,) if size > 1 else ()):
             raise ValueError(f"{at} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
@@ -118,7 +118,7 @@ class Stateful(Given):
         found = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
         return found[:, 0] if self.law.size == 1 else found
 
-    def called(self, name: str, record: Recorded) -> Iterator[Called]:
+    def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield its function and the rates of its states, unless they are functions of time alone."""
         timely = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
         if not callable(self.value) or (timely and self.states is None):

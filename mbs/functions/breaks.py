@@ -84,10 +84,10 @@ def _search(values_at: Values, duration: float) -> Edges:
     outstanding = _outstanding(values / span)
     if len(outstanding) > MOST:
         return Edges(capped=True)
-    sudden = _recurring(values_at, _located(values_at, times, values, outstanding), duration)
+    sudden = _recurring(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
     whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
-    pieces = ((a, _parted(values / span, a + (a > 0), b - 1, MISFIT * whole), b) for a, b in pairwise(edges))
+    pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * whole), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _short(*piece))
     smooth = [float(t) for t in islice(quick, QUICK + 1)]
     capped = len(smooth) > QUICK
@@ -134,7 +134,7 @@ def _outstanding(values: Array) -> Array:
     return np.flatnonzero(stands) + 1
 
 
-def _located(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
+def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
     """Locate the jumps beside each of some samples, or the kink if there is none: times [s], in order."""
     if not len(samples):
         return np.empty(0)
@@ -196,14 +196,14 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
     return np.unique(np.concatenate([jumps, found[jumped]]))
 
 
-def _parted(values: Array, first: int, last: int, little: float) -> Iterator[int]:
+def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
     """Yield the edges of the pieces of a smooth stretch."""
-    if last - first < FEWEST or _left(values[first : last + 1]) <= min(MISFIT, little / min(last - first, PIECE / WIDTH)):
+    if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, little / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
-    yield from _parted(values, first, middle, little)
+    yield from _split(values, first, middle, little)
     yield middle
-    yield from _parted(values, middle, last, little)
+    yield from _split(values, middle, last, little)
 
 
 def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
@@ -215,7 +215,7 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
         before, here = here, after
 
 
-def _left(values: Array) -> float:
+def _misfit(values: Array) -> float:
     """Return the largest error at all samples of the polynomial through points near Chebyshev's."""
     degree = min(DEGREE, len(values) // FEWEST)  # most samples are to be between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))

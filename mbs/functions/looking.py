@@ -89,7 +89,7 @@ class Looks:
             self._kept[key] = function, breaks(function, duration)  # the function is kept, so that its id stays its own
         return self._kept[key][1]
 
-    def passed(self, time: Array, functions: Iterable[Called]) -> Passed:
+    def find_passed(self, time: Array, functions: Iterable[Called]) -> Passed:
         """Find what a run passed between its samples [s]; the next run steps onto all edges of this one."""
         time, first = np.unique(time, return_index=True)
         found, unseen, many = [np.empty(0)], [np.empty(0)], False
