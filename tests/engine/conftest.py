@@ -5,7 +5,7 @@ import pytest
 from buckler.mbs import simulation
 
 
-@pytest.fixture(autouse=True, scope="package")
+@pytest.fixture(autouse=True, scope="module")
 def no_compiler():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "compiler", lambda: False)
