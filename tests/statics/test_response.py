@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from returned_states import returned
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
-from struck import returned
 
 from buckler import mbs
 from buckler.mbs.functions import Components, Expression

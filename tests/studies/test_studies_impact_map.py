@@ -47,7 +47,7 @@ def test_closed_form_is_near_the_columns_first_mode(rate, bow):
 def test_growth_is_integrated():
     for n, p, damping in ((1, 7.0, 0.05), (3, 40.0, 0.2), (2, 30.0, 0.0)):
         area, _ = quad(lambda x: impact_numbers._growth(n, x, damping), n**2, p)  # noqa: B023
-        assert impact_numbers._grown(n, p, damping) == pytest.approx(area, rel=1e-6)
+        assert impact_numbers._integrate_growth(n, p, damping) == pytest.approx(area, rel=1e-6)
 
 
 def test_peak_grows_with_the_root_of_the_rate_when_modes_are_free():

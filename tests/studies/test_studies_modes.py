@@ -123,7 +123,7 @@ def test_planted_difference_gets_its_mark(monkeypatch):
             cycles["v_error"] *= 1.5
         return Ensemble(1e-4, cycles, (Status.OK,) * p.members, (1e-8,) * p.members)
 
-    monkeypatch.setattr(modes, "measured", made_up)
+    monkeypatch.setattr(modes, "run_members", made_up)
     wanted = {"sets": ("bending_1", "bending_1_2", "456_free"), "members": 20, "cycles": 20, "cross_check": 0}
     result = modes.run(Parameters(**wanted))
     assert result.status == "OK" and not any("engine" in name for name in result.metrics)

@@ -69,7 +69,7 @@ def test_decimal_prefixes_are_exact(text):
         ("thin", "m", "not a number"),
         ("", "m", "not a number"),
         ("nan", "m", "not a number"),
-        ("1,5mm", "m", "unknown unit"),
+        ("1,5mm", "m", "a number with a comma; write 1.5"),
     ],
 )
 def test_wrong_quantities_say_why(text, unit, reason):

@@ -114,7 +114,7 @@ def test_suspect_repeats_stay_out_of_the_mean():
     values = {0: ("OK", 1.0), 1: ("SUSPECT", 100.0), 2: ("OK", 3.0)}
     (point,) = points(found, [Row(i, {}, status, "", {"f": Metric(x, "N")}) for i, (status, x) in values.items()])
     assert point.mean("f")[:2] == (2.0, 1.0)
-    assert (point.status, len(point.used)) == ("1 SUSPECT", 2)
+    assert (point.status, len(point.valid)) == ("1 SUSPECT", 2)
 
 
 def test_models_are_compared_under_one_name(toy, capsys):
