@@ -40,6 +40,8 @@ SHORT = 1e-3
 never share their first samples."""
 HELD = 1e-6
 """Of the longest link, or rad: how far constraints may be off in the end; they are met to 1e-8 at any tolerance."""
+DISTINCT = 1e-12
+"""Distance of two ends of steps, of the end, below which they are one: a step between them would be rounding."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
@@ -127,6 +129,8 @@ def integrate(
     if not controls.fixed and ends is None:
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
+    stops = np.unique(stops)
+    stops = stops[np.append(np.diff(stops) > DISTINCT * end, True)]
     run, room, order, shortest = _method(scene, solver, state, rest)
     controls.located = take is None
     controls.shortest, controls.every = shortest * end, max(every, controls.every)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
-from buckler.mbs import Mechanism, simulate
+from buckler.mbs import Closure, Equal, Mechanism, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.lookup import between
 from buckler.mbs.spectral.ensembles import Member
@@ -104,7 +104,7 @@ def curves(mechanism: Mechanism) -> Callable[[Member, int, int], dict[str, Array
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
     """Compute x-velocities and x-accelerations of the `LINKS` with ideal joints, over the time since the crank's angle was 0."""
     made, times = PlayParameters().bars(gap=0.0, speed=speed), TURN * 2 * pi / speed
-    plain = simulate(made, times[-1])
+    plain = simulate(made, times[-1], solver=Closure(Equal(4000)))  # samples that splines join to 1e-6
     values = {x: np.stack([plain.at(f"{link}.{x}", times) for link in LINKS], axis=1) for x in ("vx", "ax")}
     return {x: CubicSpline(times, np.concatenate([v[:-1], v[:1]]), bc_type="periodic") for x, v in values.items()}
 
