@@ -105,7 +105,8 @@ WORSE = {
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=WORSE[name])] * (name in WORSE)) for name in CASES]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=WORSE.get(name, ""))] * (name in WORSE)) for name in CASES],
 )
 def test_both_solvers_agree(name: str) -> None:
     mechanism, duration, bounds, settings = CASES[name]
