@@ -6,6 +6,7 @@ second one is, and so on to chaos. A section takes the height once a turn, 20 ti
 N. B. Tufillaro et al., An Experimental Approach to Nonlinear Dynamics and Chaos (1992), chapter 1.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from math import acos, cos, hypot, pi, sin
 
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 
 from buckler.mbs import Controlled, Drive, Guide, Link, Mechanism, Revolute, Rigid, Slot, Spectral, Stop, simulate
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.spectral.ensembles import prepare
+from buckler.mbs.spectral.run import once
 
 radius, speed, restitution = 0.015, 10 * pi, 0.5
 turn, mean = 2 * pi / speed, (1 - restitution) / (1 + restitution)
@@ -39,9 +40,17 @@ def shaken(ratio: float) -> Mechanism:
 
 
 ratios, solver = np.linspace(1.30, 1.80, 20), Spectral(Controlled(1e-6))
-cases, times = [{"ratio": ratio} for ratio in ratios], turn * np.arange(32, 40)
-runs = prepare(shaken, 40 * turn, solver, **cases[0])
-heights = np.array(runs.runs(cases, lambda run: np.interp(times, run.record.time, run.values["P.y"])))
+times = turn * np.arange(32, 40)
+
+
+def once_a_turn(ratio: float) -> np.ndarray:
+    """Return the heights of the block at the section."""
+    run = once(shaken(ratio), 40 * turn, solver)
+    return np.interp(times, run.record.time, run.values["P.y"])
+
+
+with ThreadPoolExecutor() as pool:
+    heights = np.array(list(pool.map(once_a_turn, ratios)))
 result = simulate(shaken(1.6), 10 * turn, solver=solver)
 picture = Figure(figsize=(6, 4))
 axes = picture.subplots()

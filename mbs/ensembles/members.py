@@ -14,8 +14,9 @@ from ..elements.clearance import Clearance
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..sensitivity.numbers import Family
-from ..spectral.ensembles import offset
 from ..spectral.scene import Scene
+from ..spectral.start import offset
+from ..spectral.tables import COUNT, FIRST
 from ..validate import whole
 
 WIDEST = 0.9
@@ -130,15 +131,11 @@ def journals_anywhere(scene: Scene, random: np.random.Generator) -> Array | None
 
 def _slope(scene: Scene, marker: int) -> Array:
     """Derivative of a marker's place by all coordinates at the start, shape (2, n)."""
-    step, columns = 1e-6, []
-    for k, unit in enumerate(scene.units):
-        ends = []
-        for sign in (step, -step):
-            q = scene.q0.copy()
-            q[k] += sign * unit
-            ends.append(scene.read(marker, q).position)
-        columns.append((ends[0] - ends[1]) / (2 * step * unit))
-    return np.column_stack(columns)
+    scene.read(marker, scene.q0)
+    first, count = scene.tables.markers[marker, [FIRST, COUNT]]
+    slope = np.zeros((2, scene.size))
+    np.add.at(slope, (slice(None), scene.tables.places[first : first + count]), scene.work.slope[:2, first : first + count])
+    return slope
 
 
 def split(count: int, into: int) -> Sequence[range]:

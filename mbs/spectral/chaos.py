@@ -1,4 +1,4 @@
-"""Largest Lyapunov exponents and Poincare sections of any mechanism on the compiled solver.
+"""Largest Lyapunov exponents of any mechanism on the compiled solver.
 
 References
 ----------
@@ -17,9 +17,9 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Controlled, Spectral
 from ..validate import positive, whole
-from .ensembles import allowed
 from .run import State, integrate, memory_at_end
 from .scene import Scene
+from .start import allowed
 from .start import begin as settled
 from .tables import TURN
 
@@ -156,25 +156,3 @@ def stretching(
             raise ArithmeticError(f"step {k}: the offset of {offset:g} became {size:g}; a larger one, or shorter steps")
         growth[k] = np.log(size / offset)
     return growth
-
-
-def poincare(
-    mechanism: Mechanism, interval: float, count: int, *, settle: int = 0, solver: Spectral | None = None
-) -> tuple[Array, Array]:
-    """Compute coordinates and rates at equal intervals of time (a turn of the drive): each (count, n), after `settle` intervals.
-
-    Raises
-    ------
-    RuntimeError
-        If a run stops before its time.
-    """
-    positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
-    solver = solver or Spectral()
-    scene = Scene.of(mechanism, solver.degree)
-    state, q, v = State(0.0, *settled(scene), scene.memory()), [], []
-    for k in range(settle + count):
-        state = last_state(scene, state, (k + 1) * interval, solver)
-        if k >= settle:
-            q.append(state.q)
-            v.append(state.v)
-    return np.array(q), np.array(v)

@@ -10,6 +10,7 @@ from ..geometry import Array
 from ..kinematics.settle import About, settle_strips, settles
 from ..kinematics.start import start
 from .doors import place
+from .frame_body import FrameBody
 from .scene import Scene
 
 ROUNDING = 1e-12
@@ -114,3 +115,20 @@ def begin(scene: Scene) -> tuple[Array, Array]:
     """Coordinates and rates at t = 0, settled if the mechanism asks for it."""
     q, v = scene.q0, start_rates(scene)
     return settle_strips(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)
+
+
+def offset(scene: Scene, spread: float, seed: int) -> Array:
+    """A small change of the start that constraints allow, to first order; modes stay at rest."""
+    step = spread * np.random.default_rng(seed).standard_normal(scene.size)
+    for body in scene.builder.bodies.values():
+        if isinstance(body, FrameBody):
+            step[body.offset + 3 : body.offset + 3 + body.modes] = 0.0
+    return allowed(scene.assemble(scene.q0, tangents=False).jacobian, step)
+
+
+def allowed(rows: Array, *changes: Array) -> Array:
+    """The part of changes of all coordinates, one after the other, that constraints' rows allow, to first order."""
+    if not len(rows):
+        return np.concatenate(changes)
+    back = np.linalg.pinv(rows, rcond=1e-10)
+    return np.concatenate([each - back @ (rows @ each) for each in changes])

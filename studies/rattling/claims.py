@@ -19,12 +19,11 @@ from scipy.stats import t as student
 from buckler.mbs import Closure, Equal, Mechanism, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.lookup import between
-from buckler.mbs.spectral.ensembles import Member
 
 from ..kit.report import Metric
 from ..kit.statistics import Mean
 from .bars import PlayParameters
-from .turns import Ensemble, along, period, root_mean_squares
+from .turns import Ensemble, Member, along, period, root_mean_squares
 
 TURN = np.linspace(0, 1, 2001)
 """Times over that of a turn, 0.1 ms apart at 300 r/min, at which accelerations are drawn and the ideal motion is kept."""

@@ -7,9 +7,11 @@ of runs that begin almost alike are results, with their standard errors. All is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import atan2, pi
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,14 +19,21 @@ from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status,
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import CrankRocker
+from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.lookup import corrected_trapezoidal
 from buckler.mbs.record.record import Record
-from buckler.mbs.spectral import ensembles
-from buckler.mbs.spectral.ensembles import Member
+from buckler.mbs.record.run import Run
+from buckler.mbs.spectral.dense import refined
+from buckler.mbs.spectral.recording import record_of
+from buckler.mbs.spectral.run import State, integrate
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.start import begin, offset
+from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import whole
 
 from .assumptions import BODIES, JOINTS
 
+T = TypeVar("T")
 LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 BETWEEN = 3
@@ -188,11 +197,55 @@ class Ensemble:
         return cls(parts[0].gap, turns, outcomes, balances)
 
 
+class Member(NamedTuple):
+    """One run of an ensemble: its seed, its signals and energies, which no check has looked at, its record, its last state."""
+
+    seed: int
+    result: Result
+    record: Record
+    state: State
+
+
+def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int = 0, between: int = 0) -> Member:
+    """Run a scene from a state on; see `run_members`."""
+    out, failure, counts = integrate(scene, end, solver, state=state)
+    record = record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out)
+    run = Run(solver, record, failure, {"steps": float(counts.steps)})
+    ended = failure or (Status.OK, "")
+    result = Result(*ended, record.time, run.values, run.units, run.work, ledger(record), traits=run.traits)
+    return Member(seed, result, record, State(float(out.time[-1]), out.q[-1], out.v[-1], out.memory[-1].copy()))
+
+
+def run_members(
+    mechanism: Mechanism, duration: float, seeds: Iterable[int], measure: Callable[[Member], T], *, spread: float = START_OFFSET,
+    solver: Spectral, workers: int = 1, between: int = 0,
+) -> list[T]:  # fmt: skip
+    """Run a mechanism once for each seed, and measure each run where it was made, with its record and its signals.
+
+    Measures that are formulas of statistics need no record: see `buckler.mbs.ensemble`. Starts are offset by `spread` [m, rad]
+    where constraints leave it free. `between` states of each step beside its end are recorded: peaks that loose steps go over.
+    """
+    if not (seeds := tuple(seeds)):
+        raise ValueError("seeds = (): must be one number or more, one for each member")
+    scene = Scene.of(mechanism, solver.degree)
+    start = State(0.0, *begin(scene), scene.memory())
+    shifts = [offset(scene, spread, seed) for seed in seeds]
+
+    def member(k: int) -> T:
+        own = replace(scene, work=work_for(scene.tables))
+        return measure(resume(own, duration, solver, start._replace(q=start.q + shifts[k]), seeds[k], between))
+
+    if workers == 1:
+        return [member(k) for k in range(len(seeds))]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(member, range(len(seeds))))
+
+
 def ensemble(
     mechanism: Mechanism, turns: int, seeds: Iterable[int], *, spread: float = 1e-9, settle: int = 1, tolerance: float = 1e-8,
     workers: int = 1, measure: Callable[[Member, int, int], dict[str, Array]] | None = None,
 ) -> Ensemble:  # fmt: skip
-    """Run a crank-rocker with clearance once for each seed; see `buckler.mbs.spectral.ensembles.ensemble`.
+    """Run a crank-rocker with clearance once for each seed; see `run_members`.
 
     Turns after those that settle are measured by `by_turn` and by `measure`(member, turns, settle). The spread of the starts must
     leave pins in their bushes. RuntimeError if a member stops before its time.
@@ -207,7 +260,7 @@ def ensemble(
         found = by_turn(result, turn, every, settle, along(member.record)[1]) | more
         return found, Status.SUSPECT if deep(mechanism, result) else Status.OK, result.energy_balance
 
-    made = ensembles.ensemble(
+    made = run_members(
         mechanism, every * turn, seeds, read, spread=spread, solver=solver(mechanism, tolerance), workers=workers,
         between=BETWEEN if tolerance >= LOOSE else 0,
     )  # fmt: skip

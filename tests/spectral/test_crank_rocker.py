@@ -14,11 +14,10 @@ from fourbar import FourBar, ideal_state, run
 from buckler.mbs import Status
 from buckler.mbs.laws import Coulomb, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction, delivered
 from buckler.mbs.library import CLOSED, PAPER_STIFFNESS, RATTLING
-from buckler.mbs.spectral.ensembles import resume
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import start_rates
-from buckler.studies.rattling.turns import by_turn, solver
+from buckler.studies.rattling.turns import by_turn, resume, solver
 
 FAR = np.inf
 """No joint."""

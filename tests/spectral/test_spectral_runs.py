@@ -1,4 +1,4 @@
-"""Integrators of the compiled solver: rates, energy, constraints; known errors, ensembles, exponents."""
+"""Integrators of the compiled solver: rates, energy, constraints; known errors, exponents."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Spectral
-from buckler.mbs.spectral.chaos import lyapunov, poincare
-from buckler.mbs.spectral.ensembles import ensemble
+from buckler.mbs.spectral.chaos import lyapunov
 from buckler.mbs.spectral.run import explicitly, integrate, once
 from buckler.mbs.spectral.scene import Scene
 
@@ -213,15 +212,7 @@ def _rattling() -> Mechanism:
     return crank_rocker(Rigid(BAR), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), Coulomb(0.1)))
 
 
-def test_ensemble_in_threads_is_the_ensemble() -> None:
-    one, two = (ensemble(_rattling(), 0.003, range(4), lambda member: member.state.q, workers=workers) for workers in (1, 2))
-    assert np.array_equal(one, two)
-    assert np.ptp(np.array(one), axis=0).max() > 0.0
-
-
-def test_exponents_and_sections_of_a_mechanism() -> None:
+def test_exponents_of_a_mechanism() -> None:
     found = lyapunov(_rattling(), 0.01, 3)
     assert np.isfinite(found.growth).all()
     assert found.growth[0] < 0.0  # a strike has damped the first offset
-    sections = poincare(PENDULUM, 0.1, 3, solver=Spectral(Controlled(tolerance=1e-8)))
-    assert sections[0].shape == (3, 3)

@@ -13,14 +13,13 @@ from scipy.integrate import cumulative_trapezoid
 from buckler.mbs import Status
 from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.modal import BarModes
-from buckler.mbs.spectral import ensembles
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import buffering
 from buckler.studies.rattling.bars import FourBarParameters, flexible
 from buckler.studies.rattling.buffering import FAILS, HOLDS, UNDECIDED, Parameters, judge, overall, ran
 from buckler.studies.rattling.claims import CLAIMS, PLACES, curves, ideal_motion, mean, ratio
 from buckler.studies.rattling.mode_sets import LENGTH
-from buckler.studies.rattling.turns import Ensemble, along, ensemble, solver
+from buckler.studies.rattling.turns import Ensemble, along, ensemble, run_members, solver
 
 TURN = 0.2
 """Of the crank [s]."""
@@ -41,7 +40,7 @@ def fine():
     """A turn of the flexible rocker: the closing of the gaps, impacts and ringing."""
     rocker = beam_modes(thickness=0.005, width=0.020, bending=2, axial=1)
     made = FourBarParameters(in_plane_depth=5e-3).bars(rocker=rocker)
-    return made, ensembles.ensemble(made, TURN, [0], lambda member: member, solver=solver(made, 1e-9))[0]
+    return made, run_members(made, TURN, [0], lambda member: member, solver=solver(made, 1e-9))[0]
 
 
 @pytest.mark.slow
