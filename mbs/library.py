@@ -22,10 +22,10 @@ from .elements import (
     Section,
     Stop,
 )
-from .kinematics.linkage import KinematicsError
 from .kinematics.slidercrank import SliderCrank
 from .laws import Impact, NormalLaw
 from .mechanism import Mechanism
+from .scene.linkage import KinematicsError
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
 """Lengths of the compliant slider-crank, m (Demirel et al. 2008, Table 1, doi 10.1115/IMECE2008-68796)."""

@@ -17,7 +17,7 @@ WITHOUT_ENGINE = [
     "buckler.mbs.mechanism",
     "buckler.mbs.elements",
     "buckler.mbs.laws",
-    "buckler.mbs.kinematics.linkage",
+    "buckler.mbs.scene.linkage",
     "buckler.mbs.record.result",
     "buckler.mbs.library",
     "buckler.mbs.documents.document",

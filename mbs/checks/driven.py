@@ -12,11 +12,11 @@ import numpy as np
 
 from ..geometry import Array
 from ..kinematics.determined import divides
-from ..kinematics.linkage import Linkage, is_determined, solve_rates
 from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
+from ..scene.linkage import Linkage, is_determined, solve_rates
 from .check import check
 
 SINGULAR = 1e-3

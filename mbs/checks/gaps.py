@@ -8,10 +8,10 @@ import numpy as np
 
 from ..elements.element import GROUND
 from ..geometry import Array
-from ..kinematics.linkage import Linkage
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
+from ..scene.linkage import Linkage
 from .check import check
 
 GAP = 1e-5

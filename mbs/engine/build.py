@@ -14,11 +14,11 @@ from .. import elements
 from ..elements.element import Element
 from ..extensions import extensions
 from ..geometry import Array
-from ..kinematics.diagnosis import find_undetermined, redundancies
 from ..kinematics.settle import STEP, About, settle_strips, settles
-from ..kinematics.start import start
 from ..mechanism import Mechanism
 from ..record.signals import axial_period
+from ..scene.redundancy import find_undetermined, redundancies
+from ..scene.start import start
 from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
 from .loads import attach

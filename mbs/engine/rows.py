@@ -11,8 +11,8 @@ from ..elements.element import GROUND, Element, Place
 from ..elements.rows import Row, Turn, find_pin
 from ..elements.slider import Slot
 from ..geometry import Array, rotate
-from ..kinematics.forms import Ends, Forms
 from ..record.record import Record
+from ..scene.forms import Ends, Forms
 from . import System
 from .placed import History
 from .scene import Reader, Scene

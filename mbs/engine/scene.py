@@ -14,10 +14,10 @@ from exudyn import SystemContainer
 from ..elements.element import GROUND, Burden
 from ..elements.signal import Moved
 from ..geometry import Array
-from ..kinematics.start import Start
 from ..mechanism import Mechanism
 from ..record.errors import Status
 from ..record.record import Record
+from ..scene.start import Start
 from ..solvers import is_loose
 from . import System
 from .forces import StopContact, StrutSpring

@@ -11,13 +11,14 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.clearance import clearances
-from ..kinematics.diagnosis import remarks, stuck
+from ..kinematics.diagnosis import stuck
 from ..kinematics.exact import sample_times
-from ..kinematics.linkage import is_determined
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
 from ..record.errors import Status
 from ..record.run import Run
+from ..scene.linkage import is_determined
+from ..scene.remarks import remarks
 from ..solvers import Equal, Exudyn, position_error
 from . import System
 from .build import build

@@ -23,8 +23,8 @@ import numpy as np
 from tqdm import tqdm
 
 from ..geometry import Array
-from ..kinematics.linkage import turning_speed
 from ..mechanism import Mechanism
+from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
 from ..spectral.run import State, integrate

@@ -22,8 +22,9 @@ from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from .diagnosis import explain_singularity, find_undetermined
-from .linkage import Linkage, carried_masses, invert, is_determined, solve_rates
+from ..scene.linkage import Linkage, carried_masses, invert, is_determined, solve_rates
+from ..scene.redundancy import find_undetermined
+from .diagnosis import explain_singularity
 
 FIRST = 0.02
 """Turn of the fastest link in the first step [rad]."""

@@ -17,11 +17,12 @@ from ..process import Progress, ctrl_c
 from ..record.errors import Status
 from ..record.record import Record
 from ..record.run import Run
+from ..scene.linkage import turning_speed
+from ..scene.redundancy import redundancies
+from ..scene.remarks import remarks
+from ..scene.start import start
 from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError, find_undecided
-from .diagnosis import redundancies, remarks
-from .linkage import turning_speed
-from .start import start
 
 TURN = 400
 """Samples of a turn of the drive."""

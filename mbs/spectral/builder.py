@@ -17,9 +17,9 @@ from ..elements import Link, Motion, Ramp
 from ..elements.states import Stateful
 from ..functions import numbers_of
 from ..geometry import Array
-from ..kinematics.start import Start
 from ..laws.compiled import Pointer, array_pointer, function_pointer
 from ..mechanism import Mechanism
+from ..scene.start import Start
 from . import tables as k
 
 Pair = tuple[float, float]

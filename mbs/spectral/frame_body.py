@@ -10,8 +10,8 @@ import numpy as np
 
 from ..elements import Link, Modal
 from ..geometry import Array
-from ..kinematics.start import Start
 from ..modal.planar import STATIONS, PlanarModel
+from ..scene.start import Start
 from . import tables as k
 from .builder import Attached, Builder
 

@@ -11,13 +11,13 @@ from numba.core.errors import NumbaError
 from ..elements.element import stops_of
 from ..elements.stop import GRAZE, SLOWEST_ONSET
 from ..geometry import Array
-from ..kinematics.diagnosis import remarks
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c, working_time
 from ..record.errors import Status
 from ..record.run import Run
+from ..scene.remarks import remarks
 from ..solvers import COARSEST, Spectral, stiffly_damped, subdivide
 from . import explicit, implicit, output
 from .elimination import Fronts

@@ -16,9 +16,9 @@ from scipy.sparse import csr_array
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array
-from ..kinematics.diagnosis import find_undetermined, redundancies
 from ..mechanism import Mechanism
 from ..process import compiler
+from ..scene.redundancy import find_undetermined, redundancies
 from . import doors
 from . import tables as k
 from .builder import Attached, Builder

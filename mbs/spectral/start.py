@@ -8,7 +8,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..kinematics.settle import About, settle_strips, settles
-from ..kinematics.start import start
+from ..scene.start import start
 from .doors import place
 from .frame_body import FrameBody
 from .scene import Scene

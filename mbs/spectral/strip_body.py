@@ -12,7 +12,7 @@ import numpy as np
 from ..elements import Link, Profile, Section
 from ..elements.beam import Flexible
 from ..geometry import Array
-from ..kinematics.start import Start
+from ..scene.start import Start
 from . import tables as k
 from .basis import basis, fit, gauss
 from .builder import Attached, Builder

@@ -11,8 +11,8 @@ from ..elements import Link, Strut
 from ..elements.strut import StrutLaw
 from ..functions import numbers_of
 from ..geometry import Array
-from ..kinematics.start import Start
 from ..laws.compiled import function_pointer
+from ..scene.start import Start
 from . import tables as k
 from .builder import GROUND, Builder
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from buckler.mbs import statics
 from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
-from buckler.mbs.kinematics import linkage, start
-from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.scene import linkage, start
+from buckler.mbs.scene.remarks import remarks
 from buckler.mbs.schema import schema
 from buckler.mbs.spectral.beforehand import compile_all
 

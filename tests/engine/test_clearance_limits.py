@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 from simulations import fine, rates
 
 from buckler import mbs
-from buckler.mbs.kinematics.linkage import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CLOSED, RATTLING, CrankRocker
+from buckler.mbs.scene.linkage import KinematicsError
 
 BAR = mbs.Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4

@@ -5,8 +5,8 @@ import pytest
 from simulations import closed
 
 from buckler import mbs
-from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.laws import ExactRestitution
+from buckler.mbs.scene.linkage import Linkage
 
 BAR = mbs.Rigid(mbs.Section(width=0.020, thickness=0.005))
 STRIP = mbs.Section(width=0.030, thickness=0.0003)

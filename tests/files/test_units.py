@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 from buckler.mbs import Closure, Drive, Link, Mechanism, Revolute, Rigid, Section, Spring, Torque, simulate
-from buckler.mbs.kinematics.diagnosis import remarks
+from buckler.mbs.scene.remarks import remarks
 from buckler.mbs.units import is_measured, measured, parse_quantity
 
 BAR = Rigid(Section(0.02, 0.005))

@@ -8,9 +8,9 @@ from closures import BAR, COUPLER, CRANK, FRAME, ROCKER, START, crank_rocker
 from simulations import closed, parallelogram
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute
-from buckler.mbs.kinematics.linkage import KinematicsError, Linkage
-from buckler.mbs.kinematics.start import start
 from buckler.mbs.library import PAPER
+from buckler.mbs.scene.linkage import KinematicsError, Linkage
+from buckler.mbs.scene.start import start
 
 # --- other drives and guides ------------------------------------------------------------------------------------------
 

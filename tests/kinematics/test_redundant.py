@@ -7,7 +7,7 @@ import pytest
 
 from buckler import mbs
 from buckler.mbs.elements.signal import Kind
-from buckler.mbs.kinematics.diagnosis import find_undetermined, redundancies
+from buckler.mbs.scene.redundancy import find_undetermined, redundancies
 
 DRAWN = np.random.default_rng(7)
 ANGLES = [0.0, pi / 2, *DRAWN.uniform(-pi, pi, 3).tolist()]

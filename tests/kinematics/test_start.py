@@ -7,8 +7,8 @@ import pytest
 from simulations import closed
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
-from buckler.mbs.kinematics.linkage import KinematicsError, Linkage, is_determined, mass_matrix
-from buckler.mbs.kinematics.start import start
+from buckler.mbs.scene.linkage import KinematicsError, Linkage, is_determined, mass_matrix
+from buckler.mbs.scene.start import start
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
 STRIP = Section(width=0.030, thickness=0.0003)

@@ -1,0 +1,1 @@
+"""Mechanism as solvers, statics and checks read it: elements, linkage, start, redundant constraints."""

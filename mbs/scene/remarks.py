@@ -1,0 +1,76 @@
+"""Remarks on a mechanism: redundant constraints, too many drives, and what looks forgotten."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..elements.element import GROUND
+from ..mechanism import Mechanism
+from .linkage import ROUNDING, Linkage, rank
+from .redundancy import find_undetermined
+from .start import overdriven
+
+
+def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
+    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
+    found = []
+    if redundant_ones:
+        shared = ", ".join(map(repr, find_undetermined(mechanism)))
+        found.append(f"redundant: {', '.join(map(repr, redundant_ones))}; no equation determines the forces of {shared}")
+    if len(mechanism.drives) > 1 and (too_many := overdriven(mechanism)):
+        found.append(too_many)
+    held = _groups(mechanism)
+    for drive in mechanism.drives:
+        if drive.target not in mechanism.points and GROUND not in held[drive.target]:
+            found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
+    found += _free_links(mechanism)
+    spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
+    for point in mechanism.points:
+        links = [link.name for link in mechanism.links if point in link.points]
+        apart = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
+        if apart and f"{point}'" not in spoken:
+            found.append(
+                f"links '{links[0]}' and '{apart[0]}' share the point '{point}' without a joint there: they pass each other"
+            )
+    reach = sum(mechanism.length(link.name) for link in mechanism.links)
+    for stop in mechanism.stops:
+        if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:
+            found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
+    return found
+
+
+def _free_links(mechanism: Mechanism) -> Iterator[str]:
+    """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
+    tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
+    for link in mechanism.links:
+        spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")
+        if tied[link.name] == {link.name} and len(mechanism.links) > 1 and not spoken:
+            yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
+    if not mechanism.drives:
+        return
+    linkage = Linkage(mechanism)
+    jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
+    free = jacobian.shape[1] - rank(jacobian)
+    if free:
+        ways = np.abs(np.linalg.svd(jacobian)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
+        moving = [link.name for link, way in zip(mechanism.links, ways, strict=True) if way > ROUNDING]
+        count = "1 way" if free == 1 else f"{free} ways"
+        driven = len(mechanism.drives)
+        yield (
+            f"mobility {free + driven}, {driven} driven: with the drives held the linkage can move in {count} "
+            f"({', '.join(f'links.{name}' for name in moving)}); forces decide how"
+        )
+
+
+def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:
+    """Bodies that joints and guides tie to each body, everywhere or at one point only."""
+    groups = {name: {name} for name in (GROUND, *(link.name for link in mechanism.links))}
+    ties = [(joint.first, joint.second) for joint in mechanism.joints if point in (None, joint.point)]
+    ties += [(guide.link, GROUND) for guide in mechanism.guides if point is None]
+    for first, second in ties:
+        together = groups[first] | groups[second]
+        for name in together:
+            groups[name] = together
+    return groups
