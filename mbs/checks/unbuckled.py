@@ -144,10 +144,10 @@ class Growth:
     """Growth of bending in a run's poses."""
 
     def __init__(self, record: Record) -> None:
-        from ..spectral.scene import Scene  # the compiled solver takes a second to load
+        from ..spectral.scene import CompiledScene  # the compiled solver takes a second to load
         from ..statics.problem import Problem
 
-        self.record, self.scene = record, Scene.of(record.mechanism, DEGREE)
+        self.record, self.scene = record, CompiledScene.of(record.mechanism, DEGREE)
         self.problem = Problem(self.scene)
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:

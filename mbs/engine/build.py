@@ -23,9 +23,9 @@ from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
 from .loads import attach
 from .placed import Placed
-from .scene import Scene
+from .scene import EngineScene
 
-BODIES: dict[type, Callable[[Scene, elements.Link, Array], Placed | None]] = {
+BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], Placed | None]] = {
     elements.Rigid: rigid.add,
     elements.Beam: strip.add,
     elements.Cable: strip.add,
@@ -56,7 +56,7 @@ CONNECTORS: dict[type, Callable[..., None]] = {
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
 
 
-def connect(scene: Scene) -> None:
+def connect(scene: EngineScene) -> None:
     """Add all elements once the bodies stand: in the order of `CONNECTORS`; a kind without a line there by its rows."""
     found: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.mechanism.elements().items():
@@ -73,7 +73,7 @@ def connect(scene: Scene) -> None:
 exu.config.printToConsole = False
 
 
-def build(mechanism: Mechanism) -> Scene:
+def build(mechanism: Mechanism) -> EngineScene:
     """Assemble a mechanism in Exudyn.
 
     Parameters
@@ -82,7 +82,7 @@ def build(mechanism: Mechanism) -> Scene:
 
     Returns
     -------
-    Scene
+    EngineScene
         With the engine's system, not yet stepped.
 
     Raises
@@ -94,7 +94,7 @@ def build(mechanism: Mechanism) -> Scene:
     """
     container = exu.SystemContainer()
     system = container.AddSystem()
-    scene = Scene(mechanism, system, container)
+    scene = EngineScene(mechanism, system, container)
     scene.start = begun = start(mechanism)
     scene.redundant, scene.undetermined = redundancies(mechanism), find_undetermined(mechanism)
     for link in mechanism.links:
@@ -121,7 +121,7 @@ def build(mechanism: Mechanism) -> Scene:
     return scene
 
 
-def _add_gravity(scene: Scene) -> None:
+def _add_gravity(scene: EngineScene) -> None:
     """Add weight, and only where gravity lies in the plane."""
     gx, gy = scene.mechanism.gravity
     if gx == gy == 0:
@@ -140,7 +140,7 @@ REDUNDANT = 1e-12
 class _Equations:
     """Equations of a system: mass, forces and constraints by the engine's solver, constraint accelerations by differences."""
 
-    def __init__(self, scene: Scene, step: float) -> None:
+    def __init__(self, scene: EngineScene, step: float) -> None:
         solver: Any = exu.MainSolverImplicitSecondOrder()  # its stubs lack the arguments
         self.system, self.solver, self.step = scene.system, solver, step
         settings = exu.SimulationSettings()
@@ -213,7 +213,7 @@ class _Equations:
         return q, v - self._solve(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
 
 
-def settle(scene: Scene) -> None:
+def settle(scene: EngineScene) -> None:
     """Give a system its settled start, if the mechanism asks for it."""
     if not settles(scene.mechanism):
         return

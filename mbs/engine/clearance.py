@@ -20,7 +20,7 @@ from . import System
 from .guarded import watch
 from .kernel import user_function
 from .placed import History
-from .scene import Scene
+from .scene import EngineScene
 
 if TYPE_CHECKING:
     from ..laws.contact import Kernel
@@ -97,7 +97,7 @@ def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
     return float(hermite(*step, onsets(*step))[1][0])
 
 
-def connect(scene: Scene, joints: dict[str, Clearance]) -> None:
+def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
     """Add joints that share their laws as one user element over their bodies' nodes."""
     groups: dict[tuple[NormalLaw, object], list[str]] = {}
     for name, joint in joints.items():
@@ -125,7 +125,7 @@ def _memory(group: int, k: int, run: History, _record: Record) -> Array:
     return run.memory[group][:, k]
 
 
-def _end(scene: Scene, body: str, point: str, nodes: list[int]) -> End:
+def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
     """One side of a joint with clearance; its node joins `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
@@ -148,7 +148,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     return places, np.array(numbers, dtype=float)
 
 
-def add_clearances(scene: Scene, group: ClearanceGroup) -> int:
+def add_clearances(scene: EngineScene, group: ClearanceGroup) -> int:
     """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
     forces = user_function(group.kernel, group.memory, group.places, group.numbers, size, group.latest)

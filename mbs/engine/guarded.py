@@ -7,7 +7,7 @@ from math import isfinite
 
 from ..record.errors import Status
 from . import Callback, System
-from .scene import Scene
+from .scene import EngineScene
 
 
 def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
@@ -17,12 +17,12 @@ def describe_failure(t: float, what: str, error: BaseException, out_of_range: St
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
 
-def watch(scene: Scene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
+def watch(scene: EngineScene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
 
     Parameters
     ----------
-    scene : Scene or None
+    scene : EngineScene or None
     what : str
         What raises, in words.
     function : callable
@@ -41,7 +41,7 @@ def watch(scene: Scene | None, what: str, function: Callback, out_of_range: Stat
     return call
 
 
-def guard(scene: Scene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
+def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
     """Return an element's function of the time, for messages, and of its own arguments, whose value is so many numbers.
 
     A number in the place of a function is its constant value.

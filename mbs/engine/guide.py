@@ -19,7 +19,7 @@ from ..record.record import Record
 from . import System
 from .guarded import watch
 from .placed import History, Placed, States
-from .scene import Scene
+from .scene import EngineScene
 
 SMALLEST_SHARE = 0.1
 """Least share of the change of a reaction that friction takes over from one Newton iteration to the next."""
@@ -49,7 +49,7 @@ class PlacedBlock(Placed):
         return np.ones((1, 1))
 
 
-def place(scene: Scene, guide: Guide, speed: float) -> PlacedBlock:
+def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     """Add the block; `speed` is its speed along the guide."""
     x, y = scene.mechanism.points[guide.point]
     ax, ay = guide.along
@@ -66,7 +66,7 @@ def place(scene: Scene, guide: Guide, speed: float) -> PlacedBlock:
     return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), ends, (x, y))
 
 
-def connect(scene: Scene, guides: dict[str, Guide]) -> None:
+def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
     """Pin each block to its link, and let friction act on it."""
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
@@ -85,13 +85,13 @@ def connect(scene: Scene, guides: dict[str, Guide]) -> None:
             _add_rubbing(scene, name, guide)
 
 
-def _weight(scene: Scene, guide: Guide) -> float:
+def _weight(scene: EngineScene, guide: Guide) -> float:
     """Compute the block's weight to the left of the guide's direction, N."""
     gx, gy = scene.mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
 
-def _reaction(scene: Scene, name: str, guide: Guide, run: History, _record: Record) -> Array:
+def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
     """Force of the guide on the block, to the left of its direction, N: what the pin and the weight need."""
     force = run.multipliers[:, scene.multipliers(name)]
     return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
@@ -111,7 +111,7 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
     return (ay * pull[:, 0] - ax * pull[:, 1] - guide.mass * (ax * gy - ay * gx))[:, None]
 
 
-def _add_friction(scene: Scene, guide: Guide, friction: GuideFriction) -> None:
+def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
     """Add a guide's given friction on its block's coordinate: a native element without a data node."""
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamperExt(
@@ -136,7 +136,7 @@ class Rubbing:
         True if the law bends a bristle.
     """
 
-    def __init__(self, scene: Scene, name: str, guide: Guide) -> None:
+    def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, remembering(guide.friction)  # type: ignore[arg-type]
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.remembers = isinstance(guide.friction, BristleLaw)
@@ -186,7 +186,7 @@ class Rubbing:
         return self.memory.copy()
 
 
-def _add_rubbing(scene: Scene, name: str, guide: Guide) -> None:
+def _add_rubbing(scene: EngineScene, name: str, guide: Guide) -> None:
     """Add friction that follows the guide's reaction.
 
     Raises

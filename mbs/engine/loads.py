@@ -22,7 +22,7 @@ from .forces import StrutSpring
 from .guarded import guard, watch
 from .guide import PlacedBlock
 from .placed import History
-from .scene import Scene
+from .scene import EngineScene
 from .states import Moving, Sliding, Turning, add_states
 from .strip import PlacedStrip
 
@@ -30,7 +30,7 @@ FLYWHEEL = 1e12
 """Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
 
 
-def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
+def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
     """Load each point; a constant force needs no callback."""
     for name, load in loads.items():
         at = place(holder_reference(scene.mechanism, load.point))
@@ -48,7 +48,9 @@ def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
             add_torque(scene, scene.turning(*at), _moment_of(scene, at, load.through, _force(scene, name, load, follows)))
 
 
-def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Callback:
+def _moment_of(
+    scene: EngineScene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
+) -> Callback:
     """Make the moment about its point of a force whose line goes through a fixed place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
@@ -59,7 +61,7 @@ def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], 
     return moment
 
 
-def _loaded_point(scene: Scene, body: str, point: str) -> Sliding | Moving:
+def _loaded_point(scene: EngineScene, body: str, point: str) -> Sliding | Moving:
     """Return the point in the engine's own coordinates."""
     placed, at = scene.placed[body], scene.mechanism.points[point]
     if isinstance(placed, PlacedBlock):
@@ -68,7 +70,7 @@ def _loaded_point(scene: Scene, body: str, point: str) -> Sliding | Moving:
     return Moving(node, size, here, np.subtract(at, here))
 
 
-def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
     value = guard(scene, name, load.value, 2)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
@@ -82,7 +84,7 @@ def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callabl
     return vector
 
 
-def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:
+def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
     """Load each node; a force that turns with the section is fixed in its node."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
@@ -97,7 +99,7 @@ def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:
         scene.parts["LineLoad"] += 1
 
 
-def add_torques(scene: Scene, loads: dict[str, Torque]) -> None:
+def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
     """Load the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
         body, point = place(load.at(scene.mechanism))
@@ -110,7 +112,7 @@ def add_torques(scene: Scene, loads: dict[str, Torque]) -> None:
         scene.parts["Torque"] += 1
 
 
-def add_torque(scene: Scene, marker: int, torque: Callback) -> None:
+def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
     """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
 
     def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
@@ -123,7 +125,7 @@ def add_torque(scene: Scene, marker: int, torque: Callback) -> None:
     )
 
 
-def add_motors(scene: Scene, loads: dict[str, Motor]) -> None:
+def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
     """Let each motor turn its link."""
     for name, load in loads.items():
         voltage = guard(scene, name, load.voltage)
@@ -135,7 +137,7 @@ def add_motors(scene: Scene, loads: dict[str, Motor]) -> None:
         scene.parts["Motor"] += 1
 
 
-def add_springs(scene: Scene, loads: dict[str, Spring]) -> None:
+def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
     """Join the points; only a law needs a callback."""
     for name, load in loads.items():
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
@@ -147,7 +149,7 @@ def add_springs(scene: Scene, loads: dict[str, Spring]) -> None:
         scene.parts["Spring"] += 1
 
 
-def pull(scene: Scene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
+def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
     """Return the engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
@@ -159,7 +161,7 @@ def pull(scene: Scene, name: str, load: Spring | TorsionSpring) -> dict[str, Any
     return {"stiffness": 1.0, "springForceUserFunction": force}
 
 
-def add_torsion_springs(scene: Scene, loads: dict[str, TorsionSpring]) -> None:
+def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> None:
     """Join the angles."""
     for name, load in loads.items():
         free = load.free_angle or 0.0
@@ -174,11 +176,11 @@ def add_torsion_springs(scene: Scene, loads: dict[str, TorsionSpring]) -> None:
         scene.parts["TorsionSpring"] += 1
 
 
-def add_strut(scene: Scene, link: Link, _velocity: Array) -> None:
+def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
     """Add nothing: a strut has no body of its own."""
 
 
-def join_struts(scene: Scene, links: dict[str, Link]) -> None:
+def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
     """Add each strut between position markers of its neighbours."""
     for name, link in links.items():
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
@@ -193,12 +195,12 @@ def join_struts(scene: Scene, links: dict[str, Link]) -> None:
         )
 
 
-def _end_marker(scene: Scene, link: Link, point: str) -> int:
+def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
     """Return the marker of the body on which a strut's end acts, there or through other struts: a block, a link, the ground."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
-def add_belts(scene: Scene, belts: dict[str, Belt]) -> None:
+def add_belts(scene: EngineScene, belts: dict[str, Belt]) -> None:
     """Add inextensible belts by their rows, the others as matrices of the turns."""
     rows.connect(scene, {name: belt for name, belt in belts.items() if belt.stiffness is None})
     for belt in belts.values():
@@ -220,13 +222,13 @@ def add_belts(scene: Scene, belts: dict[str, Belt]) -> None:
         scene.parts["Belt"] += 1
 
 
-def add_masses(scene: Scene, masses: dict[str, Mass]) -> None:
+def add_masses(scene: EngineScene, masses: dict[str, Mass]) -> None:
     """They are built with the bodies."""
     if masses:
         scene.parts["Mass"] += len(masses)
 
 
-def attach(scene: Scene, burden: Burden) -> None:
+def attach(scene: EngineScene, burden: Burden) -> None:
     """Add a burden to a body, with its weight where the body's own weight does not count it in."""
     body, point = place(burden.at)
     placed = scene.placed[body]
@@ -237,7 +239,7 @@ def attach(scene: Scene, burden: Burden) -> None:
         scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.ends[point], loadVector=[gx, gy, 0.0]))
 
 
-def add_drives(scene: Scene, drives: dict[str, Drive]) -> None:
+def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate."""
     for name, drive in drives.items():
         if scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
@@ -260,7 +262,7 @@ def _effort(drive: Drive, _run: History, record: Record) -> Array:
     return total[:, None]
 
 
-def add_drive(system: System, drive: Drive, coordinate: int, ground: int, scene: Scene | None = None) -> int:
+def add_drive(system: System, drive: Drive, coordinate: int, ground: int, scene: EngineScene | None = None) -> int:
     """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity.
 
     A scene, if there is one, is told what the motion raises.

@@ -19,7 +19,7 @@ from ..geometry import Array
 from ..modal.planar import STATIONS, ModalHistory, PlanarModel
 from . import System
 from .placed import Placed, States
-from .scene import Scene
+from .scene import EngineScene
 
 ARM = 0.05
 """Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
@@ -89,7 +89,7 @@ class PlacedModal(Placed):
         return add_anchor(self, point), self.places[point]
 
 
-def add(scene: Scene, link: Link, rates: Array) -> PlacedModal:
+def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     """Add a modal link, undeformed, moving as a rigid body; `rates` is the velocity of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
     body_spec = cast(Modal, link.body)

@@ -24,7 +24,7 @@ from ..validate import one_of, positive
 from . import System
 from .build import build
 from .placed import States
-from .scene import SPARSE_FROM, Scene
+from .scene import SPARSE_FROM, EngineScene
 from .strip import PlacedStrip
 
 OFF_BRANCH = 0.5
@@ -126,7 +126,7 @@ def _between_ground_and_slider(body: Beam | Cable, length: float, travel: list[f
     )
 
 
-def _exact_coordinates(scene: Scene, body: Beam | Cable, u: Array) -> Array:
+def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:
     """Displacements of all coordinates in the exact shape, shape (values, coordinates)."""
     strip = scene.placed["strip"]
     columns, length = strip.columns(), scene.mechanism.length("strip")
@@ -140,7 +140,7 @@ def _exact_coordinates(scene: Scene, body: Beam | Cable, u: Array) -> Array:
     return guesses
 
 
-def _static_settings(scene: Scene, tolerance: float) -> exu.SimulationSettings:
+def _static_settings(scene: EngineScene, tolerance: float) -> exu.SimulationSettings:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     static = settings.staticSolver
@@ -163,7 +163,7 @@ def _solve(engine: Any, system: System, settings: exu.SimulationSettings) -> boo
         return False
 
 
-def _shapes(scene: Scene, states: list[Array]) -> Array:
+def _shapes(scene: EngineScene, states: list[Array]) -> Array:
     placed = cast(PlacedStrip, scene.placed["strip"])
     if not states:
         return np.empty((0, 0, 2))

@@ -18,7 +18,7 @@ from . import System
 from .forces import StopContact
 from .guarded import describe_failure
 from .placed import History, Remembering, States
-from .scene import Scene
+from .scene import EngineScene
 
 CHECK_EVERY = 16
 """Steps between looks at the clock."""
@@ -36,7 +36,7 @@ class Rows:
     contact: list[list[float]] = field(default_factory=list)
     memory: list[list[Array]] = field(default_factory=list)
 
-    def history(self, scene: Scene) -> History:
+    def history(self, scene: EngineScene) -> History:
         """Stack them."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
@@ -53,7 +53,9 @@ class Rows:
 class Recorder:
     """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
 
-    def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> None:
+    def __init__(
+        self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
+    ) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = list(scene.stops.values())
         self.groups: list[Remembering] = [group for group in scene.remembering if group.remembers]

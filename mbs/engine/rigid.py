@@ -12,7 +12,7 @@ from ..elements.link import Link
 from ..geometry import Array, rotate, rotate_left
 from ..record.motion import RigidMotion
 from .placed import Placed, States
-from .scene import Scene
+from .scene import EngineScene
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class PlacedRigid(Placed):
         return self.nodes[0], self.reference[0, :2]
 
 
-def add(scene: Scene, link: Link, velocity: Array) -> PlacedRigid:
+def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     """Add a rigid link; `velocity` is that of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
@@ -105,7 +105,7 @@ def add(scene: Scene, link: Link, velocity: Array) -> PlacedRigid:
     return PlacedRigid(system, link.name, link.body, (node,), (body,), reference, ends, *parts)
 
 
-def _with_burdens(scene: Scene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
+def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
     """Mass, inertia and centre of mass of a link with all it bears (parallel axes)."""
     parts = [(mass, inertia, centre)]
     for at, more, turning in scene.burdens:

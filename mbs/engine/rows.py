@@ -15,10 +15,10 @@ from ..record.record import Record
 from ..scene.forms import Ends, Forms
 from . import System
 from .placed import History
-from .scene import Reader, Scene
+from .scene import EngineScene, Reader
 
 
-def connect(scene: Scene, elements: dict[str, Element]) -> None:
+def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
     """Add the rows of each element; its channels are what `reactions` makes of the multipliers, which push against the rows.
 
     A strut acts on its neighbour directly: rows that hold its ends are left out.
@@ -34,7 +34,7 @@ def connect(scene: Scene, elements: dict[str, Element]) -> None:
         scene.parts[type(element).__name__] += 1
 
 
-def _add(scene: Scene, rows: list[Row]) -> list[int]:
+def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     """Add the constraints of an element's rows, return their numbers: a pin for two that hold a point, else one for all."""
     pin = find_pin(rows)
     if pin is None:
@@ -48,7 +48,7 @@ def _add(scene: Scene, rows: list[Row]) -> list[int]:
     return held
 
 
-def _reader(scene: Scene, parts: list[int], element: Element, channel: str) -> Reader:
+def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str) -> Reader:
     """Reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:
@@ -67,7 +67,7 @@ class RowConstraint:
         Node numbers, in order, and their places at t = 0, m.
     """
 
-    def __init__(self, scene: Scene, rows: list[Row]) -> None:
+    def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points
         self.nodes: dict[int, Array] = {}
         self.at: dict[Place, int] = {}
@@ -115,7 +115,7 @@ class RowConstraint:
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=size, **given)))
 
 
-def add_sliders(scene: Scene, joints: dict[str, Slot]) -> None:
+def add_sliders(scene: EngineScene, joints: dict[str, Slot]) -> None:
     """Add each slider or slot: the engine's prismatic joint, the line's normal on the second body."""
     for name, joint in joints.items():
         (first, leans), (second, turned) = (_marker(scene, body, joint.point) for body in (joint.first, joint.second))
@@ -131,13 +131,13 @@ def add_sliders(scene: Scene, joints: dict[str, Slot]) -> None:
         scene.parts[type(joint).__name__] += 1
 
 
-def _effort(scene: Scene, name: str) -> Reader:
+def _effort(scene: EngineScene, name: str) -> Reader:
     """Reader of normal force and moment on the second body; the engine's second equation falls as that body turns ahead."""
     signs = np.array([-1.0, 1.0])
     return lambda run, _record: signs * run.multipliers[:, scene.multipliers(name)]
 
 
-def _marker(scene: Scene, body: str, point: str) -> tuple[int, float]:
+def _marker(scene: EngineScene, body: str, point: str) -> tuple[int, float]:
     """Rigid marker of a body, or of the ground, at a point, and the direction of its axes at t = 0."""
     if body != GROUND:
         placed = scene.placed[body]

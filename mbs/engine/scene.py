@@ -30,7 +30,7 @@ SPARSE_FROM = 40
 
 
 @dataclass
-class Scene:
+class EngineScene:
     """An assembled system with the places of its parts; it does not outlive the run.
 
     Attributes

@@ -23,7 +23,7 @@ from ..solvers import Equal, Exudyn, position_error
 from . import System
 from .build import build
 from .recording import Recorder
-from .scene import SPARSE_FROM, Scene
+from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl, implicit_control
 
 EXPLICIT_SHARE = 10.0
@@ -34,7 +34,7 @@ NEVER_REACHED = 1e-15
 """Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
 
 
-def run_engine(scene: Scene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
+def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
     """Let the engine run; what went wrong, if anything."""
     if control.solver.steps.record_every > 1:
         _record_seldom(scene, control)
@@ -61,7 +61,7 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: exu.Simul
     return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
 
 
-def _record_seldom(scene: Scene, control: Recorder) -> None:
+def _record_seldom(scene: EngineScene, control: Recorder) -> None:
     """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
 
     def record(system: System, t: float, *_: object) -> list[float]:
@@ -91,7 +91,7 @@ def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
     return settings
 
 
-def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
+def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Dormand-Prince 5(4)."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
@@ -108,7 +108,7 @@ def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.Simu
     return settings
 
 
-def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
+def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Generalized-alpha."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
@@ -131,7 +131,7 @@ def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.Simu
     return settings
 
 
-def _reachable_residual(scene: Scene) -> float:
+def _reachable_residual(scene: EngineScene) -> float:
     """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
     bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
@@ -167,7 +167,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     return Run(solver, record, failure, work, scene.summary(), [*remarks(mechanism, scene.redundant), *scene.told])
 
 
-def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
+def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
     """Generalized-alpha."""
     engine = exu.MainSolverImplicitSecondOrder()
     control = implicit_control(scene, solver, duration, engine, timeout, progress)
@@ -177,7 +177,7 @@ def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float 
     return control, engine, run_engine(scene, control, engine, settings)
 
 
-def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
+def _run_explicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
     """Dormand-Prince 5(4) with the engine's own error control: rigid links in free flight and short contacts."""
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)

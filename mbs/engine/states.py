@@ -19,7 +19,7 @@ from ..record.record import Record
 from . import System
 from .guarded import guard
 from .placed import History
-from .scene import Scene
+from .scene import EngineScene
 
 
 class Pushed(Protocol):
@@ -94,7 +94,7 @@ class Moving(NamedTuple):
         return [fx, fy, bx * fy - by * fx]
 
 
-def add_states(scene: Scene, name: str, load: Stateful, pushed: Pushed) -> None:
+def add_states(scene: EngineScene, name: str, load: Stateful, pushed: Pushed) -> None:
     """Add a load and its states."""
     initial, size = load.states.initial, pushed.size  # type: ignore[union-attr]
     functions, count, none = [guard(scene, name, each) for each in load.functions()], len(initial), [0.0] * len(initial)
@@ -115,6 +115,6 @@ def add_states(scene: Scene, name: str, load: Stateful, pushed: Pushed) -> None:
     scene.reads(name, "states", partial(_states, scene, node, count))
 
 
-def _states(scene: Scene, node: int, count: int, run: History, _record: Record) -> Array:
+def _states(scene: EngineScene, node: int, count: int, run: History, _record: Record) -> Array:
     first = scene.system.GetNodeODE2Index(node)
     return np.hstack([part[:, first : first + count] for part in (run.states.q_t, run.states.q_tt)])

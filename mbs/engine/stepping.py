@@ -20,7 +20,7 @@ from ..solvers import Controlled, Exudyn, position_error, subdivide
 from . import System
 from .forces import StopContact, StrutSpring
 from .recording import Recorder
-from .scene import Scene
+from .scene import EngineScene
 
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
@@ -42,7 +42,7 @@ class StepControl(Recorder):
 
     def __init__(
         self,
-        scene: Scene,
+        scene: EngineScene,
         solver: Exudyn,
         steps: Controlled,
         duration: float,
@@ -114,7 +114,7 @@ class StepControl(Recorder):
 
 
 def implicit_control(
-    scene: Scene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder, *limits: Any
+    scene: EngineScene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder, *limits: Any
 ) -> Recorder:
     """The callbacks of an implicit run; with equal steps nothing is to be controlled."""
     if not isinstance(solver.steps, Controlled):
@@ -160,7 +160,7 @@ class _StopWatch:
 class _StrutWatch:
     """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
 
-    def __init__(self, scene: Scene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
+    def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
         masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
@@ -188,7 +188,7 @@ class _StrutWatch:
 class _StateWatch:
     """States of a load's law: the error of their integrals, as that of angles, with 1 or their largest value for 1 rad/s."""
 
-    def __init__(self, scene: Scene, node: int, count: int, tolerance: float) -> None:
+    def __init__(self, scene: EngineScene, node: int, count: int, tolerance: float) -> None:
         first = scene.system.GetNodeODE2Index(node)
         self.data, self.places, self.tolerance = scene.system.systemData, slice(first, first + count), tolerance
         self.units, self.rates = np.ones(count), np.full(count, np.nan)
@@ -221,7 +221,7 @@ def _factor(error: float) -> float:
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
-def _position_weights(scene: Scene) -> Array:
+def _position_weights(scene: EngineScene) -> Array:
     """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():

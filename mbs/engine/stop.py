@@ -16,10 +16,10 @@ from . import System
 from .forces import End, FreeContact, StopContact
 from .guarded import watch
 from .placed import History
-from .scene import Scene
+from .scene import EngineScene
 
 
-def contact_of(scene: Scene, stop: Stop) -> StopContact:
+def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     """Place a stop in its guide's coordinate, or between its two bodies."""
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
@@ -39,7 +39,7 @@ def contact_of(scene: Scene, stop: Stop) -> StopContact:
     return FreeContact(stop, face=face, side=side, mass=mass, first=first, second=second, along=along, reach=reach)
 
 
-def connect(scene: Scene, stops: dict[str, Stop]) -> None:
+def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
     """Add each stop: on its block's coordinate, or over its bodies' nodes."""
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene, stop)
@@ -55,7 +55,7 @@ def _force(k: int, run: History, _record: Record) -> Array:
     return run.contact[:, k : k + 1]
 
 
-def add_stop(scene: Scene, contact: StopContact, coordinate: int, ground: int) -> int:
+def add_stop(scene: EngineScene, contact: StopContact, coordinate: int, ground: int) -> int:
     """Add a stop on a slider's coordinate marker."""
 
     def spring_force(_system: System, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
@@ -72,7 +72,7 @@ def add_stop(scene: Scene, contact: StopContact, coordinate: int, ground: int) -
     )
 
 
-def _add_free(scene: Scene, contact: FreeContact) -> int:
+def _add_free(scene: EngineScene, contact: FreeContact) -> int:
     """Add a stop as a user element without mass."""
     nodes = [end.node for end in (contact.first, contact.second) if end.size]
     size = contact.first.size + contact.second.size

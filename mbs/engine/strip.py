@@ -21,7 +21,7 @@ from ..geometry import Array
 from ..record.strips import BeamMotion, CableMotion
 from . import System
 from .placed import Placed, States
-from .scene import Scene
+from .scene import EngineScene
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: A
     return np.column_stack([fitted.real, fitted.imag]), theta, pieces
 
 
-def add(scene: Scene, link: Link, velocity: Array) -> PlacedStrip:
+def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     """Add a beam or cable; `velocity` is that of its start, (vx, vy, omega)."""
     mechanism, system, body = scene.mechanism, scene.system, cast(Flexible, link.body)
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))

@@ -28,7 +28,7 @@ from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
 from ..spectral.run import State, integrate
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
 from ..spectral.statistics import Accumulator
 from ..validate import one_of, positive, whole
@@ -67,7 +67,7 @@ class Task:
         readings = [Reading.of(text) for text in self.readings]
         nothing = np.full((len(self.edges) - 1, len(readings)), np.nan)
         try:
-            scene = Scene.of(self.members.mechanism(k), self.solver.degree)
+            scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
             names = list(dict.fromkeys(name for each in readings for name in each.signals.values()))
             channels = Channels.of(scene, names)
             found = Accumulator.over(self.edges, len(names))

@@ -14,7 +14,7 @@ from ..elements.clearance import Clearance
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..sensitivity.numbers import Family
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..spectral.start import offset
 from ..spectral.tables import COUNT, FIRST
 from ..validate import whole
@@ -93,7 +93,7 @@ class Members:
             return self.source
         return Mechanism.from_dict(change(self.source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
-    def shift(self, scene: Scene, k: int) -> Array:
+    def shift(self, scene: CompiledScene, k: int) -> Array:
         """Draw a member's start: journals anywhere in their bushes, or a tiny offset where there are none, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
         shift = journals_anywhere(scene, random)
@@ -110,7 +110,7 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
     return np.asarray(qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random_base2(power)[:count])
 
 
-def journals_anywhere(scene: Scene, random: np.random.Generator) -> Array | None:
+def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Array | None:
     """Shift the start so that each journal is anywhere in its bush, uniformly over the circle; None without clearance.
 
     The shift of the coordinates is the least one that gives these eccentricities and meets the constraints, to first order.
@@ -129,7 +129,7 @@ def journals_anywhere(scene: Scene, random: np.random.Generator) -> Array | None
     return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ np.concatenate([wanted, np.zeros(len(rows))])))
 
 
-def _slope(scene: Scene, marker: int) -> Array:
+def _slope(scene: CompiledScene, marker: int) -> Array:
     """Derivative of a marker's place by all coordinates at the start, shape (2, n)."""
     scene.read(marker, scene.q0)
     first, count = scene.tables.markers[marker, [FIRST, COUNT]]

@@ -36,11 +36,11 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
     """
     from ..spectral.recording import record_of  # loads the compiler
     from ..spectral.run import integrate
-    from ..spectral.scene import Scene
+    from ..spectral.scene import CompiledScene
 
     before_run.get()()
     solver = replace(solver, method="implicit")
-    scene = Scene.of(mechanism, solver.degree)
+    scene = CompiledScene.of(mechanism, solver.degree)
     out, failure, counts = integrate(scene, duration, solver)
     if failure and failure[0] == Status.INTERRUPTED:
         raise KeyboardInterrupt

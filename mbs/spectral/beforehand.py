@@ -54,9 +54,9 @@ def _implicit() -> None:
 def _explicit() -> None:
     from .dense import at_times, ledger
     from .run import integrate
-    from .scene import Scene
+    from .scene import CompiledScene
 
-    scene = Scene.of(_rattling())
+    scene = CompiledScene.of(_rattling())
     out, _, _ = integrate(scene, SHORT, Spectral())
     at_times(scene, out, np.array([0.0]))
     ledger(scene, out, [])

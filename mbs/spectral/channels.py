@@ -23,7 +23,7 @@ from .frame_body import FrameBody
 from .markers import place_markers
 from .output import Output
 from .recording import record_of
-from .scene import Scene
+from .scene import CompiledScene
 from .tables import AX, COUNT, FASTEST, FIRST, FRICTION, LENGTH, SLIP, VALUE, VX, X
 
 REPORT, MARKER, ACCELERATION, MULTIPLIER = range(4)
@@ -92,14 +92,14 @@ class Channels:
     scales: Array
 
     @classmethod
-    def of(cls, scene: Scene, names: Sequence[str]) -> Channels:
+    def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
         """Find the columns of signals in a scene; markers that it lacks are added to it."""
         known = {name: column for name in names if (column := _column(scene, name)) is not None}
         order = tuple(sorted(names, key=lambda name: name not in known))
         columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
         return cls(order, columns, np.array([known[name][4] for name in order if name in known]))
 
-    def values(self, scene: Scene, out: Output) -> Array:
+    def values(self, scene: CompiledScene, out: Output) -> Array:
         """Values of all signals at the rows of a run, shape (times, signals)."""
         values, fast = np.empty((len(out.time), len(self.names))), len(self.columns)
         if fast:
@@ -117,7 +117,7 @@ class Channels:
         return values
 
 
-def _column(scene: Scene, name: str) -> Column | None:
+def _column(scene: CompiledScene, name: str) -> Column | None:
     """Find the column of a signal; None where it is made from records."""
     owner, _, what = name.rpartition(".")
     for find in (_of_contact, _of_point, _of_link, _of_drive):
@@ -126,7 +126,7 @@ def _column(scene: Scene, name: str) -> Column | None:
     return None
 
 
-def _of_contact(scene: Scene, owner: str, what: str) -> Column | None:
+def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
     elements = scene.mechanism.elements()
     for k, name in enumerate(scene.force_names):
@@ -148,7 +148,7 @@ def _of_contact(scene: Scene, owner: str, what: str) -> Column | None:
 PLACES = {"x": X, "y": X + 1, "vx": VX, "vy": VX + 1}
 
 
-def _of_point(scene: Scene, owner: str, what: str) -> Column | None:
+def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Place and velocity of a point, as part of the first link that has it."""
     links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
     if owner not in scene.mechanism.points or what not in PLACES or not links:
@@ -156,7 +156,7 @@ def _of_point(scene: Scene, owner: str, what: str) -> Column | None:
     return (MARKER, scene.marker(links[0].name, owner), PLACES[what], PLAIN, 1.0)
 
 
-def _of_link(scene: Scene, owner: str, what: str) -> Column | None:
+def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Motion of a rigid link's centre of mass."""
     body = scene.builder.bodies.get(owner)
     if not isinstance(body, FrameBody) or body.model is not None or what not in (*PLACES, "ax", "ay"):
@@ -172,7 +172,7 @@ def _of_link(scene: Scene, owner: str, what: str) -> Column | None:
     return (ACCELERATION, marker, ("ax", "ay").index(what), PLAIN, 1.0)
 
 
-def _of_drive(scene: Scene, owner: str, what: str) -> Column | None:
+def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Torque or force of a drive."""
     if what not in ("torque", "force") or not isinstance(scene.mechanism.elements().get(owner), Drive):
         return None

@@ -17,7 +17,7 @@ from ..record.lookup import hermite, quintic
 from .explicit import flight_for, look
 from .output import Output
 from .recording import followed
-from .scene import Scene
+from .scene import CompiledScene
 from .tables import BRISTLE, FRICTION, LENGTH, RATE, SLIP, VALUE
 
 BARE = 1e-9
@@ -46,12 +46,12 @@ class Dense(NamedTuple):
     reports: Array
 
 
-def at_times(scene: Scene, out: Output, times: Array) -> Dense:
+def at_times(scene: CompiledScene, out: Output, times: Array) -> Dense:
     """States at times within a run: polynomials of fifth degree through places, rates and second rates at both ends of a step."""
     return _seen(scene, np.asarray(times, dtype=float), *_states(out, times))
 
 
-def refined(scene: Scene, out: Output, between: int) -> Output:
+def refined(scene: CompiledScene, out: Output, between: int) -> Output:
     """The same run with so many states more in each step, at equal distances, but for steps of next to no length."""
     long = np.diff(out.time) > BARE * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
@@ -75,7 +75,7 @@ def _states(out: Output, times: Array) -> tuple[Array, Array, Array]:
         return places, np.where(h[:, None] > 0, way / h[:, None], out.v[step]), memory
 
 
-def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
+def right_hand_side(scene: CompiledScene) -> Callable[[float, Array], Array]:
     """Rates of (q, v) as a function for other integrators; contacts know no onset speed but the slowest."""
     n, memory = scene.size, scene.memory()[None]
 
@@ -86,7 +86,7 @@ def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
     return rates
 
 
-def _seen(scene: Scene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
+def _seen(scene: CompiledScene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
     n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
     room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     a, lam, speed, reports = (np.empty((len(time), *shape)) for shape in ((n,), (r,), (r,), (k, 8)))
@@ -125,7 +125,7 @@ class Ledger(NamedTuple):
         return hermite(self.time, self.work[:, columns], self.power[:, columns], times)[0]
 
 
-def ledger(scene: Scene, out: Output, watched: Sequence[int]) -> Ledger:
+def ledger(scene: CompiledScene, out: Output, watched: Sequence[int]) -> Ledger:
     """Of a run of the explicit integrator."""
     parts, steps = len(SHARES) - 1, np.diff(out.time)
     between = out.time[:-1, None] + steps[:, None] * np.arange(parts) / parts
@@ -144,7 +144,7 @@ def ledger(scene: Scene, out: Output, watched: Sequence[int]) -> Ledger:
     )
 
 
-def _lost(scene: Scene, seen: Dense) -> Array:
+def _lost(scene: CompiledScene, seen: Dense) -> Array:
     """Power lost in the modes of all links, W, (times, 1)."""
     lost = np.zeros((len(seen.time), 1))
     for first, modes, at in scene.tables.modal:

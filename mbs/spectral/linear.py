@@ -1,4 +1,4 @@
-"""The equations of motion at a state, linear about it as sparse matrices, and their factors (`Scene.linear`, `Linear.factor`).
+"""The equations of motion at a state, linear about it as sparse matrices, and their factors (`CompiledScene.linear`).
 
     M a + C v' + K q' + (G - X)^T lambda' = f',    G q' = g'.
 

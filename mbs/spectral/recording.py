@@ -19,7 +19,7 @@ from .frame_body import FrameBody
 from .markers import place_markers
 from .motion import Piece, SpectralStrip
 from .output import Output
-from .scene import Scene
+from .scene import CompiledScene
 from .strip_body import StripBody
 from .tables import (
     AX,
@@ -71,7 +71,7 @@ def _follow(s, w, time, q, v, a, lam, memory, traces, reports):
         copy(w.reports, reports[i])
 
 
-def record_of(scene: Scene, out: Output) -> Record:
+def record_of(scene: CompiledScene, out: Output) -> Record:
     """Turn what a run left into plain arrays of links, blocks and elements."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
@@ -104,7 +104,7 @@ def record_of(scene: Scene, out: Output) -> Record:
     return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.undetermined)
 
 
-def followed(scene: Scene, out: Output) -> tuple[Array, Array]:
+def followed(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
     times = len(out.time)
     traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
@@ -112,7 +112,7 @@ def followed(scene: Scene, out: Output) -> tuple[Array, Array]:
     return traces, reports
 
 
-def _own_centre(scene: Scene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
+def _own_centre(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)
@@ -126,7 +126,7 @@ def _modal(link: Link, body: Any, out: Output) -> ModalHistory:
     return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)
 
 
-def _strip(scene: Scene, body: StripBody, out: Output) -> SpectralStrip:
+def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
     pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
     states = (out.q[:, places], out.v[:, places], out.a[:, places])
@@ -141,7 +141,7 @@ def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
     )
 
 
-def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
+def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
     """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.mechanism.elements()

@@ -25,7 +25,7 @@ from .fronts import Orders
 from .output import Output
 from .recording import record_of
 from .room import Room, room_for
-from .scene import Scene
+from .scene import CompiledScene
 from .start import Balance, balance, begin
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 
@@ -46,7 +46,7 @@ ROWS = 2000
 """Steps between looks at the clock."""
 
 
-def scene_for(mechanism: Mechanism, degree: int | None) -> Scene | None:
+def scene_for(mechanism: Mechanism, degree: int | None) -> CompiledScene | None:
     """The scene of a mechanism; None where this solver does not know a kind of element, or cannot compile its functions.
 
     Laws of friction without memory that follow a guide's reaction are known, but near a wedge they start wrongly.
@@ -55,7 +55,7 @@ def scene_for(mechanism: Mechanism, degree: int | None) -> Scene | None:
     if any(isinstance(law, FrictionLaw) and not isinstance(law, BristleLaw) for law in laws):
         return None
     try:
-        return Scene.of(mechanism, degree)
+        return CompiledScene.of(mechanism, degree)
     except (ValueError, NotImplementedError, NumbaError):
         return None
 
@@ -82,10 +82,10 @@ def memory_at_end(out: Output) -> Array:
 
 def once(
     mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    ends: Array | None = None, scene: Scene | None = None,
+    ends: Array | None = None, scene: CompiledScene | None = None,
 ) -> Run:  # fmt: skip
     """Integrate a mechanism, or its scene where that is built; `ends` as in `integrate`."""
-    scene = scene or Scene.of(mechanism, solver.degree)
+    scene = scene or CompiledScene.of(mechanism, solver.degree)
     start = working_time()
     out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends)
     work = {
@@ -100,7 +100,7 @@ def once(
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 
 
-def _contradiction(scene: Scene, out: Output) -> tuple[Status, str] | None:
+def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
     """That constraints do not hold in the end: Newton's method solves what contradicts itself as well as can be."""
     t = float(out.time[-1])
     off = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
@@ -111,7 +111,7 @@ def _contradiction(scene: Scene, out: Output) -> tuple[Status, str] | None:
 
 
 def integrate(
-    scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
+    scene: CompiledScene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     state: State | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
@@ -163,7 +163,7 @@ def integrate(
 
 
 def _method(
-    scene: Scene, solver: Spectral, state: State, rest: Balance
+    scene: CompiledScene, solver: Spectral, state: State, rest: Balance
 ) -> tuple[Callable[..., None], Room | explicit.Flight, Fronts | Orders, float]:
     """The integrator that suits a scene, its room, its orders of elimination, its shortest step over the end."""
     if explicitly(scene, solver):
@@ -173,7 +173,7 @@ def _method(
     return implicit.run_implicit, room, Orders(scene.fronts, scene.heavy_fronts), implicit.SHORTEST
 
 
-def explicitly(scene: Scene, solver: Spectral) -> bool:
+def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
     """Whether the explicit integrator runs a scene: nothing is stiff but contacts with clearance, not stiffly damped ones.
 
     Where they are, the implicit one is 2 to 8 times faster, and its energies add up 30 times better (docs/theory-spectral.md).
@@ -211,7 +211,7 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
     return None
 
 
-def _raised(scene: Scene, out: Output) -> tuple[Output, tuple[Status, str]]:
+def _raised(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
     """What a run left before a function of the user raised an exception, found by bisection; status and sentence.
 
     A ValueError of a strut's law means that it is out of its range.

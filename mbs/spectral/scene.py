@@ -52,7 +52,7 @@ class Place(NamedTuple):
 
 
 @dataclass
-class Scene:
+class CompiledScene:
     """A mechanism as arrays for the kernel.
 
     Attributes
@@ -87,7 +87,7 @@ class Scene:
     work: Work = field(repr=False)
 
     @classmethod
-    def of(cls, mechanism: Mechanism, degree: int | None = None) -> Scene:
+    def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
         """Turn a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
 
         Raises

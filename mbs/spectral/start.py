@@ -11,7 +11,7 @@ from ..kinematics.settle import About, settle_strips, settles
 from ..scene.start import start
 from .doors import place
 from .frame_body import FrameBody
-from .scene import Scene
+from .scene import CompiledScene
 
 ROUNDING = 1e-12
 
@@ -23,7 +23,7 @@ class Balance(NamedTuple):
     multipliers: Array
 
 
-def start_rates(scene: Scene) -> Array:
+def start_rates(scene: CompiledScene) -> Array:
     """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
     What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy.
@@ -55,7 +55,7 @@ def start_rates(scene: Scene) -> Array:
     return v
 
 
-def slopes(scene: Scene, marker: int, q: Array) -> Array:
+def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, *_ = scene.tables.markers[marker]
@@ -65,7 +65,7 @@ def slopes(scene: Scene, marker: int, q: Array) -> Array:
     return out
 
 
-def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
+def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
     """Accelerations and multipliers: M a + G^T lambda = f, G a = change; none of rows that say what others do."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
@@ -78,7 +78,7 @@ def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | No
     return Balance(acceleration, lam)
 
 
-def _rubs(scene: Scene) -> bool:
+def _rubs(scene: CompiledScene) -> bool:
     """Whether a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())
 
@@ -86,7 +86,7 @@ def _rubs(scene: Scene) -> bool:
 class _Equations:
     """Of a scene."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: CompiledScene) -> None:
         self.scene = scene
 
     def about(self, q: Array, v: Array, shift: float) -> About:
@@ -111,13 +111,13 @@ class _Equations:
         return q, v + self.scene.held(q, still, a.speed - a.jacobian @ v)[0]
 
 
-def begin(scene: Scene) -> tuple[Array, Array]:
+def begin(scene: CompiledScene) -> tuple[Array, Array]:
     """Coordinates and rates at t = 0, settled if the mechanism asks for it."""
     q, v = scene.q0, start_rates(scene)
     return settle_strips(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)
 
 
-def offset(scene: Scene, spread: float, seed: int) -> Array:
+def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """A small change of the start that constraints allow, to first order; modes stay at rest."""
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..validate import number, one_of, positive, whole
 from .problem import places
 
@@ -119,7 +119,7 @@ def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
 
 
-def check_coordinates(name: str, value: object, scene: Scene) -> Array:
+def check_coordinates(name: str, value: object, scene: CompiledScene) -> Array:
     """Convert coordinates of a scene to an array, shape (n,).
 
     Raises
@@ -136,7 +136,7 @@ def check_coordinates(name: str, value: object, scene: Scene) -> Array:
     return found
 
 
-def reactions(scene: Scene, multipliers: Array, name: str) -> Array:
+def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     """Convert multipliers to the reactions of an element, with the signs of its signals, shape (states, rows).
 
     A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
@@ -171,7 +171,7 @@ class Route(Answer):
     """Path of equilibria or of periodic motions: critical points with errors, a diagram."""
 
     ended: str
-    scene: Scene
+    scene: CompiledScene
     parameter: Array
     q: Array
     points: list[Any]
@@ -210,7 +210,7 @@ class Path(Route):
     message : str
     ended : str
         Reason of the end: 'reached', 'closed', 'steps' or 'singular'.
-    scene : Scene
+    scene : CompiledScene
     parameter : array, shape (steps,)
         Factor of the loads, travel of the drive, rad or m, or the number.
     q : array, shape (steps, n)

@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.run import State
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from .answer import CRITICAL, RISE
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
@@ -315,7 +315,7 @@ def _raise_degree(problem: Problem, by: int) -> Problem:
     degree = problem.scene.degree + by
     if isinstance(problem, Varied):
         return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
-    return replace(problem, scene=Scene.of(problem.scene.mechanism, degree))
+    return replace(problem, scene=CompiledScene.of(problem.scene.mechanism, degree))
 
 
 def _fold(orbit: Orbit) -> float:

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.run import State
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
@@ -35,7 +35,7 @@ class Periodic(Answer):
     ----------
     status : Ending
     message : str
-    scene : Scene
+    scene : CompiledScene
     period : float
         Period [s]; a result where nothing depends on time.
     time : array, shape (times,)
@@ -54,7 +54,7 @@ class Periodic(Answer):
         Index of the multiplier 1 of a shift in time; None where something depends on time.
     """
 
-    scene: Scene
+    scene: CompiledScene
     period: float
     time: Array
     q: Array
@@ -142,7 +142,7 @@ def prepare(
     whole("settle", settle, 0, 1_000_000)
     if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
-    scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))
+    scene = CompiledScene.of(mechanism, degree or (start.scene.degree if start else FIRST))
     state = State(0.0, *begin(scene), scene.memory())
     if start is not None:
         state = state._replace(q=prolong(start.scene, scene, start.q[0]), v=prolong(start.scene, scene, start.v[0]))

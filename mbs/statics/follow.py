@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import one_of, pair
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
@@ -103,7 +103,7 @@ def ends(problem: Problem, load: float) -> list[Rest]:
 def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
     if parameter is not None:
         return Varied(mechanism, parameter, degree)
-    scene = Scene.of(mechanism, degree)
+    scene = CompiledScene.of(mechanism, degree)
     if drive is None:
         return Problem(scene, loads_of(scene, load))
     if drive not in scene.row_names:

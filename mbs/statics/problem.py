@@ -13,7 +13,7 @@ from scipy.sparse import block_array, csr_array, eye_array
 from ..geometry import Array
 from ..spectral.doors import carry, place
 from ..spectral.linear import Assembly, Factors, SingularError
-from ..spectral.scene import Place, Scene
+from ..spectral.scene import CompiledScene, Place
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import SPIN, VX
@@ -53,7 +53,7 @@ class Problem:
 
     Attributes
     ----------
-    scene : Scene
+    scene : CompiledScene
     loads : sequence of int
         Forces whose factor is the parameter; the last factor is gravity's.
     row : int
@@ -64,7 +64,7 @@ class Problem:
         Steady spin of the whole mechanism [rad/s], and its centre [m].
     """
 
-    scene: Scene
+    scene: CompiledScene
     loads: Sequence[int] = ()
     row: int = -1
     shift: float = 0.0
@@ -283,7 +283,7 @@ def least(matrix: Matrix, right: Array, cut: float) -> Array:
     return out
 
 
-def prolong(coarse: Scene, fine: Scene, q: Array) -> Array:
+def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return coordinates of the same state in a scene of higher degree; new members of the hierarchical basis are zero."""
     one, other = _strips(coarse), _strips(fine)
     places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in (one, other)]
@@ -296,7 +296,7 @@ def prolong(coarse: Scene, fine: Scene, q: Array) -> Array:
     return out
 
 
-def distance_between(scene: Scene, one: Array, other: Array) -> float:
+def distance_between(scene: CompiledScene, one: Array, other: Array) -> float:
     """Return the largest distance of two states, in units of the coordinates; an upper bound along strips."""
     change = np.abs(one - other) / scene.units
     for strip in _strips(scene):
@@ -308,16 +308,16 @@ def distance_between(scene: Scene, one: Array, other: Array) -> float:
     return float(change.max(initial=0.0))
 
 
-def _strips(scene: Scene) -> list[StripBody]:
+def _strips(scene: CompiledScene) -> list[StripBody]:
     return [body for body in scene.builder.bodies.values() if isinstance(body, StripBody)]
 
 
-def has_strips(scene: Scene) -> bool:
+def has_strips(scene: CompiledScene) -> bool:
     """Check for strips: without them nothing depends on the degree."""
     return bool(_strips(scene))
 
 
-def moving(scene: Scene, q: Array, shape: Array) -> str:
+def moving(scene: CompiledScene, q: Array, shape: Array) -> str:
     """Return the name of the link that moves most in a shape."""
     links = [link for link in scene.mechanism.links if not link.body.massless]
     if not links:
@@ -328,7 +328,7 @@ def moving(scene: Scene, q: Array, shape: Array) -> str:
     return links[int(moved.max(axis=(1, 2)).argmax())].name
 
 
-def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
+def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[int]:
     """Return indices in `tables.factors` of the named loads ('gravity' is one), or of all."""
     kinds = ("force", "line_load", "torque", "motor")
     all_names = [*scene.force_names, "gravity"]
@@ -341,6 +341,6 @@ def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
     return [i for i, name in enumerate(all_names) if name in wanted]
 
 
-def places(scene: Scene, q: Array, link: str, point: str) -> Place:
+def places(scene: CompiledScene, q: Array, link: str, point: str) -> Place:
     """Return the place of a point of a link at coordinates q."""
     return scene.read(scene.marker(link, point), q)

@@ -11,7 +11,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..spectral import tables as k
-from ..spectral.scene import Place, Scene
+from ..spectral.scene import CompiledScene, Place
 from ..validate import number, one_of, pair
 from . import sticking
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
@@ -32,7 +32,7 @@ class Equilibrium(Answer):
     status : Ending
         OK where forces balance and no small motion grows, UNSTABLE where one does.
     message : str
-    scene : Scene
+    scene : CompiledScene
     q : array, shape (n,)
         Coordinates.
     multipliers : array, shape (r,)
@@ -53,7 +53,7 @@ class Equilibrium(Answer):
         States in which dry friction of guides is at its limit, to either side: every state between them is at rest.
     """
 
-    scene: Scene
+    scene: CompiledScene
     q: Array
     multipliers: Array
     load: float
@@ -88,7 +88,8 @@ class Equilibrium(Answer):
 
 @one_thread()
 def equilibrium(
-    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
+    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None,
+    scene: CompiledScene | None = None,
     all: bool = False, spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
 ) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
@@ -105,8 +106,8 @@ def equilibrium(
         Degree of the strips; by default it is raised until the error is below 1e-8 of the longest link.
     guess : array, shape (n,), optional
         Coordinates near the answer; of a scene of `degree`.
-    scene : Scene, optional
-        Scene of this mechanism to reuse, with its degree.
+    scene : CompiledScene, optional
+        CompiledScene of this mechanism to reuse, with its degree.
     all : bool
         True to find further equilibria, stable or not: on the path from zero load, on paths that leave it, and by deflation.
     spin, centre : float, pair of float
@@ -127,7 +128,7 @@ def equilibrium(
     one_of("all", all, (bool,))
     fixed = degree is not None or scene is not None
     number("spin", spin, -np.inf, np.inf, "rad/s")
-    scene = scene or Scene.of(mechanism, degree)
+    scene = scene or CompiledScene.of(mechanism, degree)
     problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
     start = problem.start(load)
     if guess is not None:
@@ -163,7 +164,7 @@ def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
 
 def _raise_degree(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
     """Return the problem at a higher degree, and the state prolonged to it."""
-    finer = replace(problem, scene=Scene.of(problem.scene.mechanism, problem.scene.degree + by))
+    finer = replace(problem, scene=CompiledScene.of(problem.scene.mechanism, problem.scene.degree + by))
     guess = finer.start(rest.parameter)._replace(q=prolong(problem.scene, finer.scene, rest.q))
     return finer, guess._replace(multipliers=finer.balancing(guess))
 

@@ -23,7 +23,7 @@ from ..geometry import Array
 from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
 from ..spectral.run import State, integrate, memory_at_end
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from .lowest import null_space
 from .problem import LONGEST_STEP, StaticsError, solve
 
@@ -81,7 +81,7 @@ class Shooting:
 
     Attributes
     ----------
-    scene : Scene
+    scene : CompiledScene
     period : float
         s
     tolerance, longest : float
@@ -92,7 +92,7 @@ class Shooting:
         Number of steps left in the budget.
     """
 
-    scene: Scene
+    scene: CompiledScene
     period: float
     tolerance: float = TOLERANCE
     longest: float = LONGEST
@@ -112,7 +112,7 @@ class Shooting:
 
     def finer(self, degree: int) -> Shooting:
         """Return the map with shorter steps, strips of another degree and narrower differences."""
-        scene = Scene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
+        scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
         return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2))
 
     def _autonomous(self) -> bool:

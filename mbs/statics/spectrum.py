@@ -27,7 +27,7 @@ from scipy.sparse.linalg import splu
 
 from ..geometry import Array
 from ..spectral.linear import Matrix
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from .lowest import COUNT, EPS, MANY, invert, nearest, null_space, sparse_null_space
 
 ROUNDING = 16 * EPS
@@ -61,7 +61,7 @@ class Tangent:
     summands: Any
 
     @classmethod
-    def at(cls, scene: Scene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
+    def at(cls, scene: CompiledScene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
         """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= MANY
         a = scene.assemble(q, v, lam=lam, sparse=sparse)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..spectral.frame_body import FrameBody
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 
 
 class Turntable:
@@ -34,7 +34,7 @@ class Turntable:
         If gravity acts, or a mass matrix depends on the shape.
     """
 
-    def __init__(self, scene: Scene, spin: float, centre: tuple[float, float]) -> None:
+    def __init__(self, scene: CompiledScene, spin: float, centre: tuple[float, float]) -> None:
         if any(scene.mechanism.gravity):
             raise ValueError("spin: gravity does not turn with the mechanism; leave it out")
         n, frames = scene.size, {name: b for name, b in scene.builder.bodies.items() if isinstance(b, FrameBody)}

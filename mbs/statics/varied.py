@@ -7,7 +7,7 @@ import numpy as np
 from ..documents.document import change, get
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from .problem import Problem, Rest
 
 STEP = 1e-5
@@ -26,7 +26,7 @@ class Varied(Problem):
         if isinstance(found, bool) or not isinstance(found, int | float):
             raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {found!r}")
         self.begun = self.current = float(found)
-        super().__init__(Scene.of(mechanism, degree))
+        super().__init__(CompiledScene.of(mechanism, degree))
 
     def start(self, parameter: float) -> Rest:
         """Return the pose that is drawn with this number."""
@@ -37,7 +37,7 @@ class Varied(Problem):
         """Make the scene with this number."""
         if parameter != self.current:
             self.current = parameter
-            self.scene = Scene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
+            self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""

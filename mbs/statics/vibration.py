@@ -10,7 +10,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..spectral.doors import place
-from ..spectral.scene import Scene
+from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import pair, whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions
@@ -27,7 +27,7 @@ class Frequencies(Answer):
     ----------
     status : Ending
     message : str
-    scene : Scene
+    scene : CompiledScene
     q : array, shape (n,)
         The state.
     values : array of complex, shape (count,)
@@ -42,7 +42,7 @@ class Frequencies(Answer):
         True if no small motion of the tangent grows.
     """
 
-    scene: Scene
+    scene: CompiledScene
     q: Array
     values: Array
     shapes: Array
@@ -112,7 +112,7 @@ def frequencies(
         problem = Problem(about.scene, loads_of(about.scene), spin=spin, centre=pair("centre", centre, "m"))
         state = _State(problem, Rest(about.q, about.multipliers, about.load), True)
     else:
-        scene = Scene.of(mechanism, degree)
+        scene = CompiledScene.of(mechanism, degree)
         problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
         pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
         state = _State(problem, pose._replace(multipliers=problem.balancing(pose)), False)
@@ -130,7 +130,7 @@ class _State:
     def finer(self) -> _State:
         """Return the state with strips of a higher degree."""
         degree = self.problem.scene.degree
-        scene = Scene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
+        scene = CompiledScene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
         problem = replace(self.problem, scene=scene)
         rest = problem.start(self.rest.parameter)._replace(q=prolong(self.problem.scene, scene, self.rest.q))
         rest = rest._replace(multipliers=problem.balancing(rest))

@@ -77,9 +77,9 @@ def ingredients(work: str, solver: str) -> Ingredients:
 def _here(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
     """Run a mechanism in this process."""
     if solver == "Spectral":
-        from buckler.mbs.spectral.scene import Scene  # a run of the engine does not load it
+        from buckler.mbs.spectral.scene import CompiledScene  # a run of the engine does not load it
 
-        summary = Scene.of(mechanism).summary()
+        summary = CompiledScene.of(mechanism).summary()
     else:
         summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())

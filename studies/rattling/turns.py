@@ -26,7 +26,7 @@ from buckler.mbs.record.run import Run
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.start import begin, offset
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import whole
@@ -206,7 +206,7 @@ class Member(NamedTuple):
     state: State
 
 
-def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int = 0, between: int = 0) -> Member:
+def resume(scene: CompiledScene, end: float, solver: Spectral, state: State, seed: int = 0, between: int = 0) -> Member:
     """Run a scene from a state on; see `run_members`."""
     out, failure, counts = integrate(scene, end, solver, state=state)
     record = record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out)
@@ -227,7 +227,7 @@ def run_members(
     """
     if not (seeds := tuple(seeds)):
         raise ValueError("seeds = (): must be one number or more, one for each member")
-    scene = Scene.of(mechanism, solver.degree)
+    scene = CompiledScene.of(mechanism, solver.degree)
     start = State(0.0, *begin(scene), scene.memory())
     shifts = [offset(scene, spread, seed) for seed in seeds]
 

@@ -20,7 +20,7 @@ from buckler.mbs.engine.build import BODIES
 from buckler.mbs.engine.loads import add_drive
 from buckler.mbs.engine.modal import CROSS, ENDS, add_anchor
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.scene import EngineScene
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
 
@@ -44,7 +44,7 @@ class Run:
         return BODIES[Modal](self.scene(mechanism), mechanism.links[0], rates)
 
     def scene(self, mechanism):
-        return Scene(mechanism, self.system, self.container)
+        return EngineScene(mechanism, self.system, self.container)
 
     def motion(self, placed):
         """What a link did."""

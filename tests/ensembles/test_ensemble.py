@@ -12,7 +12,7 @@ from test_statistics import rattling
 from buckler import mbs
 from buckler.mbs.ensembles.members import WIDEST, Members, journals_anywhere
 from buckler.mbs.spectral.run import State, integrate
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.start import begin, offset
 from buckler.studies.rattling.bars import PlayParameters
 
@@ -29,7 +29,7 @@ def pendulum(angle=0.3):
 
 
 def test_journals_start_anywhere_in_their_bushes():
-    scene = Scene.of(rattling())
+    scene = CompiledScene.of(rattling())
     places = []
     for seed in range(200):
         q = scene.q0 + journals_anywhere(scene, np.random.default_rng(seed))
@@ -44,7 +44,7 @@ def test_rattling_motions_part_and_closed_ones_hardly_do():
     """A start 1e-12 m aside, 60 ms later: its offset grows by 1e7 in rattling joints."""
     apart = {}
     for unit in ("N.s/m", "N.s/mm"):
-        scene = Scene.of(PlayParameters(damping_unit=unit).bars())
+        scene = CompiledScene.of(PlayParameters(damping_unit=unit).bars())
         (q, v), ends = begin(scene), []
         for shift in (np.zeros(scene.size), offset(scene, 1e-12, 1)):
             state = State(0.0, q + shift, v, scene.memory())

@@ -13,7 +13,7 @@ from buckler.mbs.record.signals import collect
 from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import integrate
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.statistics import Accumulator
 
 
@@ -73,7 +73,7 @@ def test_columns_are_the_signals_of_a_record():
         "B.normal_force", "B.friction_force", "B.penetration", "O.sliding_speed", "rocker.ax", "coupler.y", "A.x", "B.vy",
         "drive.torque", "B.journal_x",
     ]  # fmt: skip
-    scene = Scene.of(rattling())
+    scene = CompiledScene.of(rattling())
     channels = Channels.of(scene, names)
     out, failure, _ = integrate(scene, 0.03, mbs.Spectral())
     assert failure is None and len(channels.columns) == len(names) - 1  # the journal's place is made from the record

@@ -13,7 +13,7 @@ from buckler.mbs.elements.modal import Box, Modal
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.strip_body import strains_of
 from buckler.mbs.spectral.tables import REISSNER
 
@@ -25,17 +25,21 @@ def play(law: Any, friction: Any) -> Callable[[str, str, str], Clearance]:
     return lambda point, first, second: Clearance(point, first, second, 5e-3, 1e-4, law, friction)
 
 
-def scenes() -> dict[str, Scene]:
+def scenes() -> dict[str, CompiledScene]:
     bar = Section(0.02, 0.005)
     dry = GuideFriction(1.0, 2.0, 0.1)
     return {
-        "beam": Scene.of(slider_crank(Beam(DAMPED, imperfection=1e-3), law=STOP, mass=0.3, speed=1.25), 5),
-        "cable": Scene.of(slider_crank(Cable(DAMPED, imperfection=1e-3), law=None, mass=0.3, speed=1.25), 5),
-        "strut": Scene.of(slider_crank(Strut(DAMPED), law=STOP, mass=0.3, speed=1.25, friction=dry)),
-        "impact": Scene.of(crank_rocker(Rigid(bar), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), AdamsFriction(0.3, 0.2)))),
-        "lugre": Scene.of(crank_rocker(Beam(bar), speed=30.0, play=play(ExactRestitution(1e8, 0.5), LuGre(0.3, 0.2, 0.01))), 4),
-        "states": Scene.of(_governed()),
-        "modal": Scene.of(crank_rocker(Modal(bar, mesh=Box((6, 1, 1))), speed=30.0)),
+        "beam": CompiledScene.of(slider_crank(Beam(DAMPED, imperfection=1e-3), law=STOP, mass=0.3, speed=1.25), 5),
+        "cable": CompiledScene.of(slider_crank(Cable(DAMPED, imperfection=1e-3), law=None, mass=0.3, speed=1.25), 5),
+        "strut": CompiledScene.of(slider_crank(Strut(DAMPED), law=STOP, mass=0.3, speed=1.25, friction=dry)),
+        "impact": CompiledScene.of(
+            crank_rocker(Rigid(bar), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), AdamsFriction(0.3, 0.2)))
+        ),
+        "lugre": CompiledScene.of(
+            crank_rocker(Beam(bar), speed=30.0, play=play(ExactRestitution(1e8, 0.5), LuGre(0.3, 0.2, 0.01))), 4
+        ),
+        "states": CompiledScene.of(_governed()),
+        "modal": CompiledScene.of(crank_rocker(Modal(bar, mesh=Box((6, 1, 1))), speed=30.0)),
     }
 
 
@@ -50,14 +54,14 @@ def _governed() -> Mechanism:
     return replace(slider_crank(Rigid(DAMPED), law=None, mass=0.3, speed=1.25), loads=loads)
 
 
-def state(scene: Scene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:
+def state(scene: CompiledScene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:
     """Coordinates, rates and multipliers at random about the start."""
     rng = np.random.default_rng(seed)
     q = scene.q0 + size * rng.standard_normal(scene.size)
     return q, rate * rng.standard_normal(scene.size), 10 * rng.standard_normal(len(scene.row_names))
 
 
-def energy(scene: Scene, q: Any, v: Any) -> dict[str, float]:
+def energy(scene: CompiledScene, q: Any, v: Any) -> dict[str, float]:
     """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
     s, strain = scene.tables, 0.0
     for kind, members, points, first, at in s.strips:

@@ -15,7 +15,7 @@ from buckler.mbs import Status
 from buckler.mbs.laws import Coulomb, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction, delivered
 from buckler.mbs.library import CLOSED, PAPER_STIFFNESS, RATTLING
 from buckler.mbs.spectral.run import State
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.start import start_rates
 from buckler.studies.rattling.turns import by_turn, resume, solver
 
@@ -239,7 +239,7 @@ def test_the_ledger_is_the_integral_of_what_the_samples_show():
     np.testing.assert_allclose(found.taken_friction[-1], rubbed, rtol=2e-3)
     higher = found.peak_force.max(axis=0) / np.hypot(*found.force.T).max(axis=1)
     assert higher.min() >= 1 - 1e-9 and higher.max() < 1.05  # impacts of a microsecond: samples miss their peaks, steps do not
-    scene = Scene.of(bar.mechanism())
+    scene = CompiledScene.of(bar.mechanism())
     start = State(0.0, scene.q0, start_rates(scene), scene.memory())
     turn = by_turn(resume(scene, bar.period, solver(scene.mechanism, 1e-8), start, between=3).result, bar.period, 1)
     for column, k in ((0, 2), (1, 5)):

@@ -14,7 +14,7 @@ from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section
 from buckler.mbs.spectral import elimination, fronts
 from buckler.mbs.spectral.elimination import fronts_of
 from buckler.mbs.spectral.linear import SingularError
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 
 SCENES = scenes()
 
@@ -106,7 +106,7 @@ def test_work_grows_with_the_chain(body) -> None:
     """Entries of all fronts and the cubes of their sizes: twice as many links, twice as many."""
 
     def work(links: int) -> tuple[int, int]:
-        sizes = Scene.of(chain(links, body)).fronts.fronts[:, 1]
+        sizes = CompiledScene.of(chain(links, body)).fronts.fronts[:, 1]
         return int((sizes**2).sum()), int((sizes**3).sum())
 
     for few, many in zip(work(20), work(40), strict=True):
@@ -114,7 +114,7 @@ def test_work_grows_with_the_chain(body) -> None:
 
 
 def test_a_matrix_without_inverse_says_so() -> None:
-    scene = Scene.of(chain(2, Rigid(Section(0.02, 0.005))))
+    scene = CompiledScene.of(chain(2, Rigid(Section(0.02, 0.005))))
     with pytest.raises(SingularError):
         scene.linear(scene.q0).factor(stiffness=1.0).solve(np.ones(scene.size + 4))
 
@@ -122,5 +122,5 @@ def test_a_matrix_without_inverse_says_so() -> None:
 def test_the_order_of_elimination_is_found_once_for_all_of_one_structure() -> None:
     elimination._fronts_of.cache_clear()
     for width in (0.01, 0.02, 0.03):
-        assert Scene.of(chain(1, Rigid(Section(width, 0.005)))).fronts.size > 0
+        assert CompiledScene.of(chain(1, Rigid(Section(width, 0.005)))).fronts.size > 0
     assert elimination._fronts_of.cache_info().misses == 1

@@ -15,7 +15,7 @@ from buckler.mbs.laws import AdamsFriction, Ambrosio, Coulomb, ExactRestitution,
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.spectral import kernel
 from buckler.mbs.spectral.lawtable import friction, normal_force
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 
 SCENES = scenes()
 TIME, SINCE = 0.1, 1e-4
@@ -152,7 +152,7 @@ PAIRS = [
 
 @pytest.mark.parametrize(("law", "rubs"), PAIRS, ids=lambda law: type(law).__name__)
 def test_laws_of_the_table_are_those_of_python(law, rubs) -> None:
-    tables = Scene.of(crank_rocker(Rigid(Section(0.02, 0.005)), speed=30.0, play=play(law, rubs), with_play="A")).tables
+    tables = CompiledScene.of(crank_rocker(Rigid(Section(0.02, 0.005)), speed=30.0, play=play(law, rubs), with_play="A")).tables
     depths, rates, bristle = np.geomspace(1e-7, 1e-4, 13), np.linspace(-0.06, 0.06, 13), 2e-6
     forces, coefficients = _of_laws(tables, depths, rates, bristle)
     plain = [law.force(d, r, 0.1) for d, r in zip(depths, rates, strict=True)]

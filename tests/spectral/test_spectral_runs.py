@@ -24,7 +24,7 @@ from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Spectral
 from buckler.mbs.spectral.run import explicitly, integrate, once
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 
 BAR = Section(0.02, 0.005)
 LEVEL = np.pi / 2
@@ -56,8 +56,8 @@ def test_stiffly_damped_clearance_runs_implicitly(damping, explicit, balance) ->
         return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(8e9, damping, 1e-5))
 
     mechanism = crank_rocker(Rigid(BAR), speed=30.0, play=loose, with_play="OABC")
-    assert explicitly(Scene.of(mechanism), Spectral()) is explicit
-    assert explicitly(Scene.of(mechanism), Spectral(method="explicit"))
+    assert explicitly(CompiledScene.of(mechanism), Spectral()) is explicit
+    assert explicitly(CompiledScene.of(mechanism), Spectral(method="explicit"))
     found = simulate(mechanism, 0.02, solver=Spectral(), ledger=True)
     assert found.energy_balance < balance, found.message
 
@@ -144,7 +144,7 @@ def test_order_on_a_pendulum() -> None:
 
 @pytest.mark.parametrize("method", ["implicit", "explicit"])
 def test_pendulum_keeps_its_energy_and_constraints(method: str) -> None:
-    scene = Scene.of(PENDULUM)
+    scene = CompiledScene.of(PENDULUM)
     out, failure, _ = integrate(scene, 5.0, Spectral(Controlled(tolerance=1e-7), method=method))
     assert failure is None
     first = sum(energy(scene, out.q[0], out.v[0]).values())

@@ -19,7 +19,7 @@ from buckler.mbs.spectral.dense import at_times, ledger
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.scene import CompiledScene
 
 JOINTS = "OABC"
 
@@ -145,12 +145,12 @@ class Model(NamedTuple):
     """The crank-rocker as the solver has it, and its columns of the coordinates above."""
 
     bar: FourBar
-    scene: Scene
+    scene: CompiledScene
     columns: Any
 
     @classmethod
     def of(cls, bar):
-        scene = Scene.of(bar.mechanism())
+        scene = CompiledScene.of(bar.mechanism())
         return cls(bar, scene, np.array([0, 1, *range(3, scene.size)]))
 
     def state(self, values, t=0.0):
