@@ -107,6 +107,12 @@ class Mechanism(Parts):
     ValueError
         If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
         carries at a fraction of its length lies elsewhere, and so on.
+
+    Examples
+    --------
+    >>> arm = Link("arm", "O", "A", Rigid(Section(width=0.03, thickness=5e-3)))
+    >>> Mechanism({"O": (0, 0), "A": (0.2, 0)}, [arm], joints=[Revolute("O", "ground", "arm")], gravity=(0, -9.81)).start
+    'unstrained'
     """
 
     points: Mapping[str, Pair] = field(

@@ -24,6 +24,11 @@ class Controlled(Declared):
     Notes
     -----
     Without a tolerance, a mechanism whose motion constraints alone decide takes equal steps, 400 a turn of its drive.
+
+    Examples
+    --------
+    >>> Spectral(Controlled(tolerance=1e-7)).steps.tolerance
+    1e-07
     """
 
     in_files = False
@@ -54,7 +59,13 @@ class Controlled(Declared):
 
 @declared
 class Equal(Declared):
-    """Steps of one size."""
+    """Steps of one size.
+
+    Examples
+    --------
+    >>> Exudyn(Equal(1000, record_every=10)).steps.count
+    1000
+    """
 
     in_files = False
 
@@ -84,7 +95,13 @@ def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[floa
 
 @declared
 class Closure(Declared):
-    """Loop closure and inverse dynamics, for linkages whose motion joints and drives alone decide; nothing is integrated."""
+    """Loop closure and inverse dynamics, for linkages whose motion joints and drives alone decide; nothing is integrated.
+
+    Examples
+    --------
+    >>> Closure(Equal(500)).steps.count
+    500
+    """
 
     in_files = False
 
@@ -98,7 +115,13 @@ class Closure(Declared):
 
 @declared
 class Exudyn(Declared):
-    """The solver Exudyn: generalized-alpha, or an explicit method where rigid links hang together by clearance joints only."""
+    """The solver Exudyn: generalized-alpha, or an explicit method where rigid links hang together by clearance joints only.
+
+    Examples
+    --------
+    >>> Exudyn(spectral_radius=0.9).reuse_jacobian
+    False
+    """
 
     in_files = False
 
@@ -131,7 +154,13 @@ LONGEST = 50
 
 @declared
 class Spectral(Declared):
-    """The compiled solver: spectral strips, joints as constraints; every default can stay."""
+    """The compiled solver: spectral strips, joints as constraints; every default can stay.
+
+    Examples
+    --------
+    >>> Spectral(degree=8).contact_tolerance
+    0.01
+    """
 
     in_files = False
 

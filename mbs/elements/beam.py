@@ -96,7 +96,13 @@ class Flexible(Body):
 
 @declared
 class Beam(Flexible):
-    """A flexible link of geometrically exact (shear-deformable) beam elements."""
+    """A flexible link of geometrically exact (shear-deformable) beam elements.
+
+    Examples
+    --------
+    >>> Beam(Section(width=0.03, thickness=3e-4), elements=6, imperfection=-3e-5).nodes
+    3
+    """
 
     section: Section | Profile = part(Section, Profile, doc="of the strip")
     elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
@@ -112,7 +118,13 @@ class Beam(Flexible):
 
 @declared
 class Cable(Flexible):
-    """A flexible link of shear-rigid ANCF cable elements (cubic Hermite)."""
+    """A flexible link of shear-rigid ANCF cable elements (cubic Hermite).
+
+    Examples
+    --------
+    >>> Cable(Section(width=0.03, thickness=3e-4), elements=8).elements
+    8
+    """
 
     section: Section | Profile = part(Section, Profile, doc="of the strip")
     elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)

@@ -23,6 +23,11 @@ class Belt(Coupling):
 
     Torques act on both pulleys and on the carrier of their axles. What presses on the axles by how tight the belt is, is left
     out, and so is its mass.
+
+    Examples
+    --------
+    >>> Belt("motor", "drum", radius=0.01, other_radius=0.03).key
+    'belt.motor-drum'
     """
 
     sense: ClassVar[float] = -1.0

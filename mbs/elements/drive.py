@@ -19,7 +19,13 @@ from .signal import Energy, Kind, Signal
 
 @declared
 class Ramp(Declared):
-    """Speed that changes linearly and then stays."""
+    """Speed that changes linearly and then stays.
+
+    Examples
+    --------
+    >>> Ramp(0.0, 10.0, duration=0.5).position(0.5)  # rad or m
+    2.5
+    """
 
     start: float = quantity("rad/s or m/s", doc="speed at t = 0")
     end: float = quantity("rad/s or m/s", doc="speed from the end of the change on")
@@ -48,7 +54,14 @@ class Ramp(Declared):
 
 @declared
 class Motion(Declared):
-    """Any motion, by its position with its derivative; in a file one of them is enough, if it is a formula or a table."""
+    """Any motion, by its position with its derivative; in a file one of them is enough, if it is a formula or a table.
+
+    Examples
+    --------
+    >>> from math import cos, sin
+    >>> Motion(position=sin, speed=cos).speed(0.0)
+    1.0
+    """
 
     position: Callable[[float], float] = field(Function("t", "rad or m"), "since t = 0, as a function of t, s")
     speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative")
@@ -147,7 +160,13 @@ class Speed(Either):
 
 @declared
 class Drive(Driven):
-    """Prescribed rotation of a link, or prescribed travel of a guided point along its guide."""
+    """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
+
+    Examples
+    --------
+    >>> Drive("crank", speed=Ramp(0.0, 10.0, duration=0.5)).target
+    'crank'
+    """
 
     title: ClassVar[str] = "drive of '{target}'"
     label: ClassVar[str] = "drive"

@@ -20,7 +20,13 @@ Pair = tuple[float, float]
 
 @declared
 class Force(Stateful):
-    """A force on a point of a link, or on a guide's block: constant, a function of time, or one of the point and of states."""
+    """A force on a point of a link, or on a guide's block: constant, a function of time, or one of the point and of states.
+
+    Examples
+    --------
+    >>> Force("B", (0.0, -10.0)).key
+    'force.B'
+    """
 
     title: ClassVar[str] = "force on '{point}'"
     label: ClassVar[str] = "force.{point:point}"

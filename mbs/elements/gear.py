@@ -18,6 +18,11 @@ class Gear(Coupling):
 
     The teeth push at the pitch point, square to the line of centres; what their pressure angle adds along that line, which only
     the axles feel, is left out. Where both turn about one point, a torque alone acts.
+
+    Examples
+    --------
+    >>> Gear("pinion", "wheel", ratio=-0.5).key
+    'gear.pinion-wheel'
     """
 
     first: str = names(doc="a link and the centre it turns about, such as 'sun:O'; 'ground:O' is a gear that stands")

@@ -29,6 +29,11 @@ class GuideFriction(Declared):
 
     Beyond the regularisation speed v_r, F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
     Below it F is linear through zero, so a resting slider creeps instead of sticking.
+
+    Examples
+    --------
+    >>> GuideFriction(dynamic=0.1, static=0.15).regularisation  # m/s
+    0.001
     """
 
     dynamic: float = quantity("N", low=0, doc="friction force of sliding")
@@ -65,7 +70,13 @@ STUCK = 1e-4
 
 @declared
 class Guide(Guided):
-    """A slider block pinned to a link's point, free to move along a straight line through the point's initial place."""
+    """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
+
+    Examples
+    --------
+    >>> Guide("B", "coupler", along=(1, 0), mass=0.3, friction=Coulomb(0.1)).mass  # of its block, kg
+    0.3
+    """
 
     title: ClassVar[str] = "guide of '{point}'"
     label: ClassVar[str] = "guide {point}"

@@ -17,7 +17,13 @@ from .signal import Energy, Kind, Signal, vector
 
 @declared
 class LineLoad(Load):
-    """A constant force and moment per length along the whole of a Beam; the force may turn with its sections."""
+    """A constant force and moment per length along the whole of a Beam; the force may turn with its sections.
+
+    Examples
+    --------
+    >>> LineLoad("strip", force=(0.0, -0.5)).key  # N/m
+    'line_load.strip'
+    """
 
     title: ClassVar[str] = "load along '{link}'"
     label: ClassVar[str] = "line_load.{link}"

@@ -84,7 +84,13 @@ class Carried(Spec):
 
 @declared
 class Link(Linked):
-    """A named link from one point to another."""
+    """A named link from one point to another.
+
+    Examples
+    --------
+    >>> Link("crank", "O", "A", Rigid(Section(width=0.03, thickness=5e-3))).end
+    'A'
+    """
 
     title: ClassVar[str] = "link '{name}'"
     label: ClassVar[str] = "{name}"

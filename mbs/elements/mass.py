@@ -16,7 +16,13 @@ from .signal import Energy
 
 @declared
 class Mass(Element):
-    """A mass fixed to a link, or to a guide's block, at a point."""
+    """A mass fixed to a link, or to a guide's block, at a point.
+
+    Examples
+    --------
+    >>> Mass("A", 0.2).key
+    'mass.A'
+    """
 
     title: ClassVar[str] = "mass at '{point}'"
     label: ClassVar[str] = "mass.{point}"

@@ -155,7 +155,13 @@ class BarModes(Declared):
 
 @declared
 class AdamsDamping(Declared):
-    """Damping ratios that MSC ADAMS gives the modes of a flexible body by default: by frequency, in three bands."""
+    """Damping ratios that MSC ADAMS gives the modes of a flexible body by default: by frequency, in three bands.
+
+    Examples
+    --------
+    >>> AdamsDamping(low=0.02).high
+    1.0
+    """
 
     low: float = quantity("1", low=0, high=10, doc="of modes below 100 Hz", default=0.01)
     middle: float = quantity("1", low=0, high=10, doc="from there to 1 kHz", default=0.1)
@@ -177,7 +183,13 @@ class Interfaces(Part):
 
 @declared
 class Modal(Body):
-    """A link of chosen modes of a solid."""
+    """A link of chosen modes of a solid.
+
+    Examples
+    --------
+    >>> Modal(Section(width=0.03, thickness=5e-3), damping=0.02).order
+    2
+    """
 
     linear: ClassVar[bool] = True
 

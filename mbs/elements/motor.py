@@ -27,6 +27,11 @@ class Motor(Load):
 
     With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
     gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
+
+    Examples
+    --------
+    >>> Motor("crank", voltage=12.0, resistance=1.2, constant=0.05, gear=20.0).key
+    'motor.crank'
     """
 
     title: ClassVar[str] = "motor on '{link}'"

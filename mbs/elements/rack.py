@@ -18,6 +18,11 @@ class Rack(Coupling):
 
     The teeth push along the line at the pitch point; what their pressure angle adds across it, which only the pinion's axle and
     the rack's guide feel, is left out. Guide and axle are joints of their own.
+
+    Examples
+    --------
+    >>> Rack("pinion", "rack", radius=0.02).key
+    'rack.pinion-rack'
     """
 
     first: str = names(doc="the pinion and the centre it turns about, such as 'pinion:O'")

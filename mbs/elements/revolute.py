@@ -14,7 +14,13 @@ from .signal import Kind, Signal, vector
 
 @declared
 class Revolute(Joint):
-    """An ideal pin at a point between two links, or a link and 'ground'."""
+    """An ideal pin at a point between two links, or a link and 'ground'.
+
+    Examples
+    --------
+    >>> Revolute("O", "ground", "crank").key
+    'O.ground-crank'
+    """
 
     point: str = names(doc="where they meet")
     first: str = names(doc="a link or 'ground'")

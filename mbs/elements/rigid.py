@@ -24,7 +24,15 @@ class Inertia(Declared):
 
 @declared
 class Rigid(Body):
-    """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`)."""
+    """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`).
+
+    Examples
+    --------
+    >>> Rigid(Section(width=0.03, thickness=5e-3)).section.mass_per_length  # kg/m
+    1.1775
+    >>> Rigid.of(mass=0.2, inertia=1e-4).section.mass
+    0.2
+    """
 
     section: Section | Inertia = part(Section, Inertia, doc="a bar of this section, or mass and inertia")
 

@@ -20,6 +20,11 @@ class Rope(Coupling):
 
     The pulleys are points: small, and without friction. A run in which the rope would have to push is not to be trusted, as a
     rope goes slack; a check says so. A wheel with inertia is a link, and each part of the rope on it a `Rack`.
+
+    Examples
+    --------
+    >>> Rope("A", "B", over=("P",)).key
+    'rope.A-B'
     """
 
     sense: ClassVar[float] = -1.0

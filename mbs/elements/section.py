@@ -18,6 +18,11 @@ class Material(Declared):
 
     The bending moment is EI (kappa + bending_damping dkappa/dt), the normal force likewise. They are two retardation times
     because a strip's measured bending losses (air, joints) say nothing of its axial ones.
+
+    Examples
+    --------
+    >>> Material(modulus=70e9, density=2700.0).poisson
+    0.3
     """
 
     modulus: float = quantity("Pa", above=0, doc="Young's modulus")
@@ -80,7 +85,13 @@ class Slender:
 
 @declared
 class Section(Slender, Declared):
-    """Rectangular section of a link."""
+    """Rectangular section of a link.
+
+    Examples
+    --------
+    >>> round(Section(width=0.03, thickness=3e-4).euler_load(0.31), 4)  # pi^2 E I / L^2, N
+    1.4558
+    """
 
     width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
     thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion: what bends")
@@ -138,6 +149,12 @@ class Profile(Slender, Declared):
     """A section by its numbers, whatever its shape and material.
 
     It is drawn, and its stresses are told, as those of the square bar that bends and stretches so.
+
+    Examples
+    --------
+    >>> strip = Profile(0.1, 1e6, 4e5, mass_per_length=0.07, inertia_per_length=1e-9)
+    >>> strip.bending_stiffness  # N m^2
+    0.1
     """
 
     bending_stiffness: float = quantity("N m^2", above=0, doc="E I")

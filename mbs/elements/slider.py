@@ -16,7 +16,13 @@ from .signal import Kind, Signal
 
 @declared
 class Slot(Joint):
-    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely."""
+    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely.
+
+    Examples
+    --------
+    >>> Slot("P", "pin", "bar", along=(1, 0)).key
+    'P.pin-bar'
+    """
 
     title: ClassVar[str] = "{kind} at '{point}'"
 
@@ -64,7 +70,13 @@ class Slot(Joint):
 
 @declared
 class Slider(Slot):
-    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is."""
+    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is.
+
+    Examples
+    --------
+    >>> Slider("P", "block", "bar", along=(1, 0)).key
+    'P.block-bar'
+    """
 
     keeps_angle: ClassVar[bool] = True
 

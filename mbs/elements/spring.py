@@ -18,7 +18,13 @@ from .signal import Kind, Signal
 
 @declared
 class Spring(Elastic):
-    """A spring with a damper on the line between two points."""
+    """A spring with a damper on the line between two points.
+
+    Examples
+    --------
+    >>> Spring("A", "B", stiffness=120.0, damping=0.3).key
+    'spring.A-B'
+    """
 
     title: ClassVar[str] = "spring from '{a}' to '{b}'"
     label: ClassVar[str] = "spring.{a:point}-{b:point}"

@@ -23,7 +23,13 @@ from .signal import Kind, Signal
 
 @declared
 class States(Declared):
-    """States of a load's law: each has a rate and an initial value. Formulas call them state1, state2 and so on."""
+    """States of a load's law: each has a rate and an initial value. Formulas call them state1, state2 and so on.
+
+    Examples
+    --------
+    >>> States(rates=lambda time, angle, speed, s: 1.0 - speed, initial=(0.0,)).initial
+    (0.0,)
+    """
 
     rates: Callable[..., object] = field(
         Rates("t"), "of the states, 1/s: functions of what the load's function is one of, or one that returns them all"

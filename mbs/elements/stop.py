@@ -27,6 +27,11 @@ class Stop(Element):
 
     At t = 0 the face is the line of all places whose dot product with `along` is `at`. Both bodies feel the contact force where
     the point is.
+
+    Examples
+    --------
+    >>> Stop("B", at=-0.355, law=Hertz(1e9)).on
+    'ground'
     """
 
     title: ClassVar[str] = "stop at '{point}'"

@@ -23,7 +23,13 @@ POINTS = 400
 
 @declared
 class Strut(Body):
-    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica."""
+    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica.
+
+    Examples
+    --------
+    >>> Strut(Section(width=0.03, thickness=3e-4)).massless
+    True
+    """
 
     section: Section | Profile = part(Section, Profile, doc="of the strip")
     load: Callable[[Reals], Reals] = field(

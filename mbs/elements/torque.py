@@ -18,7 +18,13 @@ from .states import Stateful, States
 
 @declared
 class Torque(Stateful):
-    """A torque on a link: constant, or a function of time, angle and speed, and of states of its own."""
+    """A torque on a link: constant, or a function of time, angle and speed, and of states of its own.
+
+    Examples
+    --------
+    >>> Torque("crank", lambda time, angle, speed: -0.01 * speed).key
+    'torque.crank'
+    """
 
     title: ClassVar[str] = "torque on '{link}'"
     label: ClassVar[str] = "torque.{link:body}"

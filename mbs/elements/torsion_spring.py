@@ -18,7 +18,13 @@ from .signal import Kind, Signal
 
 @declared
 class TorsionSpring(Elastic):
-    """A torsion spring with a damper between two links, or a link and the ground."""
+    """A torsion spring with a damper between two links, or a link and the ground.
+
+    Examples
+    --------
+    >>> TorsionSpring("crank", "coupler", stiffness=0.02).key
+    'torsion.crank-coupler'
+    """
 
     title: ClassVar[str] = "torsion spring of '{first}' and '{second}'"
     label: ClassVar[str] = "torsion.{first:body}-{second:body}"

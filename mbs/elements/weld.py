@@ -16,7 +16,13 @@ from .signal import Kind, Signal, vector
 
 @declared
 class Weld(Joint):
-    """A clamp: two bodies share a point and keep the angle they have there at t = 0."""
+    """A clamp: two bodies share a point and keep the angle they have there at t = 0.
+
+    Examples
+    --------
+    >>> Weld("B", "coupler", "rocker").key
+    'B.coupler-rocker'
+    """
 
     title: ClassVar[str] = "weld at '{point}'"
 

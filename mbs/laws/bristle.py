@@ -43,6 +43,12 @@ class LuGre(_Bristled):
     ----------
     C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction", IEEE
     Transactions on Automatic Control 40 (1995) 419-425, doi 10.1109/9.376053.
+
+    Examples
+    --------
+    >>> law = LuGre(static=0.3, dynamic=0.1, v_stribeck=0.01)
+    >>> round(float(law.coefficient(0.0, 1e-6)), 3)  # a stuck bristle is a spring: s0 z
+    0.1
     """
 
     def rate(self, bristle: Reals, speed: Reals) -> Reals:
@@ -73,6 +79,12 @@ class Stiction(_Bristled):
     ----------
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
     Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle with the break-away at the limit itself.
+
+    Examples
+    --------
+    >>> law = Stiction(static=0.3, dynamic=0.1)
+    >>> round(float(law.after(0.0, 1e-3, 1e-3)), 9)  # a stuck bristle follows the displacement
+    1e-06
     """
 
     v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic", default=1e-2)

@@ -71,7 +71,13 @@ def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: floa
 
 @declared
 class NoFriction(Declared):
-    """mu = 0."""
+    """mu = 0.
+
+    Examples
+    --------
+    >>> NoFriction().coefficient(0.5)
+    0.0
+    """
 
     def coefficient(self, speed: Reals) -> Reals:
         """Zero, in the shape of speed."""
@@ -85,6 +91,11 @@ class Coulomb(Declared):
     References
     ----------
     Marques et al. (2016), doi 10.1007/s11071-016-2999-3.
+
+    Examples
+    --------
+    >>> Coulomb(0.1, v_reg=1e-3).coefficient(-0.5)
+    -0.1
     """
 
     dynamic: float = quantity("1", low=0, doc="mu_d")
@@ -105,6 +116,12 @@ class AdamsFriction(Declared):
     References
     ----------
     MSC Software, Adams/Solver documentation, CONTACT (no DOI).
+
+    Examples
+    --------
+    >>> law = AdamsFriction(static=0.3, dynamic=0.1)
+    >>> law.coefficient(0.1), law.coefficient(1.0)
+    (0.3, 0.1)
     """
 
     static: float = quantity("1", low="dynamic", doc="mu_s")
@@ -128,6 +145,12 @@ class Ambrosio(Declared):
     J. A. C. Ambrosio, "Impact of rigid and flexible multibody systems: deformation description and contact models", in
     W. Schiehlen, M. Valasek (eds.), Virtual Nonlinear Multibody Systems, Kluwer (2003) 57-81; see also Marques et al.
     (2016), doi 10.1007/s11071-016-2999-3.
+
+    Examples
+    --------
+    >>> law = Ambrosio(0.1, v0=1e-3, v1=1e-2)
+    >>> law.coefficient(5e-4), law.coefficient(1e-2)
+    (0.0, 0.1)
     """
 
     dynamic: float = quantity("1", low=0, doc="mu_d")
@@ -147,6 +170,11 @@ class Threlfall(Declared):
     References
     ----------
     D. C. Threlfall, Mechanism and Machine Theory 13 (1978) 475-483, doi 10.1016/0094-114X(78)90020-4.
+
+    Examples
+    --------
+    >>> round(float(Threlfall(0.1, v0=1e-2).coefficient(1e-2)), 3)  # 0.1 (1 - exp(-3))
+    0.095
     """
 
     dynamic: float = quantity("1", low=0, doc="mu_d")
@@ -165,6 +193,12 @@ class Stribeck(Declared):
     ----------
     B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138,
     doi 10.1016/0005-1098(94)90209-7.
+
+    Examples
+    --------
+    >>> law = Stribeck(static=0.3, dynamic=0.1, v_stribeck=0.01)
+    >>> round(float(law.coefficient(1e-3)), 3), round(float(law.coefficient(1.0)), 3)
+    (0.298, 0.1)
     """
 
     static: float = quantity("1", low="dynamic", doc="mu_s")

@@ -47,6 +47,11 @@ class Hertz(PowerLaw, Declared):
     References
     ----------
     H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156-171, doi 10.1515/crll.1882.92.156.
+
+    Examples
+    --------
+    >>> round(Hertz(1e9).force(1e-6, 0.0, 1.0), 9)  # K d^1.5
+    1.0
     """
 
     stiffness: float = quantity("N/m^1.5", above=0, doc="K")
@@ -71,6 +76,12 @@ class KelvinVoigt(PowerLaw, Declared):
     References
     ----------
     T. Schwager, T. Poeschel, Granular Matter 9 (2007) 465-469, doi 10.1007/s10035-007-0065-z.
+
+    Examples
+    --------
+    >>> law = KelvinVoigt.from_restitution(1e5, restitution=0.8, mass=0.2)
+    >>> round(law.delivered(mass=0.2), 9)
+    0.8
     """
 
     stiffness: float = quantity("N/m", above=0, doc="k")
@@ -103,6 +114,11 @@ class Impact(PowerLaw, Declared):
     References
     ----------
     MSC Software, Adams/Solver documentation, functions IMPACT and STEP (no DOI).
+
+    Examples
+    --------
+    >>> round(Impact(1e8, damping=100.0, damping_depth=1e-5, exponent=1.0).force(1e-5, 0.1, 0.1), 9)  # k d + c d'
+    1010.0
     """
 
     stiffness: float = quantity("N/m^n", above=0, doc="k")

@@ -19,6 +19,11 @@ class Status(StrEnum):
 
     The last four belong to runs that finished. CHAOTIC and SENSITIVE: an accuracy was asked for and holds only up to
     `error.until`. UNSTABLE: a state of statics is no rest. UNSEEN: a user's function has finer edges than were looked for.
+
+    Examples
+    --------
+    >>> Status.OK.name
+    'OK'
     """
 
     OK = "OK"

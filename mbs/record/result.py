@@ -59,6 +59,15 @@ class Result:
         not be had: then `provenance["notes"]` tells why.
     traits : dict of str to Trait
         What each signal is.
+
+    Examples
+    --------
+    >>> arm = Link("arm", "O", "A", Rigid(Section(width=0.03, thickness=5e-3)))
+    >>> parts = {"joints": [Revolute("O", "ground", "arm")], "drives": [Drive("arm", speed=2.0)]}
+    >>> drawn = Mechanism({"O": (0, 0), "A": (0.2, 0)}, [arm], **parts)
+    >>> result = simulate(drawn, duration=1.0, solver=Closure())
+    >>> result.status.name, round(float(result.signals["A.x"][-1]), 6)  # 0.2 cos(2)
+    ('OK', -0.083229)
     """
 
     status: Status
