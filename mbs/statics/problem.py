@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,7 +19,6 @@ from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import SPIN, VX
 from .lowest import COUNT, EPS, LARGE
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
-from .turntable import Turntable
 
 ITERATIONS = 25
 LONGEST_STEP = 0.3
@@ -60,20 +59,15 @@ class Problem:
         Constraint whose value the parameter is added to; -1 for none.
     shift : float
         Shift of the last spectrum along a path [1/s^2].
-    spin, centre : float, pair of float
-        Steady spin of the whole mechanism [rad/s], and its centre [m].
     """
 
     scene: CompiledScene
     loads: Sequence[int] = ()
     row: int = -1
     shift: float = 0.0
-    spin: float = 0.0
-    centre: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         self.push: Array | float = 0.0
-        self.table = Turntable(self.scene, self.spin, self.centre) if self.spin else None
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
@@ -101,9 +95,6 @@ class Problem:
         sparse = scene.size + len(rest.multipliers) >= LARGE
         a = scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
         a.force[:] += self.push
-        if self.table:
-            a.force[:] += self.table.outwards @ (rest.q - self.table.centre)
-            a.entries[2] -= self.table.entries
         return a
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
@@ -247,11 +238,7 @@ class Problem:
     def about(self, rest: Rest) -> Tangent:
         """Make the equations of small motions about a state."""
         self.set(rest.parameter)
-        tangent = Tangent.at(self.scene, rest.q, rest.multipliers)
-        if self.table:
-            stiffness, damping = tangent.stiffness - self.table.outwards, tangent.damping + self.table.gyroscopic
-            tangent = replace(tangent, stiffness=stiffness, damping=damping)
-        return tangent
+        return Tangent.at(self.scene, rest.q, rest.multipliers)
 
 
 def solve(matrix: Matrix, right: Array) -> Array:

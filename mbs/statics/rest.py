@@ -11,8 +11,8 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..spectral import tables as k
-from ..spectral.scene import CompiledScene, Place
-from ..validate import number, one_of, pair
+from ..spectral.scene import Place, CompiledScene
+from ..validate import number, one_of
 from . import sticking
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
 from .follow import DEGREE, ends
@@ -88,9 +88,8 @@ class Equilibrium(Answer):
 
 @one_thread()
 def equilibrium(
-    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None,
-    scene: CompiledScene | None = None,
-    all: bool = False, spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
+    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: CompiledScene | None = None,
+    all: bool = False,
 ) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
@@ -110,8 +109,6 @@ def equilibrium(
         CompiledScene of this mechanism to reuse, with its degree.
     all : bool
         True to find further equilibria, stable or not: on the path from zero load, on paths that leave it, and by deflation.
-    spin, centre : float, pair of float
-        Steady spin of the whole mechanism with its ground and loads [rad/s], and its centre [m].
 
     Returns
     -------
@@ -127,9 +124,8 @@ def equilibrium(
     number("load", load, -np.inf, np.inf, "1")
     one_of("all", all, (bool,))
     fixed = degree is not None or scene is not None
-    number("spin", spin, -np.inf, np.inf, "rad/s")
     scene = scene or CompiledScene.of(mechanism, degree)
-    problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
+    problem = Problem(scene, loads_of(scene))
     start = problem.start(load)
     if guess is not None:
         start = start._replace(q=check_coordinates("guess", guess, problem.scene))
@@ -153,7 +149,7 @@ def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
     if not fixed and has_strips(problem.scene):
         problem, guess = _raise_degree(problem, rest, DEGREE - problem.scene.degree)
         rest = problem.newton(guess)
-    for each in others(problem, rest, ends(problem, load) if load and not problem.spin else []):
+    for each in others(problem, rest, ends(problem, load) if load else []):
         try:
             found = _answer(problem, each, "", fixed, search=False)
         except StaticsError:

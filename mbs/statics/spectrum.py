@@ -1,7 +1,7 @@
 """Small motions about a state: eigenvalues of its whole tangent with their rounding errors.
 
 Solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Neither K nor C need be symmetric: forces that follow the
-motion make K unsymmetric, a steady turn adds the gyroscopic part to C. A state is unstable where an s has a positive real part.
+motion make K unsymmetric. A state is unstable where an s has a positive real part.
 
 Eigenvalues are those of the inverse at a shift near the lowest ones, as rounding of the highest hides the lowest of a thin strip.
 An eigenvalue s with vectors z, y has the condition number |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|.

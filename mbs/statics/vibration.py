@@ -12,7 +12,7 @@ from ..process import one_thread
 from ..spectral.doors import place
 from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
-from ..validate import pair, whole
+from ..validate import whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, prolong
 from .rest import Equilibrium, equilibrium
@@ -79,9 +79,8 @@ class Frequencies(Answer):
 
 @one_thread()
 def frequencies(
-    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None,
-    spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
-) -> Frequencies:  # fmt: skip
+    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
+) -> Frequencies:
     """Compute natural frequencies of a mechanism with its drives held.
 
     Parameters
@@ -93,9 +92,6 @@ def frequencies(
         Number of lowest frequencies, rigid motions among them.
     degree : int, optional
         Degree of the strips; by default it is raised until all errors are below 1e-8, or rounding.
-    spin, centre : float, pair of float
-        Steady spin of the whole mechanism with its ground and loads [rad/s], and its centre [m]; frequencies are those in the
-        rotating frame. An equilibrium given must have the same spin.
 
     Raises
     ------
@@ -105,15 +101,15 @@ def frequencies(
     check(mechanism, degree)
     whole("count", count, 1, 1000)
     if about is None:
-        about = equilibrium(mechanism, degree=degree, spin=spin, centre=centre)
+        about = equilibrium(mechanism, degree=degree)
     if isinstance(about, Equilibrium):
         if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
             return _none(about)
-        problem = Problem(about.scene, loads_of(about.scene), spin=spin, centre=pair("centre", centre, "m"))
+        problem = Problem(about.scene, loads_of(about.scene))
         state = _State(problem, Rest(about.q, about.multipliers, about.load), True)
     else:
         scene = CompiledScene.of(mechanism, degree)
-        problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
+        problem = Problem(scene, loads_of(scene))
         pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
         state = _State(problem, pose._replace(multipliers=problem.balancing(pose)), False)
     return _ladder(state, int(count), degree is not None)

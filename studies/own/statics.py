@@ -20,16 +20,12 @@ from ..kit.words import Command
 from .verbs import Opened, file_command
 
 
-def _quantity(unit: str) -> Callable[[str], float]:
-    """Return a reader of quantities of this unit, for argparse."""
-
-    def read(text: str) -> float:
-        try:
-            return parse_quantity(text, unit)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(f"{text}: {error}") from None
-
-    return read
+def _read_time(text: str) -> float:
+    """Read a time [s], for argparse."""
+    try:
+        return parse_quantity(text, "s")
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text}: {error}") from None
 
 
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
@@ -41,11 +37,8 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         add("--all", action="store_true", help="also list further equilibria")
     if kind == "frequencies":
         add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
-    if kind in ("equilibrium", "frequencies"):
-        add("--spin", type=_quantity("rad/s"), default=0.0, help="steady turn of the mechanism about --centre [rad/s]; default 0")
-        add("--centre", type=_quantity("m"), nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="centre [m]; default 0 0")
     if kind in ("periodic", "response"):
-        add("--period", type=_quantity("s"), required=True, help="period of the drive, or first guess of it [s]")
+        add("--period", type=_read_time, required=True, help="period of the drive, or first guess of it [s]")
         add("--settle", type=int, default=0, help="periods that run before; default 0")
     if kind in ("path", "response"):
         _declare_path(kind, parser)
@@ -131,12 +124,8 @@ def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], Any]) -> 
     return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
 
 
-equilibrium = _command(
-    "equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all, spin=o.spin, centre=o.centre)
-)
-frequencies = _command(
-    "frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree, spin=o.spin, centre=o.centre)
-)
+equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all))
+frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
 periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
 path = _command("path", _path)
 response = _command("response", _path)
