@@ -67,7 +67,6 @@ class Problem:
     shift: float = 0.0
 
     def __post_init__(self) -> None:
-        self.push: Array | float = 0.0
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
@@ -93,9 +92,7 @@ class Problem:
         self.set(rest.parameter)
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
-        a = scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
-        a.force[:] += self.push
-        return a
+        return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
         """Compute the residual f - G^T lambda, g, and the assembly."""

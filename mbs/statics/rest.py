@@ -13,7 +13,6 @@ from ..process import one_thread
 from ..spectral import tables as k
 from ..spectral.scene import Place, CompiledScene
 from ..validate import number, one_of
-from . import sticking
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
 from .follow import DEGREE, ends
 from .lowest import sparse_null_space
@@ -49,8 +48,6 @@ class Equilibrium(Answer):
         Error of positions over the longest link, and of angles [rad]: change by a higher degree of the strips, and last step.
     others : tuple of Equilibrium
         Further equilibria, on request.
-    between : tuple of Equilibrium
-        States in which dry friction of guides is at its limit, to either side: every state between them is at rest.
     """
 
     scene: CompiledScene
@@ -62,7 +59,6 @@ class Equilibrium(Answer):
     neutral: tuple[str, ...]
     error: float
     others: tuple[Equilibrium, ...] = ()
-    between: tuple[Equilibrium, ...] = ()
 
     def point(self, link: str, point: str) -> Place:
         """Return the place of a point of a link."""
@@ -80,9 +76,6 @@ class Equilibrium(Answer):
                 for point in link.points:
                     at = self.point(link.name, point)
                     out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
-        for guide in self.scene.mechanism.guides if self.between else ():
-            one, other = (each.point(guide.link, guide.point).position for each in self.between)
-            out.append((f"{guide.point} rests", f"from {one[0]:.9g} m, {one[1]:.9g} m to {other[0]:.9g} m, {other[1]:.9g} m"))
         return out
 
 
@@ -133,11 +126,7 @@ def equilibrium(
         rest, message = find(problem, start, guess is not None)
         found = _answer(problem, rest, message, fixed)
     except StaticsError as error:
-        stuck = sticking.find_sticking(problem, start)
-        if stuck is None:
-            return _make_failure(problem, start, error, load)
-        words = "held by friction where it is drawn; it has no rest without"
-        return Equilibrium(Ending.OK, words, problem.scene, stuck.q, stuck.multipliers, load, True, 0.0, (), 0.0)
+        return _make_failure(problem, start, error, load)
     finally:
         problem.set(1.0)
     return replace(found, others=tuple(_others(problem, rest, fixed))) if all else found
@@ -211,13 +200,9 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, search: boo
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
     said += _idle(problem, rest) + list_omissions(problem.scene.mechanism, FRICTION)
-    found = Equilibrium(
+    return Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
     )  # fmt: skip
-    both = sticking.ends(problem, rest) if not (neutral or growth) else []
-    problem.set(1.0)
-    full = [replace(found, q=each.q, multipliers=each.multipliers, message="friction acts in full") for each in both]
-    return replace(found, between=tuple(full))
 
 
 def _idle(problem: Problem, rest: Rest) -> list[str]:

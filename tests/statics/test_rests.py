@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler import mbs
-from buckler.mbs.laws import Coulomb, KelvinVoigt
+from buckler.mbs.laws import KelvinVoigt
 
 BAR, LENGTH, GRAVITY = mbs.Section(0.03, 0.005), 0.3, 9.81
 TURNS = np.linspace(-np.pi, np.pi, 17) + 0.05
@@ -203,57 +203,6 @@ def test_a_rope_pulls_and_ends_at_its_pulleys():
     pulled = mbs.equilibrium(hung(below))
     assert pulled.status == "OK"
     assert pulled.point("one", "B").position[1] == pytest.approx(-0.5 - 0.8 * GRAVITY / 1000.0, rel=1e-9)
-
-
-def on_an_incline(turn, coefficient, *loads):
-    """A block of 1 kg; S lies 1 m below it."""
-    along, body = np.array([np.cos(turn), np.sin(turn)]), mbs.Rigid.of(mass=1.0, inertia=1e-3, centre=(0, 0))
-    return along, mbs.Mechanism(
-        {"P": (0, 0), "Q": (0, 0.1), "S": tuple(-along)}, [mbs.Link("block", "P", "Q", body)],
-        guides=[mbs.Guide("P", "block", along=tuple(along), friction=Coulomb(coefficient))],
-        loads=[mbs.TorsionSpring("ground", "block", stiffness=1.0), *loads], gravity=(0.0, -GRAVITY),
-    )  # fmt: skip
-
-
-def test_friction_holds_a_block_on_an_incline_up_to_its_angle():
-    """tan(0.2) = 0.2027."""
-    kept, slides = (mbs.equilibrium(on_an_incline(0.2, coefficient)[1]) for coefficient in (0.203, 0.202))
-    assert (kept.status, kept.stable) == ("OK", True)
-    assert kept.message == "held by friction where it is drawn; it has no rest without"
-    assert kept.point("block", "P").position == pytest.approx([0.0, 0.0], abs=1e-15)
-    assert slides.status == "FREE_MOTION"
-
-
-def test_friction_on_an_incline_leaves_an_interval_of_rest():
-    """K s = -m g (sin a -+ mu cos a)."""
-    along, made = on_an_incline(0.3, 0.2, mbs.Spring("P", "ground:S", stiffness=300.0, free_length=1.0))
-    rest = mbs.equilibrium(made)
-    found = sorted(each.point("block", "P").position @ along for each in rest.between)
-    assert found == pytest.approx([-GRAVITY * (np.sin(0.3) + way * 0.2 * np.cos(0.3)) / 300.0 for way in (1, -1)], rel=1e-12)
-    assert ("P rests" in str(rest)) == (len(rest.between) == 2)
-
-
-def test_friction_of_a_slider_holds_its_crank_in_an_interval():
-    """C a + m g r/2 cos(a + a0) = T + -F ds/da: virtual work of a crank of length r and a rod without mass, to be turned by T."""
-    crank, rod, drawn, force = 0.1, 0.3, 1.0, 2.0
-    end = crank * np.cos(drawn) + np.sqrt(rod**2 - (crank * np.sin(drawn)) ** 2)
-    made = mbs.Mechanism(
-        {"O": (0, 0), "A": (crank * np.cos(drawn), crank * np.sin(drawn)), "B": (end, 0)},
-        [mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=1e-12, inertia=1e-12))],
-        [mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "rod")],
-        guides=[mbs.Guide("B", "rod", friction=mbs.GuideFriction(force))],
-        loads=[mbs.TorsionSpring("ground", "crank", stiffness=1.5), mbs.Torque("crank", 0.2)], gravity=(0.0, -GRAVITY),
-    )  # fmt: skip
-
-    def left(turn, way):
-        angle, weight = drawn + turn, BAR.mass_per_length * crank * GRAVITY
-        travel = -crank * np.sin(angle) * (1 + crank * np.cos(angle) / np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2))
-        return 0.2 - 1.5 * turn - weight * crank / 2 * np.cos(angle) + way * force * travel
-
-    rest = mbs.equilibrium(made)
-    found = sorted(each.point("crank", "O").angle - drawn for each in rest.between)
-    assert found == pytest.approx(sorted(brentq(left, -0.8, 0.8, args=(way,), xtol=1e-14) for way in (1, -1)), abs=1e-9)
-    assert found[0] < rest.point("crank", "O").angle - drawn < found[1]
 
 
 @pytest.mark.parametrize("guess", ["x", [1.0], [np.nan] * 3])
