@@ -2,15 +2,6 @@
 
 K alone decides where a path turns or branches: there an eigenvalue of K z = mu M z passes zero. A flutter begins where two of
 them meet, or, with damping, where a complex exponent s passes the imaginary axis.
-
-At a double branching two shapes are free, and paths leave in some of the directions between them. The state at a small distance
-in a direction is found with one more force, across it in the plane of both shapes. Where that force is zero a path leaves: the
-reduction of Liapunov and Schmidt, done numerically.
-
-References
-----------
-M. Golubitsky, D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I (1985), ch. VII and X,
-doi 10.1007/978-1-4612-5034-0.
 """
 
 from __future__ import annotations
@@ -20,12 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..geometry import Array
 from .arc import Arc, Step
 from .lowest import EPS
-from .problem import ITERATIONS, Problem, Rest, StaticsError
+from .problem import Problem, Rest
 from .spectrum import Spectrum, Tangent, spectrum, squares
 
 FEW = 1
@@ -197,60 +187,3 @@ def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
         return float(-(a.imag**2) if a.imag else (a - b).real ** 2 / 4)
 
     return discriminant
-
-
-DISTANCE = 0.05
-"""Distance from the branching at which directions are scanned, in units of the coordinates."""
-ANGLES = 64
-"""Number of directions that are scanned; two paths within one interval are missed."""
-CONVERGED = 1e-11
-"""Last step of Newton's method, in units of the coordinates."""
-NOTHING = 1e-15
-"""Force, over the tangent's entries, that counts as rounding: no direction is preferred."""
-
-
-def partings(problem: Problem, rest: Rest, shapes: Array, unit: float) -> list[Array]:
-    """Find directions, (n,) each, in which paths leave a branching of two shapes, (n, 2); none where all are alike.
-
-    `unit` is that of the parameter.
-    """
-    plane = np.linalg.qr(shapes / problem.units[:, None])[0]
-    turns = np.linspace(0.0, 2 * np.pi, ANGLES + 1) + 0.1
-
-    def across(turn: float) -> float:
-        """Compute the transverse force at an angle in the plane."""
-        return _across(problem, rest, plane, unit, turn)
-
-    try:
-        found = [across(turn) for turn in turns]
-        if np.abs(found).max() < NOTHING:
-            return []
-        low = np.flatnonzero(np.diff(np.sign(found)))
-        roots = [float(brentq(across, turns[k], turns[k + 1], xtol=1e-6)) for k in low]
-    except StaticsError:
-        return []
-    return [problem.units * (plane @ [np.cos(turn), np.sin(turn)]) for turn in roots]
-
-
-def _across(problem: Problem, rest: Rest, plane: Array, unit: float, turn: float) -> float:
-    """Compute the transverse force, over the tangent's entries, that holds the state at a distance in a direction."""
-    n, held, units = problem.scene.size, 0.0, problem.units
-    along, side = plane @ [np.cos(turn), np.sin(turn)], plane @ [-np.sin(turn), np.cos(turn)]
-    new = rest._replace(q=rest.q + DISTANCE * units * along)
-    for _ in range(ITERATIONS):
-        force, gap, a = problem.residual(new)
-        slope = problem.slope(new, (force, gap))
-        matrix, scale = problem.scale_matrix(a)
-        if not isinstance(matrix, np.ndarray):
-            raise StaticsError("too many unknowns")
-        columns, rows = np.zeros((len(matrix), 2)), np.zeros((2, len(matrix)))
-        columns[:, 0] = -np.concatenate([slope[:n] * units / scale, -slope[n:]]) * unit
-        columns[:n, 1], rows[:, :n] = -side, plane.T
-        off = np.array([DISTANCE * np.cos(turn), DISTANCE * np.sin(turn)]) - plane.T @ ((new.q - rest.q) / units)
-        right = np.concatenate([force * units / scale + held * side, -gap, off])
-        step = np.linalg.lstsq(np.block([[matrix, columns], [rows, np.zeros((2, 2))]]), right)[0]
-        new = Rest(new.q + step[:n] * units, new.multipliers + step[n:-2] * scale, new.parameter + step[-2] * unit)
-        held += float(step[-1])
-        if np.abs(step[:n]).max(initial=0.0) < CONVERGED:
-            return held
-    raise StaticsError("no state near")

@@ -14,7 +14,7 @@ from ..spectral.start import slopes
 from ..validate import one_of, pair
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
 from .arc import SAME, Arc, Step
-from .critical import Critical, State, criticals, partings, state_at
+from .critical import Critical, State, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .settling import find, settle
 from .varied import Varied
@@ -284,12 +284,8 @@ class _Follower:
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
     def _ways(self, point: Critical) -> Iterator[Array]:
-        """Yield directions in which paths leave a branching; of three and more shapes those that move one link most."""
+        """Yield directions in which paths leave a branching; of several shapes those that move one point most."""
         ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
-        if point.multiple == 2:
-            yield from (found := partings(self.problem, point.rest, point.shapes, abs(self.to - self.begun)))
-            if found:
-                return
         for link in self.problem.scene.mechanism.links if not ways else ():
             for name in () if link.body.massless else link.points:
                 for along in np.eye(2):
