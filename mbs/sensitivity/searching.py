@@ -47,23 +47,21 @@ class EnoughError(Exception):
 
 
 @dataclass
-class Task:
-    """Readings over the unit cube of the free numbers, with aims and constraints.
+class Search:
+    """Readings over the unit cube of the free numbers, with the one to minimise, if any, and constraints.
 
-    `kept` are values of lists; `offset` is the difference of a finer run, `failed` the reason of the first run's failure,
-    `stopped` why the search ended before its end.
+    `offset` is the difference of a finer run, `failed` the reason of the first run's failure, `stopped` why the search ended
+    before its end.
     """
 
     family: Family
     readings: Mapping[str, Reading]
-    aims: list[str]
+    aim: str
     wants: list[Want]
     ranges: dict[str, tuple[float, float]]
     duration: float | Callable[[Mechanism], float] | None
     solver: Spectral
-    starts: list[Array]
     budget: int
-    kept: dict[str, float] = field(default_factory=dict)
     runs: int = 0
     stopped: str = ""
     failed: str = "readings have no value there"
@@ -73,8 +71,7 @@ class Task:
 
     def values(self, x: Array) -> dict[str, float]:
         """Compute the numbers at a point of the cube."""
-        found = {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
-        return self.kept | found
+        return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
 
     def read(self, x: Array, solver: Spectral) -> Array:
         """Take the readings at a point; nan where the run fails."""
@@ -99,14 +96,14 @@ class Task:
         Raises
         ------
         EnoughError
-            If the budget is used up, or there is no aim and all constraints are met.
+            If the budget is used up, or nothing is minimised and all constraints are met.
         """
         key = point_of(x)
         if key not in self.cache:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.aims and all(abs(r) <= HALF for r in self.residuals(x)):
+            if not self.aim and all(abs(r) <= HALF for r in self.residuals(x)):
                 raise EnoughError
         return self.cache[key] + self.offset
 
@@ -149,32 +146,32 @@ class Task:
     def merit(self, found: Array) -> tuple[float, float]:
         """Compare readings: by the misses of the constraints first, then by what is minimised."""
         miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.list_violated(found) else 0.0
-        aim = float(found[self.row(self.aims[0])]) if self.aims else 0.0
+        aim = float(found[self.row(self.aim)]) if self.aim else 0.0
         return miss, aim if isfinite(aim) else inf
 
     def best(self) -> Array | None:
         """Find the best point that was run; None where no run has a value."""
-        useful = np.all if self.aims else np.any
+        useful = np.all if self.aim else np.any
         ended = [np.array(key) for key, found in self.cache.items() if useful(np.isfinite(found))]
         return min(ended, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if ended else None
 
-    def search(self) -> None:
-        """Descend from the start, then from the best of the other starts."""
-        for starts in (self.starts[:1], self.starts[1:]):
-            found = [(self.merit(self.evaluate(x)), k) for k, x in enumerate(starts)]
-            for (_, aim), k in sorted(found)[:POLISHED] if self.ranges else ():
+    def from_starts(self, starts: Sequence[Array]) -> None:
+        """Descend from the first start, then from the best of the others."""
+        for some in (starts[:1], starts[1:]):
+            found = [(self.merit(self.evaluate(x)), k) for k, x in enumerate(some)]
+            for (_, aim), k in sorted(found)[:POLISHED]:
                 if isfinite(aim):
-                    self.descend(starts[k])
+                    self.descend(some[k])
 
     def descend(self, x: Array) -> None:
-        """Minimise along the constraints; without an aim meet them by least squares, over wide differences at first."""
-        if not self.aims:
+        """Minimise along the constraints; with nothing to minimise meet them by least squares, over wide differences first."""
+        if not self.aim:
             for width in (WIDE, WIDTH):
                 found = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
                                       method="dogbox", xtol=SAME, ftol=1e-2, max_nfev=MET)  # fmt: skip
                 x = found.x
             return
-        row, start = self.row(self.aims[0]), self.merit(self.evaluate(x))[1]
+        row, start = self.row(self.aim), self.merit(self.evaluate(x))[1]
         scale = abs(start) or 1.0
         ends = [(self.row(want.name), *end) for want in self.wants for end in want.ends]
         minimize(

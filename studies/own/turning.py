@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import asdict
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -101,8 +101,8 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
 
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
-    add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number; PATH=A,B,C for one of a list")
-    add_repeated(parser, "--minimise", "READING", "as 'max(drive.torque)'; two of them for a front")
+    add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is chosen")
+    parser.add_argument("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
     add_repeated(parser, "--subject-to", "CONSTRAINT", about, dest="wants")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
@@ -116,26 +116,17 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
 def _optimise(options: argparse.Namespace, file: Opened) -> int:
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
-    free = dict(_range_or_list(file.document, text) for text in options.free)
+    free = dict(read_range(file.document, text) for text in options.free)
     with count_runs():
         found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
                          starts=options.starts, budget=options.budget)  # fmt: skip
     chosen = Mechanism.from_dict(change(file.document, found.values))
     path = chosen.save(writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
-        content = {each.name: getattr(found, each.name) for each in fields(found) if each.name != "front"}
-        print_json(content | {"front": [one.values | one.readings for one in found.front]})
+        print_json(asdict(found))
     else:
-        print("\n\n".join(map(str, found.front or [found])), f"mechanism with these numbers: {path}", sep="\n")
+        print(found, f"mechanism with these numbers: {path}", sep="\n")
     return 0 if found.possible else 1
-
-
-def _range_or_list(document: Mapping[str, object], text: str) -> tuple[str, Sequence[float]]:
-    """Read PATH=LOW:HIGH, or PATH=A,B,C."""
-    path, _, values = text.partition("=")
-    if ":" in values or not values:
-        return read_range(document, text)
-    return path, read_quantities(document, path, values.split(","), f"--free {text}")
 
 
 sensitivity = file_command(_declare_sensitivity, _sensitivity)

@@ -24,9 +24,7 @@ PAGES = (
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
     "docs/how-to-run-an-ensemble.md",
-    "docs/how-to-turn-numbers.md",
-    "docs/how-to-fit.md",
-    "docs/how-to-optimise.md",
+    "docs/how-to-fit-and-design.md",
 )
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")), "docs/paper/paper.md")
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

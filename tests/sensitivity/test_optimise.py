@@ -17,7 +17,6 @@ from buckler.mbs import (
     Rigid,
     Spectral,
     Stop,
-    frequencies,
     optimise,
     sensitivities,
 )
@@ -123,43 +122,16 @@ def test_a_bound_is_kept_whatever_the_other_end_of_its_band(high):
     assert found.values["mass"] == pytest.approx(0.5, rel=3e-6)
 
 
-def test_an_unstable_rest_has_no_frequency_to_choose_by():
-    """A strip pressed beyond its load: only thicknesses that carry it are designs; P = pi^2 E b h^3/12 L^2."""
+def test_an_unstable_rest_has_no_frequency():
+    """A strip pressed beyond its load, P = pi^2 E b h^3/12 L^2."""
 
     def column(thickness):
         strip = slim(thickness)
         return Mechanism.from_dict(strip.to_dict() | {"loads": [{"kind": "Force", "point": "B", "value": [-3.0, 0.0]}]})
 
     critical = (3.0 * 12 * 0.3**2 / (np.pi**2 * 210e9 * 0.02)) ** (1 / 3)
-    found = optimise(column, free={"thickness": [0.9 * critical, 1.1 * critical, 1.3 * critical]}, minimise="frequency(1)")
-    assert found.values["thickness"] == pytest.approx(1.1 * critical)
     with pytest.raises(RunFailedError, match="UNSTABLE"):
         sensitivities(column, by=["thickness"], at={"thickness": 0.9 * critical}, of="frequency(1)")
-
-
-def test_a_thickness_that_can_be_bought():
-    """The thinnest strip of a list whose first frequency is 10 Hz at least: f = pi/2/L^2 sqrt(E h^2/12 rho)."""
-    offered = [2e-4, 3e-4, 4e-4, 5e-4]
-    found = optimise(slim, free={"thickness": offered}, minimise="h", subject_to=["frequency(1) >= 10 Hz"],
-                     readings={"h": lambda m: m.links[0].body.section.thickness})  # fmt: skip
-    exact = [h for h in offered if np.pi / 2 / 0.3**2 * np.sqrt(210e9 * h**2 / 12 / 7850) >= 10]
-    assert found.values["thickness"] == min(exact) == 4e-4 and found.possible
-    assert frequencies(slim(4e-4), count=1).hertz[0] == pytest.approx(found.readings["frequency(1)"], rel=1e-6)
-
-
-def test_a_front_of_two_aims():
-    """A short way and a large push: the way is 2 F/k."""
-    both = {"way": "max(O.x)", "push": lambda m: -m.loads[1].value[0]}
-    found = optimise(pushed(150.0), 0.4, free={F: (1.0, 5.0)}, minimise=both, starts=1, points=4)
-    front = [(one.readings["way"], one.readings["push"]) for one in found.front]
-    assert len(front) == 4
-    for way, push in front:
-        assert way == pytest.approx(-2 * push / 150, rel=1e-4)
-
-
-def test_a_front_of_aims_that_agree_is_one_design():
-    found = optimise(pushed(150.0), 0.4, free={F: (1.0, 5.0)}, minimise=["max(O.x)", "end(O.x)"], starts=1, points=3)
-    assert [one.values[F] for one in found.front] == pytest.approx([1.0])
 
 
 def test_constraints_as_text():
