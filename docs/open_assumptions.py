@@ -1,6 +1,6 @@
-"""What the two papers leave open, and which study has it as a parameter: the table of docs/evidence-open.md.
+"""What the two papers leave open, and which study has it as a parameter: tables of the pages evidence-*.md.
 
-Written by `python docs/open_assumptions.py`; a test holds the page to it.
+`python docs/open_assumptions.py` prints them; a test holds the pages to them.
 """
 
 from __future__ import annotations

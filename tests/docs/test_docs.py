@@ -21,7 +21,6 @@ PAGES = (
     "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
     "docs/how-to-look.md",
-    "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
     "docs/how-to-run-an-ensemble.md",
     "docs/how-to-fit-and-design.md",
