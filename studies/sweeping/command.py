@@ -25,9 +25,9 @@ from ..kit.words import Parser, print_error
 from .store import Row
 from .sweep import Part, SweepError, sweep
 from .table import choose, points, table, to_csv
-from .vary import METHODS, Plan, Samples, parse, plan
+from .vary import Plan, parse, plan
 
-OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler_file", "part", "store", "retry", "metrics")
+OPTIONS = ("vary", "repeat", "workers", "scheduler_file", "part", "store", "retry", "metrics")
 """Names of options: a parameter of the study with one of them is given by --config or --vary."""
 PATIENCE = 60.0
 """Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
@@ -126,10 +126,7 @@ def parser(found: Subject, prog: str) -> Parser:
     options = parser_of(found, prog, OPTIONS)
     add = options.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
-        "START:STOP is sampled; several are combined each with each")  # fmt: skip
-    add("--samples", type=int, metavar="N", help="number of samples of the ranges without a count")
-    add("--method", choices=METHODS, help="sequence of the samples; default sobol, best with a power of two")
-    add("--draw", type=int, metavar="N", help="seed of the samples; default 0")
+        "several are combined each with each")  # fmt: skip
     add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
     add("--workers", type=int, metavar="N", help="processes of this machine, 0 for none but this; default its cores")
     add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
@@ -165,12 +162,9 @@ def read(name: str, argv: Sequence[str], prog: str) -> Sweep:
 def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
     """Make the cases that the options ask for."""
     axes = [parse(text, kind) for text in options.vary]
-    if options.samples is None and (options.method or options.draw is not None):
-        raise ValueError(f"--{'method' if options.method else 'draw'}: only with --samples")
     if not axes and options.repeat == 1:
         raise ValueError("nothing varies: give --vary or --repeat; see --help")
-    samples = None if options.samples is None else Samples(options.samples, options.method or METHODS[0], options.draw or 0)
-    return plan(kind, given, axes, samples, options.repeat)
+    return plan(kind, given, axes, options.repeat)
 
 
 # --- results ----------------------------------------------------------------------------------------------------------

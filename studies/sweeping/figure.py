@@ -30,37 +30,29 @@ def figures(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units:
 
 
 def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw lines over the number with most values, one for each combination of the others; samples over each number."""
+    """Draw lines over the number with most values, one for each combination of the others."""
     values = {axis: np.array([point.values[i] for point in found]) for i, axis in enumerate(plan.axes)}
-    numbers = sorted((axis for axis in plan.axes if values[axis].dtype.kind != "U"), key=lambda axis: -len(axis.values))
-    sampled = [axis for axis in numbers if axis.sampled]
-    across: list[Axis | None] = [*sampled] or [*numbers[:1]] or [None]
-    others = [axis for axis in plan.axes if axis not in across]
+    numbers = [axis for axis in plan.axes if values[axis].dtype.kind != "U"]
+    across = max(numbers, key=lambda axis: len(axis.values), default=None)
+    others = [axis for axis in plan.axes if axis is not across]
     labels = [", ".join(_label(axis, values[axis][i], units[axis.name]) for axis in others) for i in range(len(found))]
     mean = _flatten(np.array([point.mean(metric).value for point in found]))
     error = np.array([point.mean(metric).error for point in found])
-    fig, axes = subplots(1, len(across), height=90, sharey=True, squeeze=False)
-    for ax, axis in zip(axes[0], across, strict=True):
-        x = np.arange(len(found)) if axis is None else values[axis].astype(float)
-        if axis is None:
-            ax.set_xticks(x, [label or "all" for label in labels])
-        else:
-            _scale(ax, axis, units)
-        families = dict.fromkeys(labels if axis else [""])
-        for i, label in enumerate(families):
-            chosen = np.array([axis is None or each == label for each in labels])
-            look = {"fmt": MARKS[i % len(MARKS)] + ("" if sampled or axis is None else "-"), "color": _colour(i, len(families))}
-            _family(
-                ax,
-                x[chosen],
-                mean[chosen],
-                error[chosen],
-                [point for point, c in zip(found, chosen, strict=True) if c],
-                label,
-                look,
-            )
-    axes[0, 0].set_ylabel(label_with_unit(metric, unit))
-    _legend(axes[0, 0], found)
+    fig, ax = subplots(height=90)
+    if across is None:
+        x = np.arange(len(found))
+        ax.set_xticks(x, [label or "all" for label in labels])
+    else:
+        x = values[across].astype(float)
+        _scale(ax, across, units)
+    families = dict.fromkeys(labels if across else [""])
+    for i, label in enumerate(families):
+        chosen = np.array([across is None or each == label for each in labels])
+        look = {"fmt": MARKS[i % len(MARKS)] + ("" if across is None else "-"), "color": _colour(i, len(families))}
+        own = [point for point, c in zip(found, chosen, strict=True) if c]
+        _family(ax, x[chosen], mean[chosen], error[chosen], own, label, look)
+    ax.set_ylabel(label_with_unit(metric, unit))
+    _legend(ax, found)
     return fig
 
 

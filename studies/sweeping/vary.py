@@ -4,15 +4,13 @@
     tolerance=1e-5:1e-3:7:log      seven values, evenly spaced in the logarithm
     speed=0.75,1.25,6.58           these values
     models=strut,beam              these words, one a case
-    thickness=0.1mm:0.5mm          no count: sampled, with `:log` in the logarithm
 
-Several grids and lists are combined each with each, and each with every sample. Samples fill all ranges jointly.
+Several are combined each with each.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -25,8 +23,6 @@ from buckler.mbs.declare import Declaration
 from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.registry import hint
 
-METHODS = ("sobol", "halton", "lhs")
-"""Sequences of `scipy.stats.qmc`: Sobol' and Halton, scrambled, and Latin hypercube."""
 DIGITS = 12
 """Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
 MOST = 1_000_000
@@ -34,20 +30,11 @@ MOST = 1_000_000
 
 
 class Axis(NamedTuple):
-    """Varied parameter: its values, or the two ends of a range that is sampled."""
+    """Varied parameter and its values; `log` where they are spaced in the logarithm."""
 
     name: str
     values: tuple[Any, ...]
     log: bool = False
-    sampled: bool = False
-
-
-class Samples(NamedTuple):
-    """Number of samples of the ranges, one of `METHODS`, and the seed of the draw."""
-
-    number: int
-    method: str = "sobol"
-    draw: int = 0
 
 
 @dataclass(frozen=True)
@@ -72,7 +59,7 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
     if name not in known:
         raise ValueError(f"--vary {text}: unknown parameter '{name}'; {hint(name, known) or 'see --help'}")
     if not equals or not values.strip():
-        raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT, {name}=START:STOP or {name}=A,B,C")
+        raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT or {name}=A,B,C")
     try:
         if ":" in values:
             return _range(name, values, known[name])
@@ -102,7 +89,7 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
         raise ValueError("log needs start and stop above 0")
     counts = rest[:-1] if log else rest
     if not counts:
-        return Axis(name, (low, high), log, sampled=True)
+        raise ValueError("no count; write START:STOP:COUNT")
     if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST:
         raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST}, and `:log` behind it")
     inner: list[Any] = [_round(x) for x in (np.geomspace if log else np.linspace)(low, high, int(counts[0]))[1:-1]]
@@ -121,7 +108,6 @@ def plan(
     kind: type[StudyParameters] | Cases,
     given: Mapping[str, object],
     axes: Sequence[Axis],
-    samples: Samples | None = None,
     repeats: int = 1,
 ) -> Plan:
     """Make every case, or refuse the plan by a ValueError of one line.
@@ -129,14 +115,13 @@ def plan(
     `given` are parameters that all cases share; `repeats` runs of each case have the seeds `seed`, `seed` + 1, ...
     """
     _check([axis.name for axis in axes], given, repeats, "seed" in specs(kind))
-    grids, drawn = [axis for axis in axes if not axis.sampled], _draw([axis for axis in axes if axis.sampled], samples)
-    total = math.prod(len(grid.values) for grid in grids) * len(drawn) * repeats
+    total = math.prod(len(axis.values) for axis in axes) * repeats
     if total > MOST:
         raise ValueError(f"{total} cases; allowed: up to {MOST}")
     first: int = getattr(kind(**given), "seed", 0) if repeats > 1 else 0
     cases = []
-    for values, sample, i in product(product(*(grid.values for grid in grids)), drawn, range(repeats)):
-        case = dict(zip([grid.name for grid in grids], values, strict=True)) | sample
+    for values, i in product(product(*(axis.values for axis in axes)), range(repeats)):
+        case = dict(zip([axis.name for axis in axes], values, strict=True))
         cases.append(_case(kind, given, case | ({"seed": first + i} if repeats > 1 else {})))
     return Plan(cases, axes, repeats)
 
@@ -162,31 +147,3 @@ def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, object], vari
         known = specs(kind)
         shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
         raise ValueError(f"{shown}: {error}" if shown else str(error)) from None
-
-
-def _draw(ranges: Sequence[Axis], samples: Samples | None) -> list[dict[str, Any]]:
-    """Sample all ranges jointly; without a range there is one empty sample."""
-    if not ranges and samples:
-        raise ValueError(f"--samples {samples.number}: nothing to sample; write --vary NAME=START:STOP, without a count")
-    if not ranges:
-        return [{}]
-    if samples is None:
-        raise ValueError(f"--vary {ranges[0].name}: no count; write START:STOP:COUNT, or give --samples")
-    if not 1 <= samples.number <= MOST:
-        raise ValueError(f"--samples {samples.number}: out of range; allowed: 1 to {MOST}")
-    from scipy.stats import qmc  # slow to load, and most sweeps sample nothing
-
-    make: Any = {"sobol": qmc.Sobol, "halton": qmc.Halton, "lhs": qmc.LatinHypercube}[samples.method]
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The balance properties of Sobol")  # any count is allowed
-        points = make(len(ranges), seed=np.random.default_rng(samples.draw)).random(samples.number)
-    return [{axis.name: _place(axis, u) for axis, u in zip(ranges, point, strict=True)} for point in points]
-
-
-def _place(axis: Axis, u: float) -> Any:
-    """Return the value at the share u, 0 to 1, of a range; every whole number has an equal share."""
-    low, high = sorted(axis.values)
-    whole = isinstance(low, int)
-    top = high + whole
-    x = low * (top / low) ** u if axis.log else low + u * (top - low)
-    return min(math.floor(x), high) if whole else min(max(_round(x), low), high)

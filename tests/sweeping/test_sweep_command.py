@@ -22,7 +22,7 @@ from buckler.studies.sweeping.command import OPTIONS
 from buckler.studies.sweeping.figure import figures
 from buckler.studies.sweeping.sweep import Row, sweep
 from buckler.studies.sweeping.table import choose, points, to_dataframe
-from buckler.studies.sweeping.vary import Samples, parse, plan
+from buckler.studies.sweeping.vary import parse, plan
 
 
 def lines_of(out):
@@ -161,10 +161,6 @@ def test_other_source_files_are_noted(toy, capsys, monkeypatch):
         ([], "nothing varies: give --vary or --repeat; see --help"),
         (["--vary", "lenght=1:2:3"], "--vary lenght=1:2:3: unknown parameter 'lenght'; did you mean length?"),
         (["--vary", "length=1:2:3", "--speed", "7kg"], "speed = 7kg: must be in rad/s"),
-        (["--vary", "length=1:2", "--samples", "x"], "argument --samples: invalid int value: 'x'"),
-        (["--vary", "length=1:2", "--samples", "4", "--method", "dice"], "argument --method: invalid choice: 'dice'"),
-        (["--vary", "length=1,2", "--draw", "4"], "--draw: only with --samples"),
-        (["--vary", "length=1,2", "--method", "lhs"], "--method: only with --samples"),
         (["--vary", "length=1,2", "--workers", "-1"], "workers = -1: out of range; allowed: 0 or more"),
         (["--vary", "length=1,2", "--store", "/no/where/s.sqlite"], "--store /no/where/s.sqlite: no such folder"),
         (["--vary", "length=1,2", "--repeats", "3"], "unknown parameter '--repeats'; did you mean --repeat?"),
@@ -201,16 +197,16 @@ def test_options_of_a_sweep_hide_no_parameter_that_only_the_command_line_can_giv
     hidden = set()
     for name in registry.STUDIES:
         hidden |= set(specs(registry.load(name).Parameters)) & set(OPTIONS)
-    assert hidden <= {"samples", "workers", "draw", "store"}
+    assert hidden <= {"workers", "store"}
 
 
 # --- figures ------------------------------------------------------------------------------------------------------------
 
 
-def drawn(*texts, samples=None, repeats=1, endings=("fine",)):
+def drawn(*texts, repeats=1, endings=("fine",)):
     """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
     kind = sweep_toy.Parameters
-    found = plan(kind, {}, [parse(text, kind) for text in texts], samples, repeats)
+    found = plan(kind, {}, [parse(text, kind) for text in texts], repeats)
     cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(found.cases)]
     found = replace(found, cases=cases)
     design = points(found, sweep(sweep_toy, cases, workers=0))
@@ -236,12 +232,6 @@ def test_further_numbers_are_lines_of_a_family():
     (ax,) = drawn("length=1:3:5", "speed=0.1:10:9:log")
     assert (ax.get_xlabel(), ax.get_xscale(), len(ax.containers)) == ("speed [rad/s]", "log", 5)
     assert ax.containers[4][0].get_ydata()[-1] == 30 + 100
-
-
-def test_samples_are_dots_over_each_number():
-    axes = drawn("length=1:3", "speed=0:1", "order=1:9", samples=Samples(16))
-    assert [ax.get_xlabel() for ax in axes] == ["length [m]", "speed [rad/s]", "order"]
-    assert all(container[0].get_linestyle() == "None" for ax in axes for container in ax.containers)
 
 
 @pytest.mark.parametrize("texts", [["length=1:3:5"], ["length=1:3:5", "speed=0:1:6"], ["ending=fine", "models=strut,beam,cable"]])

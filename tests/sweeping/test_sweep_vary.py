@@ -1,14 +1,12 @@
-"""From words to cases: grids, lists, samples, repeats, and every way to get them wrong."""
+"""From words to cases: grids, lists, repeats, and every way to get them wrong."""
 
 import math
-from collections import Counter
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
 from sweep_toy import Parameters
 
-from buckler.studies.sweeping.vary import METHODS, MOST, Axis, Samples, parse, plan
+from buckler.studies.sweeping.vary import MOST, parse, plan
 
 
 def words(*texts):
@@ -35,7 +33,6 @@ def cases(*texts, given=None, **options):
 )
 def test_values_of_a_grid(text, values):
     grid = parse(text, Parameters)
-    assert not grid.sampled
     assert grid.values == pytest.approx(values, rel=1e-11) if not isinstance(values[0], str) else grid.values == values
     assert {type(value) for value in grid.values} == {type(grid.values[0])}
 
@@ -44,16 +41,12 @@ def test_values_between_the_ends_carry_no_rounding_error():
     assert parse("length=0.1mm:0.5mm:9", Parameters).values[1] == 1.5e-4 != np.linspace(1e-4, 5e-4, 9)[1]
 
 
-def test_range_without_a_count_is_sampled():
-    assert parse("length=1mm:2mm", Parameters) == Axis("length", (1e-3, 2e-3), sampled=True)
-    assert parse("length=1mm:2mm:log", Parameters) == Axis("length", (1e-3, 2e-3), log=True, sampled=True)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("lenght=1:2:3", "unknown parameter 'lenght'; did you mean length?"),
         ("length", "no values; write length=START:STOP:COUNT"),
+        ("length=1:2", "no count; write START:STOP:COUNT"),
         ("length=1:2:x", "'x' is no count; allowed: 2 to 1000000"),
         ("length=1:2:1", "'1' is no count"),
         ("length=1:2:3:4:log", "'3:4' is no count"),
@@ -88,50 +81,11 @@ def test_repeats_count_on_from_the_given_seed():
     assert [case.seed for case in cases("length=1,2", given={"seed": 7}, repeats=3)] == [7, 8, 9, 7, 8, 9]
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_samples_fill_the_range_evenly(method):
-    """A thousand plain random numbers would have a Kolmogorov distance near 0.03; these are spread on purpose."""
-    found = cases("length=2:4", "speed=1e-2:100:log", samples=Samples(1024, method))
-    length, speed = np.array([(case.length, case.speed) for case in found]).T
-    assert kstest((length - 2) / 2, "uniform").statistic < 5e-3
-    assert kstest((np.log10(speed) + 2) / 4, "uniform").statistic < 5e-3
-    assert abs(np.corrcoef(length, np.log(speed))[0, 1]) < 0.05
-    # the mean of a sum over both, far better than the 1 % of plain sampling
-    assert np.mean(length + np.log10(speed) + 2) == pytest.approx(3 + 2, rel=1e-3)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_samples_are_the_same_each_time_and_others_for_another_draw(method):
-    first, again, other = (cases("length=2:4", samples=Samples(16, method, draw)) for draw in (0, 0, 1))
-    assert first == again
-    assert not {case.length for case in first} & {case.length for case in other}
-
-
-@pytest.mark.parametrize("method", ["sobol", "halton"])
-def test_more_samples_include_the_fewer(method):
-    few, many = (cases("length=2:4", "speed=0:1", samples=Samples(n, method)) for n in (10, 25))
-    assert many[:10] == few
-
-
-def test_whole_numbers_have_equal_shares():
-    shares = Counter(case.order for case in cases("order=3:6", "length=0:1", samples=Samples(1024)))
-    assert shares == {3: 256, 4: 256, 5: 256, 6: 256}
-
-
-def test_words_and_grids_combine_with_every_sample():
-    found = cases("models=strut,beam", "length=0:1", samples=Samples(8))
-    assert [case.length for case in found[:8]] == [case.length for case in found[8:]]
-    assert [case.models for case in found] == [("strut",)] * 8 + [("beam",)] * 8
-
-
 @pytest.mark.parametrize(
     ("texts", "options", "message"),
     [
         (["length=1,2", "length=3,4"], {}, "--vary length: given twice"),
         (["length=1,2"], {"given": {"length": 1}}, "--vary length: also given as --length"),
-        (["length=1:2"], {}, "--vary length: no count; write START:STOP:COUNT, or give --samples"),
-        (["length=1:2:3"], {"samples": Samples(8)}, "--samples 8: nothing to sample"),
-        (["length=1:2"], {"samples": Samples(0)}, "--samples 0: out of range"),
         (["seed=1,2"], {"repeats": 2}, "--repeat 2: the seed is also varied"),
         (["length=1,2"], {"repeats": 0}, "--repeat 0: out of range"),
         (["order=12,13", "speed=4,6"], {}, "order = 13, speed = 6 rad/s: order = 13: not with a speed above 5 rad/s"),
