@@ -11,7 +11,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..spectral import tables as k
-from ..spectral.scene import Place, CompiledScene
+from ..spectral.scene import CompiledScene, Place
 from ..validate import number, one_of
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
 from .follow import DEGREE, ends
@@ -81,8 +81,8 @@ class Equilibrium(Answer):
 
 @one_thread()
 def equilibrium(
-    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: CompiledScene | None = None,
-    all: bool = False,
+    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None,
+    scene: CompiledScene | None = None, all: bool = False,
 ) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
