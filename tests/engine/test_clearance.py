@@ -8,7 +8,6 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from simulations import fine
 
 from buckler import mbs
@@ -123,23 +122,6 @@ def test_engine_delivers_the_restitution_of_the_law(law, plain):
     assert place == pytest.approx(-gap - result.signals["P.penetration"][peak], rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "law", [laws.ExactRestitution(8e9, 0.5), laws.HuntCrossley(8e9, 0.7), laws.Hertz(8e9), RATTLING], ids=str
-)
-def test_bar_dropped_into_its_bush_moves_as_the_law_says(law, plain):
-    """Explicit integrator: fall through the play, impact and rise; against scipy, gravity included."""
-    gravity, gap = 9.81, 1e-3
-    fall = np.sqrt(2 * gap / gravity)
-    result = fine(mbs.simulate(resting(law, gap=gap), 1.5 * fall, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), timeout=20))
-    onset = np.sqrt(2 * gravity * gap)
-
-    def motion(_t, y):
-        return y[1], gravity - (law.force(y[0], y[1], onset) / MASS if y[0] > 0 else 0.0)
-
-    run = solve_ivp(motion, (fall, 1.5 * fall), (0.0, onset), "LSODA", rtol=1e-11, atol=1e-14, max_step=fall / 1e4)
-    assert -result.signals["P.vy"][-1] == pytest.approx(run.y[1, -1], abs=1e-3 * onset)
-
-
 # --- the crank-rocker -------------------------------------------------------------------------------------------------
 
 
@@ -153,7 +135,7 @@ def rattling(with_play="OABC", rocker=None, law=RATTLING, friction=FRICTION, gap
 ROCKERS = {"rigid": mbs.Rigid(BAR), "beam": mbs.Beam(BAR.damped(0.01, 0.175), elements=4)}
 
 
-@pytest.mark.parametrize("with_play", ["B", "BC", "ABC", "OABC"])
+@pytest.mark.parametrize("with_play", ["B", "OABC"])
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["N s per m", "N s per mm"])
 @pytest.mark.parametrize("rocker", ROCKERS)
 def test_energy_balances(rocker, law, with_play):
@@ -173,37 +155,6 @@ def test_explicit_and_implicit_integrator_agree_over_ten_milliseconds():
         ends.append([result.signals[f"{point}.{axis}"][-1] for point in "AB" for axis in "xy"])
         assert sum(result.signals[f"{point}.contacts"][-1] for point in "OABC") > 10
     assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-8)
-
-
-def test_slider_with_play_is_a_short_link_guided_at_both_ends():
-    section = mbs.Section(0.03, 0.03)
-
-    def mechanism(joint):
-        return mbs.Mechanism(
-            points={"O": (0.0, 0.0), "A": (0.1, 0.0), "B": (0.4, 0.0), "D": (0.44, 0.0)},
-            links=[
-                mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("coupler", "A", "B", mbs.Rigid(BAR)),
-                mbs.Link("slider", "B", "D", mbs.Rigid(section)),
-            ],
-            joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "coupler"), joint],
-            guides=[mbs.Guide("B", "slider"), mbs.Guide("D", "slider")],
-            stops=[mbs.Stop("D", at=0.5, law=laws.ExactRestitution(1e7, 0.5))],
-            drives=[mbs.Drive("crank", 20.0)],
-        )  # fmt: skip
-
-    play = mbs.Clearance("B", "coupler", "slider", PIN, GAP, RATTLING, FRICTION)
-    result = fine(mbs.simulate(mechanism(play), 0.1, ledger=True, timeout=20))
-    ideal = fine(mbs.simulate(mechanism(mbs.Revolute("B", "coupler", "slider")), 0.1))
-    assert result.signals["B.contacts"][-1] > 3 and result.energy_balance < 1e-3
-    assert np.abs(result.signals["slider.y"]).max() < 1e-12
-    away = result.signals["D.x"] - ideal.at("D.x", result.time)
-    assert GAP / 2 < np.abs(away).max() < 2 * GAP
-
-
-def test_step_that_did_not_converge_is_tried_with_a_new_jacobian():
-    """Friction that reverses within 0.1 mm/s: with the Jacobian of a longer step no step converges, down to the smallest."""
-    mechanism = rattling(rocker=ROCKERS["beam"], law=CLOSED, friction=laws.AdamsFriction(0.3, 0.1, 1e-4, 1e-3))
-    fine(mbs.simulate(mechanism, 0.25 * pi / SPEED, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-3)), timeout=20))
 
 
 # --- a user's own law -------------------------------------------------------------------------------------------------
@@ -237,11 +188,3 @@ def test_what_is_no_joint_with_play_is_refused(change, message):
     given = {"pin": PIN, "gap": GAP, "law": RATTLING, "friction": FRICTION} | change
     with pytest.raises(ValueError, match=message):
         mbs.Clearance("B", "coupler", "rocker", **given)
-
-
-def test_cable_rattles_as_the_shear_stiff_beam_it_is():
-    solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-4))
-    runs = [fine(mbs.simulate(rattling("B", kind(BAR, 4)), 0.005, solver=solver)) for kind in (mbs.Beam, mbs.Cable)]
-    impulses = [np.trapezoid(run.signals["B.normal_force"], run.time) for run in runs]
-    assert impulses[1] == pytest.approx(impulses[0], rel=0.05)
-    assert impulses[0] > 0.01

@@ -5,7 +5,6 @@ import pytest
 
 from buckler.mbs import Clearance, laws
 from buckler.mbs.engine.clearance import tables
-from buckler.mbs.engine.kernel import user_function
 from buckler.mbs.laws import contact
 from buckler.mbs.laws.contact import kernel_of as kernel
 from buckler.mbs.laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
@@ -110,16 +109,6 @@ def test_depth_normal_and_force_of_a_pin_put_somewhere(plain):
     assert f == pytest.approx([*expected[6:8], -0.25 * normal * PIN], rel=1e-12)
 
 
-def test_rolling_pin_does_not_slide(plain):
-    """Its centre runs round at 3 rad/s on a circle of 0.3 mm; it rolls in its bush if it turns backwards by e 3/R."""
-    joint = Clearance("P", "a", "ground", PIN, GAP, laws.Hertz(1e9), FRICTION)
-    places, numbers = tables([joint], [(End(0, (0.0, 0.0), (0.0, 0.0)), End(-1, (0.0, 0.0), (0.0, 0.0)))])
-    e, out = 3e-4, np.zeros((1, len(COLUMNS)))
-    state = 0.0, np.array([0.0, e, 0.0]), np.array([-3.0 * e, 0.0, -3.0 * e / PIN]), np.zeros((1, len(MEMORY)))
-    kernel(laws.Hertz(1e9), FRICTION).report(*state, places, numbers, out)
-    assert abs(out[0, COLUMNS.index("sliding")]) < 1e-18 and out[0, COLUMNS.index("normal")] > 0
-
-
 PAIRS = [(NORMALS[0], friction) for friction in FRICTIONS] + [(normal, FRICTION) for normal in NORMALS[1:]]
 
 
@@ -136,18 +125,6 @@ def test_compiled_kernel_equals_plain_python(law, friction, monkeypatch):
     assert compiled[0] == pytest.approx(plain[0], rel=1e-13, abs=1e-13 * np.abs(plain[0]).max())  # other order of sums
     for name in COLUMNS:
         assert compiled[1][name] == pytest.approx(plain[1][name], rel=1e-13, abs=1e-300)
-
-
-def test_every_normal_law_uses_one_of_the_formulas_compiled_above():
-    every = {getattr(laws, name) for name in laws.__all__}
-    normal = {law for law in every if isinstance(law, type) and hasattr(law, "potential")} - {laws.PowerLaw, laws.HysteresisLaw}
-    assert {law.force for law in normal} - {laws.NormalLaw.force} == {type(law).force for law in NORMALS}
-
-
-def test_the_engines_function_takes_its_lists():
-    made = Bodies(RATTLING, FRICTION)
-    call = user_function(kernel(RATTLING, FRICTION), made.memory[0], made.places, made.numbers, 6, np.zeros(2))
-    assert call(None, made.t[0], 0, made.q[0].tolist(), made.q_t[0].tolist()) == pytest.approx(made.forces()[0], rel=1e-15)
 
 
 def test_law_that_asks_itself_for_its_force_runs_in_python():

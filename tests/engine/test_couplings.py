@@ -89,20 +89,6 @@ def test_gears_on_fixed_axles_share_a_torque_and_push_their_axles(solver, ratio)
     np.testing.assert_allclose(found.signals["A.ground-one.fx"], -found.signals["B.ground-two.fx"], rtol=1e-3)
 
 
-def test_gears_about_one_centre_need_a_ratio_only():
-    """A coaxial pair has no teeth that could push an axle."""
-    mechanism = mbs.Mechanism(
-        {"A": (0, 0), "a": (0.05, 0), "b": (0, 0.05)},
-        [disc("one", "A", "a", 1.0, 2e-3), disc("two", "A", "b", 1.0, 5e-3)],
-        [mbs.Revolute("A", "ground", "one"), mbs.Revolute("A", "ground", "two")],
-        loads=[mbs.Torque("one", 0.3)],
-        couplings=[mbs.Gear("one:A", "two:A", 3.0)],
-    )
-    found = mbs.simulate(mechanism, 0.2, solver=mbs.Spectral())
-    np.testing.assert_allclose(found.signals["gear.one-two.torque"], 5e-3 * 3 * 0.3 / (2e-3 + 9 * 5e-3), rtol=1e-9)
-    np.testing.assert_allclose(found.signals["A.ground-two.fx"], 0.0, atol=1e-9)
-
-
 # --- racks ----------------------------------------------------------------------------------------------------------------
 
 
@@ -240,18 +226,6 @@ def test_a_belt_with_stiffness_rings_at_its_frequency(solver):
     stretch = SMALL * 0.1 / FIRST / OMEGA**2 * (1 - np.cos(OMEGA * found.time))
     np.testing.assert_allclose(found.signals["belt.one-two.elongation"], stretch, atol=2e-3 * stretch.max())
     np.testing.assert_allclose(found.signals["belt.one-two.force"], STIFFNESS * stretch, atol=4e-3 * STIFFNESS * stretch.max())
-
-
-@pytest.mark.parametrize("solver", [EQUAL, mbs.Spectral(STEPS), mbs.Closure()], ids=["Exudyn", "Spectral", "Closure"])
-def test_what_a_belt_with_stiffness_asks_of_both_drives(solver):
-    """One pulley turns, the other is held: torques r1 (k + c d/dt) r1 w t on the one, -r2 as much on the other."""
-    speed, damping = 2.0, 50.0
-    held = replace(belted(stiffness=STIFFNESS, damping=damping), drives=[mbs.Drive("one", speed), mbs.Drive("two", 0.0)])
-    found = mbs.simulate(held, 0.1, solver=solver)
-    assert found.ok, found.message
-    pull = SMALL * speed * (STIFFNESS * found.time + damping)
-    np.testing.assert_allclose(found.signals["drive.torque"], SMALL * pull, rtol=1e-6)
-    np.testing.assert_allclose(found.signals["drive.2.torque"], -LARGE * pull, rtol=1e-6)
 
 
 def test_statics_and_frequencies_know_couplings():

@@ -101,13 +101,6 @@ def test_slider_stays_at_rest_and_its_force_is_between_the_limits(angle):
     assert np.abs(result.energy["error"]).max() < 1e-7 * WEIGHT * 0.1
 
 
-@pytest.mark.slow
-def test_slider_stays_at_rest_for_a_million_steps():
-    run = mbs.simulate(slope(STICKING, 0.2), 100.0, solver=mbs.Exudyn(mbs.Equal(10**6, 1000))).signals
-    assert np.ptp(run["A.x"][10:]) == 0.0
-    assert run["A.friction_force"][-1] == pytest.approx(WEIGHT * math.sin(0.2), rel=1e-8)
-
-
 def test_slider_slips_where_the_static_limit_is_passed():
     """Gravity at an angle beyond atan(mu_s) moves it, below that it holds; a regularised law creeps."""
     for angle, slides in ((math.atan(0.26), True), (math.atan(0.24), False)):
@@ -135,15 +128,6 @@ def test_shaken_load_below_the_limit_does_not_move_a_stuck_slider():
     early, late = (run["A.x"][(result.time > a) & (result.time < a + 1)] for a in (0.5, 3.0))
     assert late.mean() == pytest.approx(early.mean(), abs=2e-8)
     assert result.energy_balance < 1e-2
-
-
-def test_given_friction_and_none_tell_the_reaction_too():
-    for friction in (None, mbs.GuideFriction(1.0)):
-        run = fine(mbs.simulate(slope(friction, 0.5), 0.2)).signals
-        assert run["A.guide_force"][1:] == pytest.approx(WEIGHT * math.cos(0.5), rel=1e-8)
-        assert ("A.friction_force" in run) == (friction is not None)
-        assert "A.friction_limit" not in run
-    assert run["A.friction_force"][-1] == pytest.approx(1.0, rel=1e-6)
 
 
 def test_reaction_under_a_strut():
@@ -179,15 +163,6 @@ def test_stiction_serves_joints_with_clearance():
     assert (np.abs(run["A.friction_force"]) <= 0.3 * run["A.normal_force"] * (1 + 1e-9)).all()
 
 
-WRONG = {"a number": (0.3, r"guide of 'A': friction = 0.3: must be GuideFriction"), "a class": (Coulomb, "must be an instance")}
-
-
-@pytest.mark.parametrize(("friction", "message"), WRONG.values(), ids=WRONG.keys())
-def test_friction_that_is_none_is_refused(friction, message):
-    with pytest.raises(ValueError, match=message):
-        mbs.Guide("A", "bar", friction=friction)
-
-
 def test_law_that_needs_the_reaction_is_refused_under_a_strut():
     mechanism = mbs.Mechanism(
         points={"A": (0, 0), "C": (-0.3, 0.2)},
@@ -196,27 +171,6 @@ def test_law_that_needs_the_reaction_is_refused_under_a_strut():
     )
     with pytest.raises(ValueError, match="needs a link with mass there, not a Strut"):
         mbs.build(mechanism)
-
-
-def test_slider_crank_with_and_without_an_engine_agree_on_the_reaction():
-    """Constraints alone decide its motion: closure and inverse dynamics; friction of next to nothing asks the engine."""
-    found = []
-    for friction in (None, Coulomb(1e-9)):
-        mechanism = mbs.Mechanism(
-            points={"O": (0, 0), "A": (0.05, 0.05), "B": (0.3, 0.0)},
-            links=[
-                mbs.Link("crank", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.01))),
-                mbs.Link("rod", "A", "B", mbs.Rigid(mbs.Section(0.02, 0.01))),
-            ],
-            joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "rod")],
-            guides=[mbs.Guide("B", "rod", along=(-1, 0.1), mass=0.7, friction=friction)],
-            drives=[mbs.Drive("crank", 10.0)],
-            gravity=(1.0, -G),
-        )
-        result = fine(mbs.simulate(mechanism, 0.3, solver=mbs.Exudyn(mbs.Equal(3000), spectral_radius=0.6)))
-        found.append(result.signals["B.guide_force"])
-    assert found[1][50:] == pytest.approx(found[0][50:], abs=1e-3 * np.abs(found[0]).max())
-    assert np.ptp(found[0]) > 0.5
 
 
 def test_slider_crank_pushes_its_block_at_the_friction_angle():

@@ -61,14 +61,6 @@ def test_a_point_at_a_fraction_finds_its_place():
         assert place == pytest.approx((along, across), abs=1e-9)
 
 
-def test_a_contradicting_place_is_refused():
-    points = {"A": (0, 0), "B": (SPAN, 0), "M": (0.2, 0)}
-    with pytest.raises(ValueError, match=r"points\['M'\] = .*: link 'strip' carries it at \(0.25, 0\) m; leave it out"):
-        mbs.Mechanism(points=points, links=[mbs.Link("strip", "A", "B", mbs.Beam(SECTION), carries={"M": 0.5})])
-    agreed = mbs.Mechanism(points=points, links=[mbs.Link("strip", "A", "B", mbs.Beam(SECTION), carries={"M": 0.4})])
-    assert agreed.points["M"] == pytest.approx((0.2, 0), abs=1e-15)
-
-
 # --- what acts there --------------------------------------------------------------------------------------------------
 
 

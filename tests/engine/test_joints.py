@@ -9,7 +9,7 @@ import pytest
 from jointed import BAR, G, turned
 from simulations import fine
 
-from buckler.mbs import Beam, Cable, Controlled, Exudyn, Link, Mechanism, Modal, Revolute, Rigid, Section, Weld, build, simulate
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, Link, Mechanism, Revolute, Rigid, Section, Weld, build, simulate
 
 exu.config.printToConsole = False
 
@@ -132,27 +132,6 @@ def test_two_halves_welded_are_the_whole(kind):
     half = BAR.mass_per_length * LENGTH / 2 * G
     assert effort("M.one-two") == pytest.approx(turned(0.3, (0, half))[0], rel=1e-8)
     assert effort("M.one-two: 1")[0] == pytest.approx(half * LENGTH / 4, rel=1e-4)
-
-
-def test_beam_welded_to_a_cable_or_a_rigid_bar_is_as_stiff():
-    bent = [
-        frequencies(halves(pair))[0]
-        for pair in ([Beam(BAR, 4)] * 2, (Beam(BAR, 4), Cable(BAR, 4)), (Cable(BAR, 4), Beam(BAR, 4)))
-    ]
-    assert bent[1:] == pytest.approx([bent[0]] * 2, rel=1e-4)
-    stiff = Section(0.020, 0.004, replace(BAR.material, modulus=1e4 * BAR.material.modulus))
-    for kind in (Beam, Cable):
-        assert frequencies(halves([kind(BAR, 4), Rigid(BAR)]))[0] == pytest.approx(
-            frequencies(halves([kind(BAR, 4), Beam(stiff, 2)]))[0], rel=1e-3
-        )
-
-
-def test_modal_link_clamped_swings_as_a_beam():
-    pytest.importorskip("skfem")
-    from buckler.mbs.modal import CraigBampton
-
-    modal = frequencies(hanging(Modal(BAR, CraigBampton(tuple(range(1, 16)))), pull=0.0))[0]
-    assert modal == pytest.approx(frequencies(hanging(Beam(BAR, 8), pull=0.0))[0], rel=0.06)
 
 
 @pytest.mark.parametrize("bodies", [

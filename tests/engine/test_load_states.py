@@ -1,7 +1,6 @@
 """Laws with states of their own, in both solvers, against matrix exponentials and integrators of SciPy."""
 
-from dataclasses import replace
-from math import exp, sin, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -9,9 +8,6 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
     Closure,
     Controlled,
     Drive,
@@ -20,7 +16,6 @@ from buckler.mbs import (
     Guide,
     Link,
     Mechanism,
-    Modal,
     Revolute,
     Rigid,
     Section,
@@ -31,7 +26,6 @@ from buckler.mbs import (
     sensitivities,
     simulate,
 )
-from buckler.mbs.laws import Impact, NoFriction
 from buckler.mbs.process import compiler
 
 INERTIA, KP, KI, WANTED = 0.02, 0.2, 2.0, 10.0
@@ -99,64 +93,12 @@ def test_states_converge_by_the_order_of_the_steps(kind, order):
     assert slopes.min() > order - 0.2, (slopes, found)
 
 
-@within(1e-8, 1e-5)
-def test_a_place_is_controlled_with_a_filtered_derivative(solver, bar):
-    kp, ki, kd, filtering = 20.0, 30.0, 0.8, 5e-3
-
-    def missing(t, angle):
-        return sin(2 * t) - angle
-
-    def pid(t, angle, speed, total, slow):
-        return kp * missing(t, angle) + ki * total + kd * (missing(t, angle) - slow) / filtering
-
-    def rates(t, angle, speed, total, slow):
-        return missing(t, angle), (missing(t, angle) - slow) / filtering
-
-    result = simulate(turned(Torque("rotor", pid, states=States(rates, initial=(0.0, 0.0)))), 1.0, solver=solver)
-    right = solve_ivp(
-        lambda t, y: [y[1], pid(t, y[0], *y[1:]) / INERTIA, *rates(t, y[0], *y[1:])], (0, 1.0), np.zeros(4), "DOP853",
-        result.time, rtol=1e-12, atol=1e-13,
-    )  # fmt: skip
-    for name, values in zip(("rotor.angle", "torque.rotor.state1", "torque.rotor.state2"), right.y[[0, 2, 3]], strict=True):
-        assert np.abs(result.signals[name] - values).max() < bar, name
-
-
 AREA, DEAD, BULK, SUPPLY = 5e-4, 2e-4, 2e6, 4e5
 """Of a cylinder, m^2, m^3, Pa, and of what feeds it through a valve, Pa."""
 
 
 def push(t, x, y, vx, vy, pressure):
     return AREA * pressure - 400.0 * x - 20 * vx, 0.0
-
-
-def fill(t, x, y, vx, vy, pressure):
-    flow = 1e-6 * (1 - exp(-t / 0.02)) * sqrt(max(SUPPLY - pressure, 0.0))
-    return BULK / (DEAD + AREA * (x - 0.1)) * (flow - AREA * vx)
-
-
-def cylinder():
-    """A slider that a valve's pressure pushes, from 1e5 Pa on, against a spring and a damper."""
-    return Mechanism(
-        points={"B": (0.1, 0.0), "C": (0.4, 0.0)}, links=[Link("rod", "B", "C", Rigid.of(mass=0.2, inertia=1e-3))],
-        guides=[Guide("B", "rod", mass=0.5), Guide("C", "rod")], loads=[Force("B", push, states=States(fill, initial=(1e5,)))],
-    )  # fmt: skip
-
-
-def pushed(time):
-    return solve_ivp(
-        lambda t, y: [y[1], push(t, y[0], 0, y[1], 0, y[2])[0] / 0.7, fill(t, y[0], 0, y[1], 0, y[2])],
-        (0, time[-1]), [0.1, 0.0, 1e5], "DOP853", time, rtol=1e-12, atol=1e-12,
-    ).y  # fmt: skip
-
-
-@within(1e-8, 1e-4)
-def test_the_pressure_behind_a_valve_pushes_a_slider(solver, bar):
-    result = simulate(cylinder(), 0.3, solver=solver, ledger=True)
-    place, speed, pressure = pushed(result.time)
-    assert np.abs(result.signals["B.x"] - place).max() < bar * np.ptp(place)
-    assert np.abs(result.signals["B.vx"] - speed).max() < bar * np.ptp(speed)
-    assert np.abs(result.signals["force.B.state1"] - pressure).max() < bar * np.ptp(pressure)
-    assert result.energy_balance < 10 * bar
 
 
 @pytest.mark.parametrize("rod", ["rigid", "strut"])
@@ -192,27 +134,6 @@ def test_a_force_with_states_sees_and_pushes_along_an_inclined_guide(solver, bar
     found = solve_ivp(right, (0, 1.0), np.zeros(3), "DOP853", result.time, rtol=1e-12, atol=1e-13).y
     assert np.abs(result.signals["B.y"] - 0.8 * found[0]).max() < bar
     assert np.abs(result.signals["force.B.state1"] - found[2]).max() < bar
-
-
-@pytest.mark.parametrize("solver", [None, Spectral(), Exudyn()], ids=["usual", *NAMES])
-def test_oil_that_is_stiff_and_of_ten_million_pascal_needs_no_settings(solver):
-    """A state that begins at zero and becomes large, and drives as stiff as no spring, against an implicit integrator."""
-
-    def push(t, x, y, vx, vy, pressure):
-        return AREA * pressure - 4e4 * (x - 0.1) - 200 * vx, 0.0
-
-    def fill(t, x, y, vx, vy, pressure):
-        flow = 1e-7 * (1 - exp(-t / 0.02)) * sqrt(max(1e7 - pressure, 0.0))
-        return 1.4e9 / (DEAD + AREA * (x - 0.1)) * (flow - AREA * vx - 1e-12 * pressure)
-
-    oil = replace(cylinder(), loads=[Force("B", push, states=States(fill))])
-    result = simulate(oil, 0.3, **({"solver": solver} if solver else {}))
-    right = solve_ivp(
-        lambda t, y: [y[1], push(t, y[0], 0, y[1], 0, y[2])[0] / 0.7, fill(t, y[0], 0, y[1], 0, y[2])],
-        (0, 0.3), [0.1, 0, 0], "Radau", result.time, rtol=1e-9, atol=1e-9,
-    ).y  # fmt: skip
-    assert result.ok, result.message
-    assert np.abs(result.signals["force.B.state1"] - right[2]).max() < 5e-3 * np.ptp(right[2])
 
 
 def test_a_force_with_states_acts_off_the_centre_of_a_turning_link():
@@ -256,29 +177,6 @@ def test_both_solvers_agree_within_told_errors_on_a_controlled_slider_crank():
         apart = np.abs(one.at(name, times) - other.at(name, times)).max()
         told = sum(each.error[name, "peak"] for each in (one, other)) * np.ptp(other.signals[name])
         assert apart < told < 1e-2 * np.ptp(other.signals[name]), name
-
-
-@pytest.mark.parametrize("body", [Rigid(BAR), Beam(BAR), Cable(BAR), Modal(BAR)], ids=["rigid", "beam", "cable", "modal"])
-def test_both_solvers_agree_on_bars_that_bend(body):
-    """A torque at its start and a force on its end, both with states, on a bar of any kind."""
-    loads = [
-        Torque("rotor", "0.3*(10 - speed) + 2*state1", states=States("10 - speed")),
-        Force("A", ["-2*state1", "-2*state2"], states=States(["(vx - state1)/0.02", "(vy - state2)/0.02"], initial=(0, 0))),
-    ]
-    one, other = (simulate(turned(*loads, body=body), 0.5, solver=solver) for solver in solvers(1e-7))
-    times = np.linspace(0, 0.5, 101)
-    for name in ("torque.rotor.state1", "force.A.state2", "A.x"):
-        found, right = (each.at(name, times) for each in (one, other))
-        assert np.abs(found - right).max() < 1e-3 * np.ptp(right), name
-
-
-def test_pins_that_rattle_leave_a_controller_alone():
-    """Where the explicit integrators would run, the implicit ones do: states may be stiff."""
-    pin = Clearance("A", "crank", "coupler", 5e-3, 1e-5, Impact(1e8, 1e4, 1e-5), NoFriction())
-    play = replace(crank(), joints=[Revolute("O", "ground", "crank"), pin])
-    result, ideal = (simulate(each, 0.5, solver=Spectral()) for each in (play, crank()))
-    times = np.linspace(0, 0.5, 51)
-    assert np.abs(result.at("torque.crank.state1", times) - ideal.at("torque.crank.state1", times)).max() < 1e-3
 
 
 def test_a_driven_linkage_is_no_closure_where_states_are_integrated():

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from simulations import MASS, block, fine
 
-from buckler.mbs import Controlled, Exudyn, GuideFriction, simulate
+from buckler.mbs import GuideFriction, simulate
 from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt, delivered
 
 
@@ -60,27 +60,6 @@ def test_stop_gives_back_what_its_law_delivers(law, tolerance, balance):
     assert result.energy_balance < balance
 
 
-def test_finer_contact_steps_find_the_restitution():
-    law = CarvalhoMartins(1e6, 0.8, 1.0)
-    expected = impact(law, math.sqrt(0.1), 0.1)[0]
-    errors = [abs(rebound(law, Exudyn(Controlled(contact_resolution=n)))[0] - expected) for n in (20, 80, 320)]
-    assert errors[1] < 5e-4 and errors[2] < 1e-4
-
-
-@pytest.mark.parametrize("along", [(1, 0), (-1, 0), (3, -4)])
-def test_stop_works_in_any_direction_and_on_either_side(along):
-    """The same fall: a face ahead in the guide's direction, or behind and pulled backwards."""
-    law = ExactRestitution(1e8, 0.5)
-    ahead = fine(simulate(block(1.0, law, 0.1, along=along), 0.7))
-    behind = fine(simulate(block(-1.0, law, -0.1, along=along), 0.7))
-    for result, side in ((ahead, 1), (behind, -1)):
-        unit = side * np.array(along) / np.hypot(*along)
-        travel = result.signals["A.x"] * unit[0] + result.signals["A.y"] * unit[1]
-        assert travel.max() - 0.1 == pytest.approx(result.signals["A.penetration"].max(), rel=1e-9)
-        assert 0 < travel.max() - 0.1 < 1e-3 and result.signals["A.contact_force"].min() >= 0
-    assert ahead.signals["A.contact_force"] == pytest.approx(behind.signals["A.contact_force"], abs=1e-6)
-
-
 def test_resting_block_presses_with_what_pulls_it():
     """After many bounces: K d^n = m a."""
     law = ExactRestitution(1e7, 0.3)
@@ -106,25 +85,6 @@ def test_dry_friction_slows_a_fall():
     result = fine(simulate(block(pull, friction=GuideFriction(force, regularisation=1e-5)), 0.5, ledger=True))
     assert result.signals["A.x"] == pytest.approx(0.5 * (pull - force / MASS) * result.time**2, abs=1e-5)
     assert result.energy["taken_friction"][-1] == pytest.approx(force * result.signals["A.x"][-1], rel=1e-3)
-
-
-def test_stopping_distance_under_dry_friction():
-    """Thrown back by an elastic stop, a block comes to rest after v^2/2 over its deceleration."""
-    pull, way = 2.0, 0.2
-    force = 0.3 * MASS * pull
-    speed = math.sqrt(2 * (pull - force / MASS) * way)
-    up, turn = speed / (pull - force / MASS), speed / (pull + force / MASS)
-    mechanism = block(pull, Hertz(1e8), way, GuideFriction(force, regularisation=1e-4))
-    result = fine(simulate(mechanism, up + 1.2 * turn, ledger=True))
-    highest = result.signals["A.x"][result.time > 1.05 * up].min()
-    assert way - highest == pytest.approx(speed**2 / 2 / (pull + force / MASS), rel=5e-3)
-
-
-def test_held_block_creeps_at_the_regularised_speed():
-    """Static friction above the pull: v = v_r m a/F_s, no true sticking."""
-    friction = GuideFriction(2.0 * MASS, static=2.5 * MASS, regularisation=1e-3)
-    result = fine(simulate(block(1.0, friction=friction), 0.2))
-    assert result.signals["A.vx"][-1] == pytest.approx(1e-3 / 2.5, rel=1e-6)
 
 
 def test_viscous_friction_approaches_its_terminal_speed():

@@ -63,25 +63,6 @@ def test_slider_carries_the_moment_that_turns_the_bead_and_a_slot_none():
         assert result.energy_balance < 1e-6
 
 
-def test_rod_feels_what_the_bead_feels():
-    """Rod free to swing under gravity: the drive's absence leaves weight, pin, and the bead's force and moment on it."""
-    for kind in (mbs.Slider, mbs.Slot):
-        plain = bead_on_a_rod(kind, 0.0)
-        free = replace(plain, drives=[], gravity=(0, -G))
-        result = fine(mbs.simulate(free, 0.3, solver=EQUAL, ledger=True))
-        assert result.energy_balance < 1e-6
-        run = result.signals
-        angle = np.unwrap(np.arctan2(run["E.y"], run["E.x"]))
-        spin = run["E.x"] * run["E.vy"] - run["E.y"] * run["E.vx"]
-        mass, inertia, _ = mbs.Rigid(BAR).inertia(1.0)
-        moment = (inertia + mass / 4) * np.gradient(spin, result.time, edge_order=2) + mass * G * np.cos(angle) / 2
-        reach = 0.1 + run["P.bead-rod.travel"]
-        exerted = run["P.bead-rod.normal_force"] * reach + run.get("P.bead-rod.moment", 0.0)
-        assert exerted[2:-2] == pytest.approx(moment[2:-2], abs=1e-3 * np.abs(moment).max())
-        aside = -np.sin(angle) * run["P.x"] + np.cos(angle) * run["P.y"]
-        assert np.abs(aside).max() < 1e-9
-
-
 @pytest.mark.parametrize("rod", [mbs.Beam(BAR, 4), mbs.Cable(BAR, 4)], ids=["beam", "cable"])
 def test_line_of_a_flexible_link_turns_with_its_section(rod):
     flexible = bead_on_a_rod(mbs.Slider, 0.0, start=0.99)
@@ -140,35 +121,6 @@ def reactions(mechanism, closure, state):
     names = np.array(closure.names)
     return {name: element.reactions(multipliers[None, names == name])
             for name, element in mechanism.elements().items() if name in closure.names}  # fmt: skip
-
-
-def test_forces_of_a_linkage_that_is_held_are_those_of_statics():
-    """Constraints alone decide it: a bar welded to a held crank; a bead on a held rod, its centre of mass 20 mm ahead."""
-    bar = mbs.Rigid.of(mass=2.0, inertia=0.01, centre=(0.1, 0.0))
-    arm = mbs.Mechanism(
-        points={"O": (0, 0), "A": (0.3, 0), "B": (0.5, 0)},
-        links=[mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("bar", "A", "B", bar)],
-        joints=[mbs.Revolute("O", "ground", "crank"), mbs.Weld("A", "crank", "bar")],
-        drives=[mbs.Drive("crank", 0.0)],
-        gravity=(0, -G),
-    )
-    run = mbs.simulate(arm, 0.1).signals
-    assert run["A.crank-bar.fy"] == pytest.approx(2.0 * G, rel=1e-9)
-    assert run["A.crank-bar.moment"] == pytest.approx(2.0 * G * 0.1, rel=1e-9)
-    bead = mbs.Mechanism(
-        points={"O": (0, 0), "E": (1, 0), "P": (0.4, 0), "Q": (0.5, 0)},
-        links=[
-            mbs.Link("rod", "O", "E", mbs.Rigid(BAR)),
-            mbs.Link("bead", "P", "Q", mbs.Rigid.of(mass=0.3, inertia=1e-3, centre=(0.02, 0))),
-        ],
-        joints=[mbs.Revolute("O", "ground", "rod"), mbs.Slider("P", "bead", "rod", along=(1, 0))],
-        guides=[mbs.Guide("P", "bead", along=(0, 1))],
-        drives=[mbs.Drive("rod", 0.0)],
-        gravity=(0, -G),
-    )
-    run = mbs.simulate(bead, 0.1).signals
-    assert run["P.bead-rod.normal_force"] == pytest.approx(-0.3 * G, rel=1e-9)
-    assert run["P.bead-rod.moment"] == pytest.approx(-0.3 * G * 0.02, rel=1e-9)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 """Motors, springs and what fails of a load: closed forms, and failures by name."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -202,28 +201,3 @@ def test_a_function_that_fails_ends_the_run_by_name(load, name, what):
     assert result.status is mbs.Status.FUNCTION_FAILED, result.message
     assert f"the function of '{name}'" in result.message and what in result.message
     assert 0 < result.time[-1] < 1.0 and np.isfinite(result.signals["A.x"]).all()
-
-
-@pytest.mark.parametrize(
-    "load", [mbs.Force("A", later(None)), mbs.Torque("crank", later(math.nan)), mbs.Motor("crank", later(math.inf), 1.0, 0.1)]
-)
-def test_a_function_that_fails_ends_a_driven_run_by_name(load):
-    """Where constraints alone decide the motion nothing is integrated; the run ends all the same."""
-    mechanism = replace(crank(load), drives=[mbs.Drive("crank", 2.0)])
-    result = mbs.simulate(mechanism, 0.5)
-    assert result.status is mbs.Status.FUNCTION_FAILED, result.message
-    assert f"the function of '{load.key}'" in result.message
-    assert result.time[-1] <= 0.1 and np.isfinite(result.signals["drive.torque"]).all()
-
-
-def test_a_drive_bears_motor_spring_and_mass():
-    """Power of the drive: what the energies change by, less what the motor gave; to the trapezoidal rule."""
-    loads = [
-        mbs.Force("A", (0, -2.0)),
-        mbs.Motor("crank", 12.0, 0.8, 0.05, inertia=1e-4, gear=5.0),
-        mbs.Spring("A", "ground:P", 50.0, 1.0),
-    ]
-    mechanism = crank(*loads, masses=[mbs.Mass("A", 0.3, 0.01)], gravity=(0, -G))
-    mechanism = replace(mechanism, drives=[mbs.Drive("crank", mbs.Ramp(2.0, 5.0, 0.6))])
-    result = fine(mbs.simulate(mechanism, 0.5, solver=mbs.Exudyn(mbs.Equal(4000)), ledger=True))
-    assert result.energy_balance < 1e-6
