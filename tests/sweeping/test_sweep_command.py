@@ -13,14 +13,10 @@ import sweep_toy
 from made_up_study import metrics_of
 from sweep_runs import ENVIRONMENT, ROOT, same, start, stored
 
-from buckler.studies.kit import registry
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import specs
-from buckler.studies.kit.report import Metric
 from buckler.studies.kit.style import house_style
-from buckler.studies.sweeping.command import OPTIONS
 from buckler.studies.sweeping.figure import figures
-from buckler.studies.sweeping.sweep import Row, sweep
+from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.sweeping.table import choose, points, to_dataframe
 from buckler.studies.sweeping.vary import parse, plan
 
@@ -74,12 +70,6 @@ def test_parts_make_the_whole(toy, capsys, monkeypatch):
     assert stored(toy.store) == same(sweep(sweep_toy, whole))
 
 
-@pytest.mark.parametrize("text", ["3/2", "0/2", "1", "a/b"])
-def test_a_part_that_is_none_is_refused(toy, capsys, text):
-    assert toy("--vary", "length=1,2", "--part", text) == 2
-    assert capsys.readouterr().err == f"error: --part {text}: write I/N, such as 2/8 for the second of eight parts\n"
-
-
 def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
     assert toy("--vary", "length=1,2", "--repeat", "20", "--noise", "0.5", "--seed", "5", "--metrics", "strut.force") == 0
     noise = np.array([0.5 * np.random.default_rng(seed).standard_normal() for seed in range(5, 25)])
@@ -103,20 +93,6 @@ def test_failed_and_suspect_cases_are_lines_of_the_table_and_of_the_store(toy, c
     assert metrics_of(toy.folder)["metrics"]["failed"]["value"] == 1
 
 
-def test_suspect_cases_can_be_trusted(toy):
-    assert toy("--vary", "ending=fine,suspect") == 1
-    assert toy("--vary", "ending=fine,suspect", "--allow-suspect") == 0
-    assert metrics_of(toy.folder)["trusted"] is True
-
-
-def test_suspect_repeats_stay_out_of_the_mean():
-    found = plan(sweep_toy.Parameters, {}, [], repeats=3)
-    values = {0: ("OK", 1.0), 1: ("SUSPECT", 100.0), 2: ("OK", 3.0)}
-    (point,) = points(found, [Row(i, {}, status, "", {"f": Metric(x, "N")}) for i, (status, x) in values.items()])
-    assert point.mean("f")[:2] == (2.0, 1.0)
-    assert (point.status, len(point.valid)) == ("1 SUSPECT", 2)
-
-
 def test_models_are_compared_under_one_name(toy, capsys):
     """`strut.force` and `beam.force` are one column, and one family of lines."""
     assert toy("--vary", "models=strut,beam", "--vary", "length=1,2") == 0
@@ -125,11 +101,6 @@ def test_models_are_compared_under_one_name(toy, capsys):
     assert [line[:3] for line in lines_of(out)] == [
         ["strut", "1", "11 ± 0"], ["strut", "2", "21 ± 0"], ["beam", "1", "11 ± 0"], ["beam", "2", "21 ± 0"],
     ]  # fmt: skip
-
-
-def test_json_is_all_of_the_output(toy, capsys):
-    assert toy("--vary", "length=1,2", "--json") == 0
-    assert capsys.readouterr().out == (toy.folder / "metrics.json").read_text()
 
 
 def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, capsys, monkeypatch):
@@ -143,13 +114,6 @@ def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, cap
         f"error: {toy.store} holds another sweep, with length = 2.0, which is not asked for now; name another with --store\n"
     )
     assert capsys.readouterr().err == message
-
-
-def test_other_source_files_are_noted(toy, capsys, monkeypatch):
-    assert toy("--vary", "length=1,2") == 0
-    monkeypatch.setattr("buckler.studies.sweeping.sweep.hash_sources", lambda: "edited")
-    assert toy("--vary", "length=1,2,3") == 0
-    assert "cases come from 2 versions of Buckler's source files" in capsys.readouterr().err
 
 
 # --- wrong input --------------------------------------------------------------------------------------------------------
@@ -182,24 +146,6 @@ def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
     assert len(stored(toy.store)) == 2
 
 
-@pytest.mark.parametrize("argv", [["sweep", "--help"], ["sweep", "toy", "--help"]])
-def test_help_helps(toy, capsys, argv):
-    with pytest.raises(SystemExit, match="0"):
-        main(argv=argv)
-    text = capsys.readouterr().out
-    assert "sweep" in text
-    if "toy" in argv:
-        assert all(f"--{name.replace('_', '-')}" in text for name in (*OPTIONS, "length", "speed"))
-
-
-def test_options_of_a_sweep_hide_no_parameter_that_only_the_command_line_can_give():
-    """A parameter with the name of an option is given by --config or --vary; here are those that are."""
-    hidden = set()
-    for name in registry.STUDIES:
-        hidden |= set(specs(registry.load(name).Parameters)) & set(OPTIONS)
-    assert hidden <= {"workers", "store"}
-
-
 # --- figures ------------------------------------------------------------------------------------------------------------
 
 
@@ -216,22 +162,6 @@ def drawn(*texts, repeats=1, endings=("fine",)):
         (figure,) = figures(found, design, choose(design, [name]), units).values()
         figure.draw_without_rendering()
     return figure.axes
-
-
-def test_one_number_is_a_family_of_lines():
-    (ax,) = drawn("length=1:3:5", "models=strut,beam")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("length [m]", "force [N]")
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["strut", "beam"]
-    for curve in ax.containers:
-        assert curve[0].get_xydata().tolist() == [[x, 10 * x + 1] for x in (1, 1.5, 2, 2.5, 3)]
-
-
-def test_further_numbers_are_lines_of_a_family():
-    (ax,) = drawn("length=1:3:5", "speed=1,2,3")
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"speed = {x} rad/s" for x in (1, 2, 3)]
-    (ax,) = drawn("length=1:3:5", "speed=0.1:10:9:log")
-    assert (ax.get_xlabel(), ax.get_xscale(), len(ax.containers)) == ("speed [rad/s]", "log", 5)
-    assert ax.containers[4][0].get_ydata()[-1] == 30 + 100
 
 
 @pytest.mark.parametrize("texts", [["length=1:3:5"], ["length=1:3:5", "speed=0:1:6"], ["ending=fine", "models=strut,beam,cable"]])

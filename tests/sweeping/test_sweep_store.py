@@ -1,9 +1,6 @@
 """Store of a sweep: it resumes and grows, refuses another sweep, and names any fault of the file or the disk."""
 
-import csv
-import io
 import math
-import resource
 import sqlite3
 from dataclasses import replace
 
@@ -16,7 +13,6 @@ from sweep_toy import Parameters
 from buckler.studies.kit.report import Metric
 from buckler.studies.sweeping.store import About, Store, StoreError, read
 from buckler.studies.sweeping.sweep import Row, SweepError, sweep
-from buckler.studies.sweeping.table import to_csv
 
 ABOUT = About("toy", {"python": "3.11", "exudyn": "1.13.6"}, {"length": "m", "order": ""})
 
@@ -52,13 +48,6 @@ def test_cases_that_have_ended_never_run_again(path, ran):
     rows = sweep(sweep_toy, toys(1, 2, 3, 4), store=path)
     assert ran == [1, 2, 3, 4]
     assert same(rows) == same(sweep(sweep_toy, toys(1, 2, 3, 4)))
-
-
-def test_a_store_grows_to_more_cases_in_the_new_order(path, ran):
-    sweep(sweep_toy, toys(2, 4), store=path)
-    rows = sweep(sweep_toy, [*toys(1, 2, 3), Parameters(length="4000mm", models=["strut"])], store=path)
-    assert ran == [2, 4, 1, 3]
-    assert [(row.number, row.parameters["length"]) for row in rows] == [(0, 1), (1, 2), (2, 3), (3, 4)]
 
 
 def test_failed_cases_have_ended_unless_retried(path, ran):
@@ -160,26 +149,3 @@ def test_a_full_disk_stops_the_sweep_with_all_that_was_written(path, monkeypatch
     assert 10 < len(kept) < 200
     assert kept == expected[: len(kept)]
     assert same(sweep(sweep_toy, cases, store=path)) == expected
-
-
-def test_a_file_that_may_not_grow_says_so(path):
-    """The whole command under a limit of the file size, as a quota sets it."""
-    words = ["sweep", "toy", "--vary", "length=0:1:300", "--workers", "1", "--store", path, "--out", path.parent]
-    code, out, err = run(*words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)))
-    assert (code, out) == (1, "")
-    assert f"toy: cannot write {path}: " in err and "the same command resumes:" in err
-    assert "Traceback" not in err
-    assert 0 < len(stored(path)) < 300
-
-
-def test_csv_has_units_in_its_headers_and_every_digit():
-    cases = [*toys(1, 6, models=("strut", "beam")), *toys(2, ending="raises"), *toys(3, models="beam")]
-    rows = sweep(sweep_toy, cases)
-    lines = list(csv.DictReader(io.StringIO(to_csv(rows, {"length": "m"}))))
-    assert [float(line["length [m]"]) for line in lines] == [1, 6, 2, 3]
-    assert [line["models"] for line in lines] == ["strut,beam", "strut,beam", "strut", "beam"]
-    assert [line["strut.force [N]"] for line in lines] == ["11.0", "61.0", "", ""]
-    assert [line["beam.time [s]"] for line in lines] == ["0.5", "nan", "", "0.25"]
-    assert [line["status"] for line in lines] == ["OK", "OK", "ERROR", "OK"]
-    assert [line["strut.force relative error"] for line in lines] == ["0.0", "0.0", "", ""]
-    assert [float(line["wall_s [s]"]) for line in lines] == [row.wall_s for row in rows]
