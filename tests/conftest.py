@@ -14,6 +14,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_configure(config):
+    """Compile the solver once, in two processes, before each worker would compile all of it."""
+    if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
+        from buckler.mbs.process import compiler
+        from buckler.mbs.spectral.beforehand import compile_all
+
+        if compiler():
+            compile_all()
+
+
 @pytest.fixture
 def plain(monkeypatch):
     """No compiler: many laws used once each would take longer to compile than to run."""

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
 import numpy as np
 
 from ..elements import Beam, Clearance, Rigid, Section
@@ -16,7 +20,7 @@ SHORT = 1e-3
 
 
 def compile_all() -> float:
-    """Compile what is not on disk yet, and return how many seconds that took.
+    """Compile what is not on disk yet, in two processes, and return how many seconds they spent on it.
 
     Raises
     ------
@@ -25,13 +29,17 @@ def compile_all() -> float:
     """
     if not compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        return sum(pool.map(_time_compiling, (_compile_implicit, _compile_explicit)))
+
+
+def _time_compiling(part: Callable[[], None]) -> float:
+    """Seconds that this process spends on the compilation of a part."""
     from .announce import ANNOUNCER  # needs the compiler
 
-    begun = COMPILING.seconds
-    _implicit()
-    _explicit()
+    part()
     ANNOUNCER.close()
-    return COMPILING.seconds - begun
+    return COMPILING.seconds
 
 
 def _strip() -> Mechanism:
@@ -45,20 +53,40 @@ def _rattling() -> Mechanism:
     return crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)
 
 
-def _implicit() -> None:
-    from .run import once  # compiles, as all that follows
+def _compile_implicit() -> None:
+    """Compile the implicit integrator by the types of its arguments, and contacts for the engine.
 
-    once(_strip(), SHORT, Spectral())
+    A run would compile first what the other part does.
+    """
+    import numba
+
+    from ..laws.contact import compile_kernel
+    from .fronts import Orders
+    from .implicit import run_implicit
+    from .output import CLOCK, CONTROLS, COUNTS, blank, output_for
+    from .room import room_for
+    from .scene import CompiledScene
+
+    scene = CompiledScene.of(_strip())
+    memory, multipliers = scene.memory(), np.zeros(len(scene.tables.rows))
+    room = room_for(scene, scene.q0, scene.q0, scene.q0, multipliers, memory)
+    orders, out = Orders(scene.fronts, scene.heavy_fronts), output_for(1, scene.size, len(multipliers), memory.shape)
+    given = scene.tables, orders, scene.work, room, blank(CLOCK), blank(CONTROLS), np.zeros(1), out, blank(COUNTS)
+    run_implicit.compile(tuple(map(numba.typeof, given)))
+    compile_kernel(Impact(1e8, 1e4, 1e-5), Coulomb(0.1, 0.1))
 
 
-def _explicit() -> None:
+def _compile_explicit() -> None:
+    """Compile the explicit integrator and all that is called between runs."""
     from .dense import at_times, ledger
+    from .recording import record_of
     from .run import integrate
     from .scene import CompiledScene
 
     scene = CompiledScene.of(_rattling())
-    out, _, _ = integrate(scene, SHORT, Spectral())
+    out, _, _ = integrate(scene, SHORT, Spectral(method="explicit"))
     at_times(scene, out, np.array([0.0]))
     ledger(scene, out, [])
+    record_of(scene, out)
     scene.measured(0, scene.q0)
     scene.mass_at(scene.q0)

@@ -74,6 +74,7 @@ def test_several_runs_are_told_without_what_is_compiled(monkeypatch: pytest.Monk
     assert result.work["runs"] > 1 and result.work["wall_s"] < -1e3
 
 
+@pytest.mark.slow
 def test_all_is_compiled_beforehand() -> None:
     compile_all()
     assert compile_all() == 0.0
