@@ -115,6 +115,8 @@ class Mechanism(Parts):
     'unstrained'
     """
 
+    __slots__ = ("scene",)  # kept by `Scene.of`
+
     points: Mapping[str, Pair] = field(
         Places(Vector("m"), "points"),
         "places at t = 0; those that lengths and angles of links, or the place on a link that carries them, decide may be left "
@@ -163,6 +165,10 @@ class Mechanism(Parts):
                     raise RefusalError(str(error), f"{_place(kind, k, element)}.{error.field_of(element)}".rstrip(".")) from None
                 except ValueError as error:
                     raise RefusalError(str(error), _place(kind, k, element)) from None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields: what was found out about it is found again."""
+        return dict(vars(self))
 
     def __str__(self) -> str:
         """Return what it is made of, in a line."""

@@ -19,13 +19,11 @@ from .accuracy.refine import Answer, refine
 from .accuracy.second_opinion import noted, verified
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
-from .elements.element import called_in
-from .functions import Looks, has_user_code, looking
+from .functions import Looks, looking
 from .functions.breaks import MOST, WIDTH
 from .functions.looking import SETTLED
 from .geometry import Array
 from .kinematics import exact
-from .kinematics.determined import is_kinematic
 from .mechanism import Mechanism
 from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
 from .progress import USUAL, Forecast, forecast
@@ -33,6 +31,7 @@ from .record.errors import Status
 from .record.result import Result
 from .record.run import Run
 from .record.signals import shapes_at
+from .scene.scene import Scene
 from .solvers import Closure, Exudyn, Spectral
 from .validate import as_tuple, number, one_of, positive, short
 from .view.movie import Film
@@ -143,7 +142,7 @@ def simulate(
     demand = _demand(accuracy, of)
     if timeout is not None:
         positive("timeout", timeout, "s")
-    for name, element in mechanism.elements().items():
+    for name, element in Scene.of(mechanism).elements.items():
         element.check_run(duration, name)
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
@@ -186,7 +185,7 @@ class _Runs:
             run = self._once(mechanism, span, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
-            passed = self.looks.find_passed(run.record.time, called_in(run.record))
+            passed = self.looks.find_passed(run.record.time, run.record.user_functions())
             settled = passed.shift <= SETTLED or passed.shift > shift / 2
             if passed.many or (settled and not len(passed.edges)):
                 break
@@ -218,7 +217,7 @@ class _Runs:
 
     def choose_solver(self) -> tuple[Solver, str]:
         """Choose the solver of a run that names none; return it with the reason."""
-        if is_kinematic(self.mechanism):
+        if Scene.of(self.mechanism).is_kinematic:
             return Closure(), "joints and drives alone decide the motion"
         if not compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
@@ -307,9 +306,9 @@ def _versions() -> dict[str, str]:
 def _provenance(run: Run) -> dict[str, Any]:
     """Versions, what was built, the settings it ran with, and what is worth knowing of the mechanism."""
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
-    elements = run.record.mechanism.elements().items()
-    notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.values))]
-    if has_user_code(run.record.mechanism):
+    scene = Scene.of(run.record.mechanism)
+    notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
+    if scene.has_user_code:
         looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
         notes.append(f"{looked}; a Table names shorter ones")
     return found | ({"notes": notes} if notes else {})

@@ -10,8 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from .declare import Declared, Quantity, choice, declared, field, flag, part, quantity, whole
-from .elements.clearance import clearances
-from .mechanism import Mechanism
+from .scene.scene import Scene
 
 COARSEST = 40
 """Steps of the coarsest runs, at least."""
@@ -196,8 +195,6 @@ class Spectral(Declared):
         return self.steps.max_step or duration / LONGEST
 
 
-STIFF = 1e5
-"""Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
 WITHOUT_PLAY = 1e-5
 """Default tolerance of scenes without clearance in joints."""
 WITH_PLAY = 1e-3
@@ -206,39 +203,13 @@ DAMPED_PLAY = 3e-5
 """Default tolerance with stiffly damped clearance: impact forces decay within a microsecond; 1e-3 misses a quarter, this 2 %."""
 
 
-def is_loose(mechanism: Mechanism) -> bool:
-    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed, no states."""
-    return (
-        bool(mechanism.joints)
-        and len(clearances(mechanism)) == len(mechanism.joints)
-        and not any(link.body.flexible for link in mechanism.links)
-        and not any(each.has_states for each in mechanism.loads)
-        and not (mechanism.guides or mechanism.stops or mechanism.couplings)
-        and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
-        and not stiffly_damped(mechanism)
-    )
-
-
-def stiffly_damped(mechanism: Mechanism) -> bool:
-    """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`; False without clearance."""
-    laws = [joint.law for joint in clearances(mechanism)]
-    if not laws:
-        return False
-    lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
-    depth, speed = 1e-5, 1e-3
-    jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
-    return max(jumps) / speed / lightest >= STIFF
-
-
-def usual_tolerance(mechanism: Mechanism) -> float:
-    """Tolerance of a run that asks for none."""
-    if not clearances(mechanism):
+def usual_tolerance(scene: Scene) -> float:
+    """Return the tolerance of a run that asks for none."""
+    if not scene.clearances:
         return WITHOUT_PLAY
-    return DAMPED_PLAY if stiffly_damped(mechanism) else WITH_PLAY
+    return DAMPED_PLAY if scene.is_stiffly_damped else WITH_PLAY
 
 
-def position_error(mechanism: Mechanism, tolerance: float | None) -> float:
-    """Local position error allowed a step, m, by a tolerance or by the usual one."""
-    size = max(mechanism.length(link.name) for link in mechanism.links)
-    gaps = [0.1 * joint.gap for joint in clearances(mechanism)]
-    return (tolerance or usual_tolerance(mechanism)) * min([size, *gaps])
+def position_error(scene: Scene, tolerance: float | None) -> float:
+    """Return the local position error allowed a step [m], by a tolerance or by the usual one."""
+    return (tolerance or usual_tolerance(scene)) * min([scene.size, *(0.1 * joint.gap for joint in scene.clearances)])

@@ -19,12 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..elements.clearance import clearances
 from ..kinematics.exact import sample_times
 from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..record.run import Run
-from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
+from ..scene.scene import Scene
+from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
@@ -119,7 +119,7 @@ class Levels:
     @property
     def prefix(self) -> float:
         """Part of the duration after which chaos is looked for: an eighth where pins rattle in their bushes."""
-        return 1 / 8 if clearances(self.mechanism) else 1.0
+        return 1 / 8 if Scene.of(self.mechanism).clearances else 1.0
 
 
 class SpectralLevels(Levels):
@@ -128,8 +128,8 @@ class SpectralLevels(Levels):
     @property
     def clearance(self) -> float:
         """Smallest clearance over the longest link; 1 without."""
-        size = max(self.mechanism.length(link.name) for link in self.mechanism.links)
-        return float(min([1.0, *(joint.gap / size for joint in clearances(self.mechanism))]))
+        scene = Scene.of(self.mechanism)
+        return float(min([1.0, *(joint.gap / scene.size for joint in scene.clearances)]))
 
     @property
     def finest(self) -> float:  # type: ignore[override]
@@ -186,8 +186,8 @@ class ExudynLevels(Levels):
         """Tolerance over the usual one; half the elements at the first level, twice as many at each further one."""
         finer, number = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))
         steps = _finer(finer, Controlled().longest(self.duration))
-        steps = replace(steps, tolerance=usual_tolerance(self.mechanism) * level.tolerance)
-        damped = is_loose(self.mechanism) or number % 2 == 0
+        steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
+        damped = Scene.of(self.mechanism).is_loose or number % 2 == 0
         radius = self.solver.spectral_radius if damped else UNDAMPED
         return _meshed(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 

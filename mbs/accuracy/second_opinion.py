@@ -8,12 +8,12 @@ from time import perf_counter
 
 import numpy as np
 
-from ..elements.clearance import clearances
 from ..elements.signal import Kind
 from ..mechanism import Mechanism
 from ..record.errors import Errors, Norm
 from ..record.result import Result
 from ..record.run import Run
+from ..scene.scene import Scene
 from ..solvers import Closure, Exudyn, Spectral
 from .demand import PLACE, STRIKE, Asked, Usual, Worst
 from .difference import Difference
@@ -75,7 +75,7 @@ def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEA
     limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
     known = mine.known and other.known
     ends = [each.until for each in (mine, other) if each.known]
-    chaotic = min(ends, default=inf) < first.time[-1] or bool(clearances(a.record.mechanism))
+    chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
     until = min([Parting(Difference(first, second), limits).within(), *ends]) if chaotic else inf
     apart, _ = Difference(first, second, until).norms(second.signals)
     motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]

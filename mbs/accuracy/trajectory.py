@@ -13,15 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..elements.clearance import clearances
-from ..elements.element import kinks_of
 from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.energy import put_through
 from ..record.errors import Key, Norm
 from ..record.run import Run
-from ..record.signals import follows, mechanism_mass
+from ..record.signals import follows
+from ..scene.scene import Scene
 
 SMALL = 1e-2
 """Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise beside it. A convention."""
@@ -61,12 +60,12 @@ class Trajectory:
     @classmethod
     def of(cls, run: Run) -> Trajectory:
         """Signals of a run but counts, and forces that no equation determines."""
-        mechanism, end = run.record.mechanism, float(run.record.time[-1])
+        scene, end = Scene.of(run.record.mechanism), float(run.record.time[-1])
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
-        size = max(mechanism.length(link.name) for link in mechanism.links)
-        push = mechanism_mass(mechanism) * min([size, *(joint.gap for joint in clearances(mechanism))]) / end**2
+        size = scene.size
+        push = scene.mass * min([size, *(joint.gap for joint in scene.clearances)]) / end**2
         shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
-        return cls(run.record.time, found, size, kinks_of(mechanism, end), push, shared)
+        return cls(run.record.time, found, size, scene.kinks(end), push, shared)
 
     @cached_property
     def strikes(self) -> bool:
@@ -95,9 +94,8 @@ def energies_of(run: Run) -> tuple[Trajectory, float]:
     through, unseen = put_through(record, energies, run.values)
     missing = float(np.abs(energies.pop("error")).max()) / through
     del energies["throughput"]
-    mechanism = record.mechanism
-    size = max(mechanism.length(link.name) for link in mechanism.links)
-    resting = RESTING**2 * size * mechanism_mass(mechanism) * float(np.hypot(*mechanism.gravity))  # it goes with the way squared
+    scene = Scene.of(record.mechanism)
+    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # it goes with the way squared
     whole = max(through * (1 + unseen / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
     return Trajectory(record.time, found, 1.0), max(0.0, missing - unseen)

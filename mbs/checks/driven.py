@@ -16,7 +16,8 @@ from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
-from ..scene.linkage import Linkage, is_determined, solve_rates
+from ..scene.linkage import Linkage, solve_rates
+from ..scene.scene import Scene
 from .check import check
 
 SINGULAR = 1e-3
@@ -40,9 +41,10 @@ class Followed(NamedTuple):
 
 def follow(record: Record) -> Followed | None:
     """Return a driven linkage in its recorded places; None where constraints alone do not decide its motion."""
-    if not is_determined(record.mechanism):
+    scene = Scene.of(record.mechanism)
+    if not scene.is_determined:
         return None
-    linkage, places = Linkage(record.mechanism, float(record.time[-1])), _places(record)
+    linkage, places = scene.linkage.until(float(record.time[-1])), _places(record)
     return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1], record.time)
 
 
@@ -71,7 +73,7 @@ def _divides(known: Followed, k: int, low: Array) -> bool:
 
 def _places(record: Record) -> Array:
     """Places of all links' starts and their directions, shape (times, links, 3)."""
-    start = Linkage(record.mechanism).reference
+    start = Scene.of(record.mechanism).linkage.reference
     rows = [
         np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
         for link, at in zip(record.mechanism.links, start, strict=True)
@@ -81,7 +83,7 @@ def _places(record: Record) -> Array:
 
 def _not_determined(run: Run, _result: Result) -> str:
     """Why there is nothing to look at, where constraints alone do not decide the motion."""
-    return "" if is_determined(run.record.mechanism) else "not a linkage of which the drives alone decide the motion"
+    return "" if Scene.of(run.record.mechanism).is_determined else "not a linkage of which the drives alone decide the motion"
 
 
 @check(

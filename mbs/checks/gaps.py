@@ -12,6 +12,7 @@ from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
 from ..scene.linkage import Linkage
+from ..scene.scene import Scene
 from .check import check
 
 GAP = 1e-5
@@ -39,13 +40,13 @@ def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
 
 def _none(run: Run, _result: Result) -> str:
     """Say that no constraint holds rigid links."""
-    return "" if _rigid_rows(Linkage(run.record.mechanism), run.record)[1] else "no constraint between rigid links"
+    return "" if _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)[1] else "no constraint between rigid links"
 
 
 @check("CONSTRAINTS", "failed when a joint, guide or coupling comes apart", {"of the longest link": GAP}, _none)
 def together(run: Run, _result: Result) -> Iterator[str]:
     """Check that all constraints hold all along."""
-    linkage = Linkage(run.record.mechanism)
+    linkage = Scene.of(run.record.mechanism).linkage
     names, off = gaps(linkage, run.record)
     k, row = np.unravel_index(int(np.argmax(np.abs(off))), off.shape)
     gap = float(np.abs(off[k, row]))

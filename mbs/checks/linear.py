@@ -20,6 +20,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.result import Result
 from ..record.run import Run
+from ..scene.scene import Scene
 from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
@@ -82,7 +83,7 @@ def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> A
     if point in {place(getattr(each, field, "")).point for each in others for field in ("point", "a", "b")}:
         return None
     parts = []
-    for key, joint in mechanism.elements().items():
+    for key, joint in Scene.of(mechanism).elements.items():
         if isinstance(joint, Joint) and joint.point == point and name in (joint.first, joint.second):
             if f"{key}.fx" not in result.signals:
                 return None

@@ -12,6 +12,7 @@ from ..record.errors import Norm
 from ..record.result import Result
 from ..record.run import Run
 from ..record.signals import RINGS
+from ..scene.scene import Scene
 from .check import check, without
 
 ROUNDING = 1e-9
@@ -70,7 +71,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
 
 def _one_sided(run: Run) -> list[tuple[str, str]]:
     """Forces that must not be negative, and depths without which they are zero."""
-    return [signals for name, element in run.record.mechanism.elements().items() for signals in element.one_sided(name)]
+    return [signals for name, element in Scene.of(run.record.mechanism).elements.items() for signals in element.one_sided(name)]
 
 
 @check(
@@ -95,7 +96,7 @@ def pushing(run: Run, result: Result) -> Iterator[str]:
 
 def _depths(run: Run) -> Iterator[Depth]:
     mechanism = run.record.mechanism
-    for name, element in mechanism.elements().items():
+    for name, element in Scene.of(mechanism).elements.items():
         yield from element.depths(name, mechanism)
 
 

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..declare import Declared
-from ..functions import Called, edges_along
+from ..functions import Called
 from ..geometry import Array
 from .signal import Depth, Energy, Moved, Signal, Slid
 
@@ -344,23 +344,3 @@ class Recorded:
         carriers = [link.name for link in self.mechanism.links if point in link.points]
         motions: dict[str, Moved] = {**self.links, **self.blocks}
         return next((motions[name] for name in (body, point, *carriers) if name in motions), None)
-
-
-def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
-    """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
-    return tuple(sorted({*_kinks(mechanism, duration), *edges_along(duration)}))
-
-
-def called_in(record: Recorded) -> Iterator[Called]:
-    """Yield the user's functions of states in a run, with their arguments."""
-    for name, element in record.mechanism.elements().items():
-        yield from element.user_functions(name, record)
-
-
-def stops_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
-    """Times in (0, duration), s, at which steps end: kinks, and what parts a run further, in order."""
-    return tuple(sorted({*_kinks(mechanism, duration), *edges_along(duration, cuts=True)}))
-
-
-def _kinks(mechanism: Parts, duration: float) -> set[float]:
-    return {t for element in mechanism.elements().values() for t in element.kinks(duration)}

@@ -17,6 +17,7 @@ from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
 from ..record.strips import shares
+from ..scene.scene import Scene
 from . import Callback, System, rows
 from .forces import StrutSpring
 from .guarded import guard, watch
@@ -242,7 +243,7 @@ def attach(scene: EngineScene, burden: Burden) -> None:
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate."""
     for name, drive in drives.items():
-        if scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
+        if scene.given.is_loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
             scene.reads(name, "effort", partial(_effort, drive))
         else:
@@ -255,7 +256,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
 def _effort(drive: Drive, _run: History, record: Record) -> Array:
     """Torque that keeps a flywheel's speed against contacts and loads, N m, (times, 1)."""
     total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
-    for name, element in record.mechanism.elements().items():
+    for name, element in Scene.of(record.mechanism).elements.items():
         for at, force, torque in element.pushes(name, record) or ():
             if place(at).body == drive.target:
                 total = total - cross(record.point(at)[0] - centre, force) - torque

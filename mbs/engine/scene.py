@@ -11,14 +11,14 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn import SystemContainer
 
-from ..elements.element import GROUND, Burden
+from ..elements.element import GROUND
 from ..elements.signal import Moved
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.errors import Status
 from ..record.record import Record
+from ..scene.scene import Scene
 from ..scene.start import Start
-from ..solvers import is_loose
 from . import System
 from .forces import StopContact, StrutSpring
 from .placed import History, Placed, Remembering, States
@@ -47,18 +47,12 @@ class EngineScene:
         their reaction.
     constraints : dict of str to int
         Engine object numbers by element.
-    burdens : list of Burden
-        Masses and rotors that elements add to the bodies.
     start : Start
         Velocities at t = 0.
     starts_smooth : bool
         True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
     states : list of (int, int)
         Nodes of the states of loads' laws, and how many each has.
-    redundant : list of str
-        Elements that say what others say already.
-    undetermined : list of str
-        Elements whose forces no equation determines, as redundant ones share them.
     told : list of str
         Sentences for the summary: laws that could not be compiled.
     stopped : (Status, str) or None
@@ -77,8 +71,6 @@ class EngineScene:
     start: Start | None = None
     starts_smooth: bool = False
     states: list[tuple[int, int]] = field(default_factory=list)
-    redundant: list[str] = field(default_factory=list)
-    undetermined: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
@@ -86,7 +78,7 @@ class EngineScene:
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
-        self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
+        self.given = Scene.of(self.mechanism)
 
     def summary(self) -> dict[str, int]:
         """Count the parts, coordinates, constraints and engine items."""
@@ -100,11 +92,6 @@ class EngineScene:
             "loads": data.NumberOfLoads(),
             "sensors": data.NumberOfSensors(),
         }
-
-    @property
-    def loose(self) -> bool:
-        """True if rigid links hang together by clearance joints only: no constraints, an explicit integrator can run it."""
-        return is_loose(self.mechanism)
 
     # --- what connectors ask for ----------------------------------------------------------------------------------------
 
@@ -163,7 +150,7 @@ class EngineScene:
         motions: dict[str, Any] = {name: placed.motion(run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.undetermined)
+        record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.given.undetermined)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elements.element import GROUND, Element, place
+from ..elements.element import GROUND, place
 from ..elements.link import Link
 from ..geometry import Array, cross, rotate_left
 from ..mechanism import Mechanism
@@ -22,8 +22,8 @@ from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from ..scene.linkage import Linkage, carried_masses, invert, is_determined, solve_rates
-from ..scene.redundancy import find_undetermined
+from ..scene.linkage import Linkage, carried_masses, invert, solve_rates
+from ..scene.scene import Scene
 from .diagnosis import explain_singularity
 
 FIRST = 0.02
@@ -48,29 +48,6 @@ CLOSED = 1e-9
 """Largest gap of redundant rows, in lengths; beyond it they contradict the others."""
 BLOWN_UP = 20.0
 """Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
-
-
-def is_kinematic(mechanism: Mechanism) -> bool:
-    """Return True if constraints alone decide the motion, and all elements know their forces in a known motion."""
-    return not find_undecided(mechanism)
-
-
-def find_undecided(mechanism: Mechanism) -> str:
-    """Say why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
-    if not is_determined(mechanism):
-        bend = [link.name for link in mechanism.links if link.body.flexible]
-        return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
-    nothing = np.empty((0, 3))
-    for name, element in mechanism.elements().items():
-        if element.has_states:
-            return f"states of '{name}' are integrated"
-        if element.rubs_on_reaction:
-            return f"friction of '{name}' follows its reaction"
-        if any(element.rows(mechanism)) and element.reactions(nothing) is None:
-            return f"'{name}' does not tell its reaction"
-    acting = [each for each in (*mechanism.stops, *mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
-    silent = [each.key for each in acting if type(each).pushes is Element.pushes]
-    return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
 
 
 class Course(NamedTuple):
@@ -122,9 +99,10 @@ class Follower:
         deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = bool,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
-        self.linkage = Linkage(mechanism, duration)
+        scene = Scene.of(mechanism)
+        self.linkage = scene.linkage.until(duration)
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
-        self.undetermined = find_undetermined(mechanism)
+        self.undetermined = scene.undetermined
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
@@ -234,7 +212,7 @@ class Follower:
         found = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
-        for name, element in self.linkage.mechanism.elements().items():
+        for name, element in Scene.of(self.linkage.mechanism).elements.items():
             rows = np.flatnonzero(names == name)
             if len(rows):
                 channels[name] = dict(element.reactions(found[:, rows]) or {})
@@ -257,7 +235,7 @@ class Follower:
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}
-        for name, element in mechanism.elements().items():
+        for name, element in Scene.of(mechanism).elements.items():
             for at, force, moment in element.pushes(name, record) or ():
                 body, point = place(at)
                 body = blocks.get(body, body)

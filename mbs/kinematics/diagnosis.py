@@ -12,6 +12,7 @@ from ..record.errors import Status
 from ..record.record import Record
 from ..scene.linkage import Linkage, involved_elements
 from ..scene.redundancy import independent_rows
+from ..scene.scene import Scene
 
 FLAT = 0.05
 """Smallest singular value of the constraints of a regular pose."""
@@ -46,7 +47,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
 def stuck(record: Record) -> tuple[Status, str] | None:
     """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is wrong."""
     mechanism = record.mechanism
-    linkage = Linkage(mechanism)
+    linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
     q = linkage.reference.copy()
     for i in rigid:

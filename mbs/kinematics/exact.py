@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from math import ceil, pi
 from time import perf_counter
 
 import numpy as np
 
-from ..elements import Link, Load
-from ..elements.element import stops_of
+from ..elements import Load
 from ..elements.stop import Stop, Striking
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -18,11 +16,9 @@ from ..record.errors import Status
 from ..record.record import Record
 from ..record.run import Run
 from ..scene.linkage import turning_speed
-from ..scene.redundancy import redundancies
-from ..scene.remarks import remarks
-from ..scene.start import start
+from ..scene.scene import Scene
 from ..solvers import Closure, Controlled, Equal
-from .determined import Ended, Follower, UnclosedError, find_undecided
+from .determined import Ended, Follower, UnclosedError
 
 TURN = 400
 """Samples of a turn of the drive."""
@@ -48,10 +44,10 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     KinematicsError
         If the drive cannot move the linkage from where it starts.
     """
-    reason = find_undecided(mechanism)
+    reason = Scene.of(mechanism).undecided
     if reason:
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
-    start(mechanism)  # contradictory velocities are named there
+    _ = Scene.of(mechanism).start  # contradictory velocities are named there
     begin = perf_counter()
     with ctrl_c() as interrupted:
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
@@ -90,23 +86,21 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         channels[name] = {"force": _forces(stop, record)[:, None]}
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
-    notes = remarks(mechanism, redundancies(mechanism))
     failure = None if ended is None else (ended.status, ended.sentence)
-    return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=notes)
+    return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=Scene.of(mechanism).remarks)
 
 
 def _summary(follower: Follower) -> dict[str, int]:
     """Count the elements of each kind, coordinates and constraints."""
     linkage = follower.linkage
-    kinds = Counter(type(link.body).__name__ for link in linkage.mechanism.links)
-    kinds += Counter(type(element).__name__ for element in linkage.mechanism.elements().values() if not isinstance(element, Link))
-    return {**kinds, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
+    counts = Scene.of(linkage.mechanism).counts
+    return {**counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
 
 
 def _spoilt(record: Record) -> Ended | None:
     """When and where a load's function first fails: it raises, or returns what is no number."""
     found = None
-    for name, load in record.mechanism.elements().items():
+    for name, load in Scene.of(record.mechanism).elements.items():
         if isinstance(load, Load):
             for push in load.pushes(name, record):
                 lost = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
@@ -130,7 +124,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
     if count <= steps.max_steps:
         even[-1] = duration
-    kinks = np.array(stops_of(mechanism, duration))
+    kinks = np.array(Scene.of(mechanism).stops(duration))
     kinks = kinks[kinks <= even[-1]]
     times = np.concatenate([even, kinks, kinks - BEFORE * duration])
     times = np.unique(times)
@@ -154,7 +148,7 @@ def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
 
 
 def _stops(mechanism: Mechanism) -> dict[str, Stop]:
-    return {name: element for name, element in mechanism.elements().items() if isinstance(element, Stop)}
+    return {name: element for name, element in Scene.of(mechanism).elements.items() if isinstance(element, Stop)}
 
 
 def _forces(stop: Stop, record: Record) -> Array:

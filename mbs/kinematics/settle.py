@@ -22,7 +22,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.signals import axial_period
+from ..scene.scene import Scene
 
 SLOWER = 0.35
 """Centre of the filter, relative to the lowest axial angular frequency of a strip that bears all mass."""
@@ -63,7 +63,7 @@ def settles(mechanism: Mechanism) -> bool:
 def settle_strips(equations: Equations, mechanism: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
     """Return the state at t = 0 with its strips settled; unchanged where that does not calm them."""
     try:
-        return _filter(equations, SLOWER * 2 * pi / axial_period(mechanism), q, v)
+        return _filter(equations, SLOWER * 2 * pi / Scene.of(mechanism).axial_period, q, v)
     except ArithmeticError:  # free motions, or constraints that say the same
         return q, v
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..geometry import Array
 from ..laws import BristleLaw
+from ..scene.scene import Scene
 from .record import Record
-from .signals import axial_period, follows
+from .signals import follows
 
 BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""
@@ -37,7 +38,7 @@ def ledger(record: Record) -> dict[str, Array]:
     taken = {"taken_damping": zero}
     given = {"given_drive": zero}
     single: dict[str, Array] = {}
-    for name, element in record.mechanism.elements().items():
+    for name, element in Scene.of(record.mechanism).elements.items():
         for kind, what, values in element.energies(name, record):
             if kind == "single":
                 single[what] = values
@@ -71,7 +72,7 @@ def _at_rest(record: Record) -> float:
 
 def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
     """Largest axial strain energy, J, of strips whose axial strain nobody sees, or whose axial vibration steps do not follow."""
-    total, followed = 0.0, follows(record.time, axial_period(record.mechanism))
+    total, followed = 0.0, follows(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:
             stiffness = link.body.section.axial_stiffness

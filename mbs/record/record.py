@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..elements.element import Recorded
+from ..functions import Called
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..scene.scene import Scene
 from .lookup import trapezoidal
 from .motion import between
 
@@ -38,6 +40,11 @@ class Record(Recorded):
         before, after = sides
         jumped = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
         return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumped)])
+
+    def user_functions(self) -> Iterator[Called]:
+        """Yield the user's functions of states, with their arguments."""
+        for name, element in Scene.of(self.mechanism).elements.items():
+            yield from element.user_functions(name, self)
 
     def at(self, times: Array) -> Record:
         """Places and velocities at other times, s, within the run; without channels.

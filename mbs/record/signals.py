@@ -8,8 +8,6 @@ acceleration, hardly damped: how much is a matter of microseconds of the start o
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from ..elements.link import moving
 from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..scene.scene import Scene
 from .motion import between
 from .record import Record
 from .stored import Shape
@@ -35,7 +34,7 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     found: dict[str, Signal] = {}
     for point in filter(is_asked, record.mechanism.points):
         found |= {signal.name: signal for signal in moving(point, *record.point(point))}
-    for name, element in record.mechanism.elements().items():
+    for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
             free = name in record.undetermined
             found |= {signal.name: _mark_undetermined(signal) if free else signal for signal in element.signals(name, record)}
@@ -68,7 +67,7 @@ RINGS = 4
 
 def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
     """Yield the means of the forces that ring; none of a mechanism without flexible links."""
-    period = axial_period(mechanism)
+    period = Scene.of(mechanism).axial_period
     if not period > 0 or len(time) < 3:
         return
     for name, signal in signals.items():
@@ -97,17 +96,3 @@ def follows(time: Array, period: float) -> bool:
     """Return True if steps resolve a vibration: not where they are long for a whole period of it, as there it is damped away."""
     steps = np.diff(time)
     return not float(steps[RINGS * steps > period].sum()) > period
-
-
-def mechanism_mass(mechanism: Mechanism) -> float:
-    """Mass of all links, sliders and point masses, kg."""
-    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
-    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
-
-
-def axial_period(mechanism: Mechanism) -> float:
-    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
-    mass = mechanism_mass(mechanism)
-    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
-    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
-    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)

@@ -8,6 +8,7 @@ velocities (e.g. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988,
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -48,6 +49,12 @@ class Linkage:
 
     mechanism: Mechanism
     last: float = np.inf
+
+    def until(self, last: float) -> Linkage:
+        """Return the linkage whose drives tell where they are up to a time [s]."""
+        found = copy(self)
+        object.__setattr__(found, "last", last)
+        return found
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -167,8 +174,9 @@ class Linkage:
         """Rows that hold all along a run, not at its start alone."""
         return np.flatnonzero([not row.start_only for _, row in self.named_rows])
 
+    @cached_property
     def general_pose(self) -> Array:
-        """Return a pose in general position, shape (links, 3): close to the drawn one, its loops closed, its drives moved.
+        """Pose in general position, shape (links, 3): close to the drawn one, its loops closed, its drives moved.
 
         Rows that depend on others in a single pose only, as of a parallelogram drawn in one line, are independent there; rows
         that are redundant in every pose stay so. A linkage that cannot move is where it is drawn.
@@ -229,16 +237,6 @@ def involved_elements(names: list[str], weights: Array) -> list[str]:
     """Return the elements whose rows have a weight, each once."""
     big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
     return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
-
-
-def is_determined(mechanism: Mechanism) -> bool:
-    """Return True if constraints and drives alone decide the pose: as many independent constraints as coordinates."""
-    if any(link.body.flexible for link in mechanism.links) or not mechanism.drives:
-        return False
-    linkage = Linkage(mechanism)
-    if any(row.start_only for _, row in linkage.named_rows) or len(linkage.names) < 3 * len(linkage.index):
-        return False
-    return linkage.mobility() == 0
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:

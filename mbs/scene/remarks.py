@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..elements.element import GROUND
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, Linkage, rank
-from .redundancy import find_undetermined
-from .start import overdriven
+from .linkage import ROUNDING, rank
+from .start import name_surplus_drives
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 
-def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
+def remarks(scene: Scene) -> list[str]:
     """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
-    found = []
-    if redundant_ones:
-        shared = ", ".join(map(repr, find_undetermined(mechanism)))
-        found.append(f"redundant: {', '.join(map(repr, redundant_ones))}; no equation determines the forces of {shared}")
-    if len(mechanism.drives) > 1 and (too_many := overdriven(mechanism)):
+    mechanism, found = scene.mechanism, []
+    if scene.redundant:
+        shared = ", ".join(map(repr, scene.undetermined))
+        found.append(f"redundant: {', '.join(map(repr, scene.redundant))}; no equation determines the forces of {shared}")
+    if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(scene.linkage)):
         found.append(too_many)
     held = _groups(mechanism)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
-    found += _free_links(mechanism)
+    found += _free_links(scene)
     spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
@@ -41,8 +44,9 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     return found
 
 
-def _free_links(mechanism: Mechanism) -> Iterator[str]:
+def _free_links(scene: Scene) -> Iterator[str]:
     """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
+    mechanism, linkage = scene.mechanism, scene.linkage
     tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
         spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")
@@ -50,7 +54,6 @@ def _free_links(mechanism: Mechanism) -> Iterator[str]:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
     if not mechanism.drives:
         return
-    linkage = Linkage(mechanism)
     jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
     free = jacobian.shape[1] - rank(jacobian)
     if free:

@@ -102,18 +102,18 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * soft, unit * soft / length])
 
 
-def jacobian(mechanism: Mechanism, q: Array | None = None) -> tuple[Linkage, Array, Array]:
-    """Linkage, the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
-    linkage, stations = Linkage(mechanism), Stations(mechanism)
+def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
+    """Compute the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
+    stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
     rigid = linkage.system(q, np.zeros_like(q))[1]
     loose = np.array([stations.columns(row) for _, row in linkage.named_rows]).reshape(len(rigid), 3 * len(stations.points))
-    return linkage, rigid, loose
+    return rigid, loose
 
 
-def overdriven(mechanism: Mechanism) -> str:
+def name_surplus_drives(linkage: Linkage) -> str:
     """Say that a mechanism has more drives than ways to move, in poses in general position; empty if it has not."""
-    linkage, rigid, loose = jacobian(mechanism, Linkage(mechanism).general_pose())
+    rigid, loose = jacobian(linkage, linkage.general_pose)
     matrix = np.hstack([rigid, loose])
     driven = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is not None]
     held = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is None]
@@ -124,15 +124,16 @@ def overdriven(mechanism: Mechanism) -> str:
     return f"{len(driven)} drives ({names}) for a mobility of {free}: leave {len(driven) - free} out, or their motions must agree"
 
 
-def start(mechanism: Mechanism) -> Start:
-    """Velocities at t = 0.
+def start(linkage: Linkage) -> Start:
+    """Compute the velocities at t = 0.
 
     Raises
     ------
     KinematicsError
         If what drives and `velocities` ask for is impossible: a dead centre, or a contradiction; it names the elements.
     """
-    linkage, rigid, loose = jacobian(mechanism)
+    mechanism = linkage.mechanism
+    rigid, loose = jacobian(linkage)
     right, names = linkage.speed(0.0), list(linkage.names)
     for name, row, own, value in _velocity_rows(mechanism, linkage):
         rigid, loose = np.vstack([rigid, row]), np.vstack([loose, own])
@@ -142,7 +143,7 @@ def start(mechanism: Mechanism) -> Start:
     gap = float(np.abs(rest).max(initial=0.0))
     if gap > EXACT * scale:
         who = ", ".join(f"'{name}'" for name in involved_elements(names, rest))
-        too_many = overdriven(mechanism)
+        too_many = name_surplus_drives(linkage)
         raise KinematicsError(
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
             + (f"; {too_many}" if too_many else "")

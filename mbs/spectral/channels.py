@@ -128,7 +128,7 @@ def _column(scene: CompiledScene, name: str) -> Column | None:
 
 def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
-    elements = scene.mechanism.elements()
+    elements = scene.given.elements
     for k, name in enumerate(scene.force_names):
         element = elements.get(name)
         if isinstance(element, Clearance) and element.point == owner:
@@ -174,6 +174,6 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Torque or force of a drive."""
-    if what not in ("torque", "force") or not isinstance(scene.mechanism.elements().get(owner), Drive):
+    if what not in ("torque", "force") or not isinstance(scene.given.elements.get(owner), Drive):
         return None
     return (MULTIPLIER, scene.row_names.index(owner), 0, PLAIN, -1.0) if owner in scene.row_names else None

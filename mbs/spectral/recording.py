@@ -101,7 +101,9 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.undetermined)
+    return Record(
+        mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.given.undetermined
+    )
 
 
 def followed(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
@@ -144,7 +146,7 @@ def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
     """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
-    names, elements = np.array(scene.row_names), scene.mechanism.elements()
+    names, elements = np.array(scene.row_names), scene.given.elements
     for name in dict.fromkeys(scene.row_names):
         found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
         channels[name] = dict(found or {})

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numba.core.errors import NumbaError
 
-from ..elements.element import stops_of
 from ..elements.stop import GRAZE, SLOWEST_ONSET
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
@@ -17,8 +16,7 @@ from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c, working_time
 from ..record.errors import Status
 from ..record.run import Run
-from ..scene.remarks import remarks
-from ..solvers import COARSEST, Spectral, stiffly_damped, subdivide
+from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
 from .elimination import Fronts
 from .fronts import Orders
@@ -96,7 +94,7 @@ def once(
         "rejected": float(counts.rejected),
     }
 
-    notes, record = [*remarks(mechanism, scene.redundant), *scene.told], record_of(scene, out)
+    notes, record = [*scene.given.remarks, *scene.told], record_of(scene, out)
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 
 
@@ -125,7 +123,7 @@ def integrate(
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     pace = scene.tables.pace[0]
-    kinks = [t / pace for t in stops_of(scene.mechanism, end * pace) if state.time < t / pace < end]
+    kinks = [t / pace for t in scene.given.stops(end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
@@ -183,7 +181,7 @@ def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
         return solver.method == "explicit"
     kinds = s.forces[:, 0]
     loose = not len(s.strips) and bool((kinds == JOURNAL).any()) and not np.isin(kinds, (STRUT, SEAT, DRY, STATEFUL)).any()
-    return loose and not stiffly_damped(scene.mechanism)
+    return loose and not scene.given.is_stiffly_damped
 
 
 def _controls(start: float, end: float, solver: Spectral) -> output.Record:

@@ -18,7 +18,7 @@ from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import compiler
-from ..scene.redundancy import find_undetermined, redundancies
+from ..scene.scene import Scene
 from . import doors
 from . import tables as k
 from .builder import Attached, Builder
@@ -65,11 +65,6 @@ class CompiledScene:
         Coordinates at t = 0: links where the points are, strips stress-free.
     row_names, force_names : list of str
         Of the constraints' rows and of the forces.
-    redundant : list of str
-        Elements whose rows say nothing that others do not, in poses in general position. All rows stay: which of them depend on
-        the others is found anew at each factorisation, where the mechanism is.
-    undetermined : list of str
-        Elements whose forces no equation determines, as redundant ones share them.
     told : list of str
         Sentences for the summary.
     """
@@ -82,8 +77,6 @@ class CompiledScene:
     row_names: list[str]
     force_names: list[str]
     told: list[str]
-    redundant: list[str]
-    undetermined: list[str]
     work: Work = field(repr=False)
 
     @classmethod
@@ -105,13 +98,13 @@ class CompiledScene:
                 find_hosts(builder, body)
         for body in struts:
             join_strut(builder, body)
-        for name, element in elements_of(mechanism).items():
+        for name, element in _elements_of(mechanism).items():
             add_element(builder, name, element)
         tables = pack(builder)
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(dict.fromkeys(builder.told)), redundancies(mechanism), find_undetermined(mechanism), work_for(tables),
+            list(dict.fromkeys(builder.told)), work_for(tables),
         )  # fmt: skip
         scene._begin()
         scene._hold_start()
@@ -122,10 +115,15 @@ class CompiledScene:
         """Number of coordinates."""
         return len(self.q0)
 
-    @cached_property
+    @property
+    def given(self) -> Scene:
+        """Scene of the mechanism, which it translates."""
+        return Scene.of(self.mechanism)
+
+    @property
     def length(self) -> float:
-        """Of the longest link, m."""
-        return max(self.mechanism.length(link.name) for link in self.mechanism.links)
+        """Length of the longest link [m]."""
+        return self.given.size
 
     @property
     def units(self) -> Array:
@@ -243,8 +241,7 @@ class CompiledScene:
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates and constraints it has."""
-        parts = Counter(type(link.body).__name__ for link in self.mechanism.links)
-        parts.update(type(element).__name__ for element in elements_of(self.mechanism).values())
+        parts = self.given.counts - Counter(dict.fromkeys({type(mass).__name__ for mass in self.mechanism.masses}, 10**9))
         if any(self.mechanism.gravity):
             parts["gravity"] += 1
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
@@ -272,10 +269,10 @@ class CompiledScene:
             self.work.state[m, k.TURN] = self.builder.angle_of(int(m))
 
 
-def elements_of(mechanism: Mechanism) -> dict[str, Element]:
+def _elements_of(mechanism: Mechanism) -> dict[str, Element]:
     """Joints, guides, stops, loads and drives of a mechanism by name; links and masses are bodies."""
     bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}
-    return {name: element for name, element in mechanism.elements().items() if id(element) not in bodies}
+    return {name: element for name, element in Scene.of(mechanism).elements.items() if id(element) not in bodies}
 
 
 def _attach_masses(builder: Builder) -> None:
@@ -288,6 +285,5 @@ def _attach_masses(builder: Builder) -> None:
 
     for guide in mechanism.guides:
         attach(guide.link, guide.point, guide.mass, 0.0)
-    for element in mechanism.elements().values():
-        for at, mass, inertia in element.burdens(mechanism):
-            attach(*link_of(builder, at), mass, inertia)
+    for at, mass, inertia in Scene.of(mechanism).burdens:
+        attach(*link_of(builder, at), mass, inertia)

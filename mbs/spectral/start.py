@@ -8,7 +8,6 @@ import numpy as np
 
 from ..geometry import Array
 from ..kinematics.settle import About, settle_strips, settles
-from ..scene.start import start
 from .doors import place
 from .frame_body import FrameBody
 from .scene import CompiledScene
@@ -33,7 +32,7 @@ def start_rates(scene: CompiledScene) -> Array:
     KinematicsError
         If what drives and given velocities ask for is impossible.
     """
-    found = start(scene.mechanism)
+    found = scene.given.start
     v = np.zeros(scene.size)
     for name, body in scene.builder.bodies.items():
         motion = body.rigid_motion(scene.builder)

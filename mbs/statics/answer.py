@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..scene.scene import Scene
 from ..spectral.scene import CompiledScene
 from ..validate import number, one_of, positive, whole
 from .problem import places
@@ -81,7 +82,7 @@ class Answer:
 def check(mechanism: Mechanism, degree: int | None) -> None:
     """Raise a ValueError unless the mechanism has no integrated states and the degree is valid."""
     one_of("mechanism", mechanism, (Mechanism,))
-    for name, element in mechanism.elements().items():
+    for name, element in Scene.of(mechanism).elements.items():
         if element.has_states:
             raise ValueError(f"'{name}' has states, which statics do not know: they are integrated with a motion only")
     if degree is not None:
@@ -113,7 +114,7 @@ def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tupl
 
 def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     """List effects that the statics leave out: dry friction, and the error of truncated modes."""
-    rubs = [element.rubs for element in mechanism.elements().values() if element.rubs]
+    rubs = [element.rubs for element in Scene.of(mechanism).elements.values() if element.rubs]
     modes = [link.name for link in mechanism.links if link.body.linear]
     said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
@@ -150,7 +151,7 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     rows = [i for i, row in enumerate(scene.row_names) if row == name]
     if not rows:
         raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
-    element = scene.mechanism.elements()[name]
+    element = scene.given.elements[name]
     pushes = -element.sense * multipliers[:, rows]
     return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
 

@@ -140,7 +140,7 @@ class Problem:
                     break
                 before = largest
         if found is not None:
-            return found._replace(multipliers=self.balancing(found)) if self.scene.undetermined else found
+            return found._replace(multipliers=self.balancing(found)) if self.scene.given.undetermined else found
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager

@@ -133,7 +133,7 @@ def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
 def check_ropes(problem: Problem, rest: Rest) -> None:
     """Raise an error if a rope would have to push, or one of its ends lies in a pulley."""
     scene = problem.scene
-    for name in (name for name, each in scene.mechanism.elements().items() if isinstance(each, Rope)):
+    for name in (name for name, each in scene.given.elements.items() if isinstance(each, Rope)):
         row = scene.row_names.index(name)
         first, _, count = scene.tables.rows[row]
         lengths = [scene.measured(i, rest.q) for i in range(first, first + count)]

@@ -16,6 +16,7 @@ from ..elements.element import Element
 from ..elements.link import Link
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..scene.scene import Scene
 from ..units import label_with_unit
 from ..validate import near
 from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
@@ -255,7 +256,7 @@ def mechanism_html(mechanism: Mechanism) -> str:
         draw(still(mechanism), 0, figure.subplots())
         figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
     picture = re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
-    cells = [(html.escape(name), html.escape(kind(element))) for name, element in mechanism.elements().items()]
+    cells = [(html.escape(name), html.escape(kind(element))) for name, element in Scene.of(mechanism).elements.items()]
     rows = "".join(f"<tr><td>{name}</td><td>{what}</td></tr>" for name, what in cells)
     return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
 

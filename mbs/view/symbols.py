@@ -30,6 +30,7 @@ from ..elements.torque import Torque
 from ..elements.torsion_spring import TorsionSpring
 from ..elements.weld import Weld
 from ..extensions import extensions
+from ..scene.scene import Scene
 from . import couplings
 from .drawing import (
     FIXED,
@@ -58,7 +59,7 @@ Symbol = Callable[..., Iterator[Mark]]
 def draw_marks(sheet: Sheet) -> list[Mark]:
     """Return all marks: links below, then what joins and loads them, names on top."""
     found: list[Mark] = []
-    for name, element in sheet.mechanism.elements().items():
+    for name, element in Scene.of(sheet.mechanism).elements.items():
         found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
         found += _forces(sheet, name, element)
     found += _gravity(sheet)

@@ -20,7 +20,7 @@ from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.elements.signal import Kind as SignalKind
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.errors import Norm
-from buckler.mbs.record.signals import axial_period
+from buckler.mbs.scene.scene import Scene
 
 from ..kit.drawn import Draw
 from ..kit.published import GRAVITY
@@ -174,7 +174,7 @@ def run_reference(made: Draw, finer: int) -> Result | None:
     """Run the compiled solver, its steps and strips finer for `finer` = 1; None if it fails."""
     longest = made.duration / 800
     if any(link.body.massless for link in made.mechanism.links):  # struts ring in places far below the tolerance
-        longest = min(longest, axial_period(made.mechanism) / RINGING)
+        longest = min(longest, Scene.of(made.mechanism).axial_period / RINGING)
     steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:

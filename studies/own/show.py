@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from buckler.mbs import statics
 from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.scene import linkage, start
-from buckler.mbs.scene.remarks import remarks
+from buckler.mbs.scene.linkage import rank
+from buckler.mbs.scene.scene import Scene
+from buckler.mbs.scene.start import jacobian
 from buckler.mbs.schema import schema
 from buckler.mbs.spectral.beforehand import compile_all
 
@@ -28,7 +30,7 @@ def describe(mechanism: Mechanism) -> str:
         lines.append(_mobility_text(*found, len(mechanism.drives)))
     movable = not found or found[0] - found[2] > len(mechanism.drives) or any(link.body.flexible for link in mechanism.links)
     lines += _frequencies(mechanism) if movable else []
-    lines += [*_poses(mechanism), *(f"note: {each}" for each in remarks(mechanism, []))]
+    lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
     return "\n".join(lines)
 
 
@@ -74,8 +76,8 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
     All links are rigid, joints with clearance are pins, drives do not count.
     """
     try:
-        _, rows, _ = start.jacobian(Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}}))
-        return rows.shape[1], rows.shape[0], linkage.rank(rows)
+        rows, _ = jacobian(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
+        return rows.shape[1], rows.shape[0], rank(rows)
     except (ValueError, AttributeError):
         return None
 

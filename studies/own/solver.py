@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 from buckler.mbs.declare import Declaration, Spec, declarations
 from buckler.mbs.declare.spec import Choice
-from buckler.mbs.kinematics.determined import is_kinematic
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.scene.scene import Scene
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
@@ -82,7 +82,7 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
     if not given:
         return None
     in_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].homes) for key in given if key != "kind")
-    name = given.get("kind", "closure" if in_closure and is_kinematic(mechanism) else "exudyn")
+    name = given.get("kind", "closure" if in_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled

@@ -19,7 +19,7 @@ from buckler.mbs.accuracy.levels import KINDS
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory, sizes_of
 from buckler.mbs.elements.signal import Kind
-from buckler.mbs.kinematics.determined import is_kinematic
+from buckler.mbs.scene.scene import Scene
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Closure
 
@@ -43,7 +43,7 @@ DEMANDS = {"default": Usual(), "places": Asked(1e-3), "fine": Asked(1e-4), "forc
 
 def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
-    solver = solver or (Closure() if is_kinematic(mechanism) else Spectral())
+    solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
     levels = KINDS[type(solver)](mechanism, duration, solver, (demand.asked if demand.asked > 0 else PLACE) / PLACE)
     return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 

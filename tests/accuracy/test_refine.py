@@ -17,6 +17,7 @@ from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.record.energy import BALANCE as BALANCE_ALLOWED
 from buckler.mbs.record.errors import Norm
+from buckler.mbs.scene.scene import Scene
 from buckler.mbs.solvers import usual_tolerance
 
 TIME = np.linspace(0.0, 1.0, 4001)
@@ -209,14 +210,14 @@ def test_no_two_levels_share_a_setting(solver):
     levels = KINDS[type(solver)](BAR, 1.0, solver)
     made = [levels.settings(level) for level in (levels.first(), levels.finer(levels.first(), 8.0))]
     (coarse, first), (fine, second) = made
-    tolerances = [each.steps.tolerance or usual_tolerance(BAR) for each in (first, second)]
+    tolerances = [each.steps.tolerance or usual_tolerance(Scene.of(BAR)) for each in (first, second)]
     assert tolerances[0] / tolerances[1] == pytest.approx(8.0)
     assert 1.5 < first.steps.longest(1.0) / second.steps.longest(1.0) < 2.5
     if isinstance(solver, Spectral):
         assert first.degree == DEGREE and second.degree > first.degree and first.contact_tolerance > second.contact_tolerance
     else:
         assert fine == BAR and coarse != BAR and first.spectral_radius != second.spectral_radius
-        assert second == replace(solver, steps=replace(solver.steps, tolerance=usual_tolerance(BAR), max_step=1 / 200))
+        assert second == replace(solver, steps=replace(solver.steps, tolerance=usual_tolerance(Scene.of(BAR)), max_step=1 / 200))
 
 
 def test_two_runs_that_are_the_same_are_right_to_half_the_digits():

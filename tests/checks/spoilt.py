@@ -15,7 +15,7 @@ from buckler.mbs.laws import Hertz, Stiction
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.errors import Errors, Status
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.signals import axial_period
+from buckler.mbs.scene.scene import Scene
 
 
 def held(body, joints, guided=False):
@@ -73,7 +73,7 @@ def unbalanced(error, through=1.0, kind="fallen", told=None, **changed):
 def stretched(strain, step):
     """What ENERGY says of a strip whose axial energy is missing, by steps of so much of the period of its axial vibration."""
     run, result = right("strip")
-    time = step * axial_period(run.record.mechanism) * np.arange(len(run.record.time))
+    time = step * Scene.of(run.record.mechanism).axial_period * np.arange(len(run.record.time))
     stiffness, nothing = STRIP.axial_stiffness, np.zeros_like(time)
     energy = nothing + stiffness * LENGTH * strain**2 / 2
     off = replace(result, energy={"error": energy, "throughput": energy})

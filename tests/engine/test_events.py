@@ -6,8 +6,8 @@ from simulations import BAR, block
 
 from buckler import mbs
 from buckler.mbs import Torque as Moment
-from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.functions import Components, Expression, Table, kinks
+from buckler.mbs.scene.scene import Scene
 
 SPEED = Table((0.0, 0.123, 0.3, 0.55), (0.0, 8.0, 8.0, 3.0))
 """Of a crank, rad/s; it is constant in the middle and beyond the end."""
@@ -58,8 +58,8 @@ def test_everything_that_acts_tells_its_kinks():
             mbs.Motor("crank", Table((0.5, 0.6), (0.0, 1.0)), 1.0, 0.1),
         ],
     )  # fmt: skip
-    assert kinks_of(crank, 0.55) == (0.1, 0.2, 0.3, 0.4, 0.5)
-    assert kinks_of(mbs.slider_crank(BAR, law=None, mass=0.3, speed=mbs.Ramp(0, 1, 0.1)), 1.0) == (0.1,)
+    assert Scene.of(crank).kinks(0.55) == (0.1, 0.2, 0.3, 0.4, 0.5)
+    assert Scene.of(mbs.slider_crank(BAR, law=None, mass=0.3, speed=mbs.Ramp(0, 1, 0.1))).kinks(1.0) == (0.1,)
 
 
 def test_the_torque_of_a_crank_jumps_where_its_speed_has_a_kink():

@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 from buckler.mbs import Closure, Drive, Link, Mechanism, Revolute, Rigid, Section, Spring, Torque, simulate
-from buckler.mbs.scene.remarks import remarks
+from buckler.mbs.scene.scene import Scene
 from buckler.mbs.units import is_measured, measured, parse_quantity
 
 BAR = Rigid(Section(0.02, 0.005))
@@ -98,9 +98,9 @@ def test_two_drives_on_one_way_to_move_are_named():
     said = r"2 drives \('drive', 'drive.2'\) for a mobility of 1: leave 1 out, or their motions must agree"
     with pytest.raises(ValueError, match=said):
         simulate(four_bar(Drive("crank", 1.0), Drive("rocker", 1.0)), 0.1, solver=Closure())
-    assert any(re.search(said, note) for note in remarks(four_bar(Drive("crank", 1.0), Drive("rocker", 1.0)), []))
-    assert not any("mobility" in note for note in remarks(four_bar(Drive("crank", 1.0)), []))
+    assert any(re.search(said, note) for note in Scene.of(four_bar(Drive("crank", 1.0), Drive("rocker", 1.0))).remarks)
+    assert not any("mobility" in note for note in Scene.of(four_bar(Drive("crank", 1.0))).remarks)
     open_chain = replace(
         four_bar(Drive("crank", 1.0), Drive("rocker", 1.0)), joints=four_bar().joints[:2] + four_bar().joints[3:]
     )
-    assert not any("drives (" in note for note in remarks(open_chain, []))
+    assert not any("drives (" in note for note in Scene.of(open_chain).remarks)

@@ -10,7 +10,7 @@ from simulations import closed, parallelogram
 from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute
 from buckler.mbs.library import PAPER
 from buckler.mbs.scene.linkage import KinematicsError, Linkage
-from buckler.mbs.scene.start import start
+from buckler.mbs.scene.scene import Scene
 
 # --- other drives and guides ------------------------------------------------------------------------------------------
 
@@ -40,7 +40,7 @@ def test_driving_the_slider_inverts_driving_the_crank():
 def test_dead_centre_is_named(angle):
     """The slider cannot start the mechanism from where its speed is zero whatever the crank does."""
     with pytest.raises(KinematicsError, match=r"velocities at t = 0 s do not exist.*dead centre"):
-        start(slider_driven(angle, -0.05))
+        _ = Scene.of(slider_driven(angle, -0.05)).start
 
 
 def test_dead_centre_of_a_four_bar_driven_at_its_rocker():
@@ -57,7 +57,7 @@ def test_dead_centre_of_a_four_bar_driven_at_its_rocker():
         drives=[Drive("rocker", 1.0)],
     )
     with pytest.raises(KinematicsError, match="dead centre"):
-        start(dead)
+        _ = Scene.of(dead).start
 
 
 @pytest.mark.parametrize("along", [(1, 1), (0, 2), (-3, 1)])
@@ -121,7 +121,7 @@ def test_mobility_counts_freedoms_not_rows(mechanism, free):
         # two parallel guides keep the bar's direction (it cannot turn): the drive adds no freedom and takes none
         assert Linkage(mechanism).mobility() == 1
         with pytest.raises(KinematicsError):
-            start(mechanism)
+            _ = Scene.of(mechanism).start
     else:
         assert Linkage(mechanism).mobility() == free
 
@@ -135,4 +135,4 @@ def test_redundant_linkage_still_moves():
 def test_free_linkage_stays_at_rest():
     """Undriven: no velocity, whatever could move."""
     loose = Mechanism(**bars(GROUNDED, "OA", "AB"), joints=[Revolute("A", "OA", "AB")])
-    assert not start(loose).rates.any()
+    assert not Scene.of(loose).start.rates.any()

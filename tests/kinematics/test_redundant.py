@@ -7,7 +7,7 @@ import pytest
 
 from buckler import mbs
 from buckler.mbs.elements.signal import Kind
-from buckler.mbs.scene.redundancy import find_undetermined, redundancies
+from buckler.mbs.scene.scene import Scene
 
 DRAWN = np.random.default_rng(7)
 ANGLES = [0.0, pi / 2, *DRAWN.uniform(-pi, pi, 3).tolist()]
@@ -34,8 +34,8 @@ def pinned_twice(angle):
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_two_pins_weld_two_bars_in_every_pose(angle):
-    assert redundancies(pinned_twice(angle)) == ["B.one-two"]
-    assert find_undetermined(pinned_twice(angle)) == ["A.one-two", "B.one-two"]
+    assert Scene.of(pinned_twice(angle)).redundant == ["B.one-two"]
+    assert Scene.of(pinned_twice(angle)).undetermined == ["A.one-two", "B.one-two"]
     welded = mbs.frequencies(two_bars(angle, [mbs.Weld("A", "one", "two")]))
     assert mbs.frequencies(pinned_twice(angle)).hertz == pytest.approx(welded.hertz, rel=1e-7)
 
@@ -82,7 +82,7 @@ def test_three_cranks_turn_through_all_poses(angle, solver):
 def test_a_parallelogram_drawn_in_line_keeps_its_lengths(radius):
     """At its change point a row depends on the others there only; whichever way inertia takes it, all pins hold."""
     made = cranks(0.0, radius, (0.0, 0.3), driven=0.0)
-    assert not redundancies(made) and not find_undetermined(made)
+    assert not Scene.of(made).redundant and not Scene.of(made).undetermined
     run = mbs.simulate(made, 0.25, solver=mbs.Spectral())
     assert "CONSTRAINTS" not in run.message
     assert np.hypot(run["A1.x"] - run["A0.x"], run["A1.y"] - run["A0.y"]) == pytest.approx(0.3, abs=1e-8)
@@ -98,7 +98,7 @@ def test_redundancy_elsewhere_does_not_decide_a_change_point():
     links = [*two.links[:-1], bar("bar", "A0", "A1", carries=("P", "Q")), bar("tail", "P", "Q")]
     tail = [mbs.Revolute("P", "bar", "tail"), mbs.Revolute("Q", "bar", "tail")]
     made = mbs.Mechanism(points, links, [*two.joints, *tail], drives=two.drives)
-    assert redundancies(made) == ["Q.bar-tail"]
+    assert Scene.of(made).redundant == ["Q.bar-tail"]
     run = mbs.simulate(made, 0.5)
     assert not run.ok and ("SINGULAR" in str(run.status) or "BRANCH" in run.message), run.message
 

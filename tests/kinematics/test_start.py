@@ -7,8 +7,8 @@ import pytest
 from simulations import closed
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
-from buckler.mbs.scene.linkage import KinematicsError, Linkage, is_determined, mass_matrix
-from buckler.mbs.scene.start import start
+from buckler.mbs.scene.linkage import KinematicsError, Linkage, mass_matrix
+from buckler.mbs.scene.scene import Scene
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
 STRIP = Section(width=0.030, thickness=0.0003)
@@ -18,14 +18,14 @@ FREE = Mechanism({"A": (0.0, 0.0), "B": (0.6, 0.8)}, [Link("bar", "A", "B", Rigi
 def test_given_speed_of_a_crank_is_that_of_a_drive():
     driven = crank_rocker(BAR, speed=3.0)
     free = replace(driven, drives=(), velocities={"crank": 3.0})
-    assert start(free).rates == pytest.approx(start(driven).rates, abs=1e-12)
-    assert start(free).rates[0, 2] == pytest.approx(3.0, rel=1e-12)
+    assert Scene.of(free).start.rates == pytest.approx(Scene.of(driven).start.rates, abs=1e-12)
+    assert Scene.of(free).start.rates[0, 2] == pytest.approx(3.0, rel=1e-12)
 
 
 def test_a_struck_bar_takes_the_least_energy():
     """A free bar whose end is given a velocity v across: impulse at the end, so centre v/(1 + m d^2/I), spin from there."""
     v, d = np.array([-0.8, 0.6]), 0.5
-    rates = start(replace(FREE, velocities={"B": tuple(v)})).rates[0]
+    rates = Scene.of(replace(FREE, velocities={"B": tuple(v)})).start.rates[0]
     share = 1 / (1 + 2.0 * d**2 / 0.3)
     assert rates[2] == pytest.approx((1 - share) / d, rel=1e-12)
     centre = rates[:2] + rates[2] * d * v
@@ -35,7 +35,7 @@ def test_a_struck_bar_takes_the_least_energy():
 def test_a_link_named_from_its_other_end_starts_alike():
     other = replace(FREE, links=[Link("bar", "B", "A", Rigid.of(mass=2.0, inertia=0.3))])
     velocities = {"B": (1.0, -0.4)}
-    one, two = (start(replace(m, velocities=velocities)) for m in (FREE, other))
+    one, two = (Scene.of(replace(m, velocities=velocities)).start for m in (FREE, other))
     for point in "AB":
         assert one.velocity("bar", point) == pytest.approx(two.velocity("bar", point), abs=1e-12)
     assert one.rates[0, 2] == pytest.approx(two.rates[0, 2], rel=1e-12) != 0
@@ -48,11 +48,11 @@ def test_least_energy_is_least():
         [Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
         [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
     )
-    found = start(replace(chain, velocities={"a": 2.0})).rates
+    found = Scene.of(replace(chain, velocities={"a": 2.0})).start.rates
     mass = mass_matrix(Linkage(chain), Linkage(chain).reference)
 
     def energy(spin):
-        u = start(replace(chain, velocities={"a": 2.0, "b": spin})).rates.ravel()
+        u = Scene.of(replace(chain, velocities={"a": 2.0, "b": spin})).start.rates.ravel()
         return u @ mass @ u / 2
 
     assert energy(found[1, 2]) == pytest.approx(found.ravel() @ mass @ found.ravel() / 2, rel=1e-12)
@@ -70,13 +70,13 @@ def test_least_energy_is_least():
 )
 def test_contradicting_velocities_are_refused_with_their_names(velocities, named):
     with pytest.raises(KinematicsError) as caught:
-        start(replace(crank_rocker(BAR, speed=1.0), drives=(), velocities=velocities))
+        _ = Scene.of(replace(crank_rocker(BAR, speed=1.0), drives=(), velocities=velocities)).start
     assert not [name for name in named if name not in str(caught.value)], str(caught.value)
 
 
 def test_a_velocity_against_a_drive_is_refused():
     with pytest.raises(KinematicsError, match=r"'drive', .*velocities\['crank'\]|velocities\['crank'\].*'drive'"):
-        start(replace(crank_rocker(BAR, speed=1.0), velocities={"crank": 2.0}))
+        _ = Scene.of(replace(crank_rocker(BAR, speed=1.0), velocities={"crank": 2.0})).start
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def truss(body, speed=-0.1, height=0.1):
 @pytest.mark.parametrize("body", [Beam(STRIP), Strut(STRIP)], ids=["beam", "strut"])
 def test_a_von_mises_truss_of_strips_is_no_dead_centre(body):
     """Each strip shortens by its share of the apex's speed and turns by the rest."""
-    begun, length = start(truss(body)), np.hypot(0.3, 0.1)
+    begun, length = Scene.of(truss(body)).start, np.hypot(0.3, 0.1)
     assert begun.velocity("left", "T") == pytest.approx([0.0, -0.1], abs=1e-12)
     assert begun.velocity("right", "T") == pytest.approx([0.0, -0.1], abs=1e-12)
     assert begun.velocity("left", "L") == pytest.approx([0.0, 0.0], abs=1e-12)
@@ -123,7 +123,7 @@ def test_a_von_mises_truss_of_strips_is_no_dead_centre(body):
 
 def test_a_rigid_truss_is_a_dead_centre():
     with pytest.raises(KinematicsError, match=r"'drive'.*contradict"):
-        start(truss(BAR))
+        _ = Scene.of(truss(BAR)).start
 
 
 def test_a_strip_between_two_held_points_may_be_pressed_at_speed():
@@ -134,13 +134,13 @@ def test_a_strip_between_two_held_points_may_be_pressed_at_speed():
         [Guide("A", "strip", mass=0.1)],
         drives=[Drive("A", 0.5)],
     )
-    begun = start(held)
+    begun = Scene.of(held).start
     assert begun.velocity("strip", "A") == pytest.approx([0.5, 0.0], abs=1e-12)
     assert begun.velocity("strip", "B") == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 def test_a_strip_that_need_not_give_way_starts_as_rigid():
-    one, two = (start(slider_crank(body, law=None, mass=0.3, speed=1.25)) for body in (Beam(STRIP), BAR))
+    one, two = (Scene.of(slider_crank(body, law=None, mass=0.3, speed=1.25)).start for body in (Beam(STRIP), BAR))
     assert not one.bends and one.rates == pytest.approx(two.rates, abs=1e-12)
 
 
@@ -170,7 +170,7 @@ def test_two_drives_turn_two_cranks():
     assert state.q_tt[[0, 3], 2] == pytest.approx([0.0, -4.0], abs=1e-9)
     ends = [closure.position(link, "B", state.q) for link in "bc"]
     assert ends[0] == pytest.approx(ends[1], abs=1e-12)
-    assert is_determined(closure.mechanism)
+    assert Scene.of(closure.mechanism).is_determined
 
 
 def test_many_times_at_once_are_single_times():

@@ -1,0 +1,208 @@
+"""Scene: what follows from a mechanism, asked once and read by solvers, statics, checks and signals."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import cached_property
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from ..elements import Link
+from ..elements.clearance import Clearance, clearances
+from ..elements.element import Burden, Element
+from ..functions import edges_along, has_user_code
+from ..mechanism import Mechanism
+from . import redundancy
+from .linkage import Linkage
+from .remarks import remarks
+from .start import Start, start
+
+STIFF = 1e5
+"""Decay rate of contact damping from which the implicit integrator is the faster one [1/s]."""
+DEPTH = 1e-5
+"""Penetration at which contact damping is measured [m]: between those of light and of hard impacts."""
+SPEED = 1e-3
+"""Approach speed over which the rise of the contact force is measured [m/s]: below it laws are linear in the speed."""
+APPROACH = 0.1
+"""Onset speed of the impact in which contact damping is measured [m/s]."""
+
+
+class Scene:
+    """Mechanism with what follows from it: rows, start, redundant constraints, sizes, times.
+
+    All is found at the first question and kept: a mechanism never changes.
+
+    Examples
+    --------
+    >>> from buckler.mbs import Rigid, Section, slider_crank
+    >>> from buckler.mbs.scene.scene import Scene
+    >>> Scene.of(slider_crank(Rigid(Section(0.03, 0.002)), law=None, mass=0.3, speed=1.25)).is_determined
+    True
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> Scene:
+        """Return the scene of a mechanism, which the mechanism keeps."""
+        if not hasattr(mechanism, "scene"):
+            object.__setattr__(mechanism, "scene", cls(mechanism))
+        found: Scene = mechanism.scene  # type: ignore[attr-defined]
+        return found
+
+    # --- parts ------------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def elements(self) -> dict[str, Element]:
+        """All elements by their names."""
+        return self.mechanism.elements()
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """Rows of the constraints, every link rigid."""
+        return Linkage(self.mechanism)
+
+    @cached_property
+    def burdens(self) -> list[Burden]:
+        """Masses that elements add to bodies."""
+        return [burden for each in self.elements.values() for burden in each.burdens(self.mechanism)]
+
+    @cached_property
+    def clearances(self) -> list[Clearance]:
+        """Joints with clearance."""
+        return clearances(self.mechanism)
+
+    @cached_property
+    def counts(self) -> Counter[str]:
+        """Number of bodies and elements of each kind."""
+        kinds = Counter(type(link.body).__name__ for link in self.mechanism.links)
+        kinds.update(type(each).__name__ for each in self.elements.values() if not isinstance(each, Link))
+        return kinds
+
+    # --- constraints ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def start(self) -> Start:
+        """Velocities at t = 0.
+
+        Raises
+        ------
+        KinematicsError
+            If what drives and given velocities ask for is impossible.
+        """
+        return start(self.linkage)
+
+    @cached_property
+    def redundant(self) -> list[str]:
+        """Elements whose rows say nothing that others do not, in poses in general position; flexible links being flexible."""
+        return redundancy.find_redundant(self.linkage)
+
+    @cached_property
+    def undetermined(self) -> list[str]:
+        """Elements whose forces no equation determines: redundant ones share them."""
+        return redundancy.find_undetermined(self.linkage)
+
+    @cached_property
+    def remarks(self) -> list[str]:
+        """Remarks in sentences: redundant constraints, too many drives, and what looks forgotten."""
+        return remarks(self)
+
+    @cached_property
+    def is_determined(self) -> bool:
+        """True if constraints and drives alone decide the pose: as many independent constraints as coordinates."""
+        if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
+            return False
+        rows = self.linkage.named_rows
+        if any(row.start_only for _, row in rows) or len(rows) < 3 * len(self.linkage.index):
+            return False
+        return self.linkage.mobility() == 0
+
+    @cached_property
+    def undecided(self) -> str:
+        """Reason why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
+        mechanism = self.mechanism
+        if not self.is_determined:
+            bend = [link.name for link in mechanism.links if link.body.flexible]
+            return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
+        nothing = np.empty((0, 3))
+        holding = set(self.linkage.names)
+        for name, element in self.elements.items():
+            if element.has_states:
+                return f"states of '{name}' are integrated"
+            if element.rubs_on_reaction:
+                return f"friction of '{name}' follows its reaction"
+            if name in holding and element.reactions(nothing) is None:
+                return f"'{name}' does not tell its reaction"
+        acting = [each for each in (*mechanism.stops, *mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
+        silent = [each.key for each in acting if type(each).pushes is Element.pushes]
+        return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
+
+    @property
+    def is_kinematic(self) -> bool:
+        """True if constraints alone decide the motion, and all elements know their forces in a known motion."""
+        return not self.undecided
+
+    # --- sizes and times --------------------------------------------------------------------------------------------------
+
+    @property
+    def size(self) -> float:
+        """Length of the longest link [m]."""
+        return self.linkage.size
+
+    @cached_property
+    def mass(self) -> float:
+        """Mass of all links, sliders and point masses [kg]."""
+        links = [link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links if not link.body.massless]
+        return sum(links) + sum(guide.mass for guide in self.mechanism.guides) + sum(each.mass for each in self.mechanism.masses)
+
+    @cached_property
+    def axial_period(self) -> float:
+        """Longest period of axial vibration [s]: a flexible link as a spring that holds all mass there is; 0 without any."""
+        bodies: list[tuple[Any, float]] = [(link.body, self.mechanism.length(link.name)) for link in self.mechanism.links]
+        springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
+        return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration) at which something that acts has a kink or jump, in order [s]."""
+        return tuple(sorted({*self._kinks(duration), *edges_along(duration)}))
+
+    def stops(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration) at which steps end: kinks, and what parts a run further, in order [s]."""
+        return tuple(sorted({*self._kinks(duration), *edges_along(duration, cuts=True)}))
+
+    def _kinks(self, duration: float) -> set[float]:
+        return {t for element in self.elements.values() for t in element.kinks(duration)}
+
+    # --- what suits it ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def has_user_code(self) -> bool:
+        """True if a part of it is a function in Python, or an object of a class, that is not Buckler's."""
+        return has_user_code(self.mechanism)
+
+    @cached_property
+    def is_stiffly_damped(self) -> bool:
+        """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`."""
+        laws = [joint.law for joint in self.clearances]
+        if not laws:
+            return False
+        lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)
+        jumps = [law.force(DEPTH, SPEED, APPROACH) - law.force(DEPTH, 0.0, APPROACH) for law in laws]
+        return max(jumps) / SPEED / lightest >= STIFF
+
+    @cached_property
+    def is_loose(self) -> bool:
+        """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant speed, no states."""
+        mechanism = self.mechanism
+        return (
+            bool(mechanism.joints)
+            and len(self.clearances) == len(mechanism.joints)
+            and not any(link.body.flexible for link in mechanism.links)
+            and not any(each.has_states for each in mechanism.loads)
+            and not (mechanism.guides or mechanism.stops or mechanism.couplings)
+            and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
+            and not self.is_stiffly_damped
+        )
