@@ -15,8 +15,6 @@ from hypothesis import strategies as st
 from simulations import pendulum
 
 from buckler.mbs import Exudyn, Spectral, Status, simulate
-from buckler.mbs.functions import Components
-from buckler.mbs.modal import BarModes, FreeModes
 from buckler.studies.kit.drawn import FAMILIES, draw
 
 PATIENCE = 2.0
@@ -103,14 +101,6 @@ def test_anything_anywhere_runs_or_is_named(family, number, share, value, scale)
     survives(family, number, share, value, scale)
 
 
-@pytest.mark.slow
-@settings(max_examples=10_000, **QUIET)
-@given(**HOSTILE)
-def test_ten_thousand_of_them(family, number, share, value, scale):
-    sound()
-    survives(family, number, share, value, scale)
-
-
 def test_nothing_of_it_is_left_behind():
     """Bit for bit, after all of the above."""
     before, after = sound(), simulate(pendulum(1.0), 0.5, solver=Exudyn())
@@ -144,18 +134,6 @@ def test_anything_as_a_setting(kind):
                 assert simulate(pendulum(1.0), 1e-3, solver=made, timeout=PATIENCE).status is not Status.ENGINE_ERROR
 
 
-@pytest.mark.parametrize("parts", [math.nan, None, "xy", 2])
-def test_components_that_are_no_list_are_refused(parts):
-    with pytest.raises(ValueError, match=r"parts = .*: must be a list"):
-        Components(parts)
-
-
-@pytest.mark.parametrize("numbers", [(1, [], 3), (1, 1), (), None])
-def test_numbers_of_modes_that_are_none_are_refused(numbers):
-    with pytest.raises(ValueError, match=r"numbers(\[1\])? = "):
-        FreeModes(numbers)
-
-
 def test_odd_values_at_every_place_are_taken_or_refused():
     """At places of a mechanism of each family, without a run."""
     dice = np.random.default_rng(5)
@@ -167,9 +145,3 @@ def test_odd_values_at_every_place_are_taken_or_refused():
                     put(mechanism, at, ODD[value])
                 except ValueError as error:
                     one_clear_line(str(error))
-
-
-@pytest.mark.parametrize("shear", ["x", None, 1])
-def test_a_choice_that_is_no_truth_value_is_refused(shear):
-    with pytest.raises(ValueError, match=r"shear = .*: must be true or false"):
-        BarModes(shear=shear)

@@ -16,15 +16,6 @@ from buckler.mbs.elements.strut import StrutLaw
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import cross
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.modal import BarModes
-
-
-def test_a_profile_of_a_square_bar_is_as_thick_as_the_bar():
-    side, modulus, density = 4e-3, 70e9, 2700.0
-    area, second = side**2, side**4 / 12
-    found = mbs.Profile(modulus * second, modulus * area, modulus * area / 3, density * area, density * second)
-    assert (found.thickness, found.width) == (pytest.approx(side), pytest.approx(side))
-    assert (found.material.modulus, found.material.density) == (pytest.approx(modulus), pytest.approx(density))
 
 
 def test_a_gradient_of_a_row_is_that_of_its_measure():
@@ -116,13 +107,6 @@ def test_the_bending_of_a_pressed_strip_grows_as_its_formula_says_however_it_has
         assert found == pytest.approx(STRIP.first_frequency(LENGTH) * math.sqrt(times - 1.0), rel=2e-2), (k, times)
 
 
-def test_a_bar_has_up_to_thirteen_modes_of_a_kind():
-    assert BarModes(bending=13, axial=13)
-    for wrong in ({"bending": 14}, {"axial": 14}):
-        with pytest.raises(ValueError, match=r"= 14: must be a whole number in \[0, 13\]"):
-            BarModes(**wrong)
-
-
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
@@ -142,33 +126,6 @@ def test_what_does_not_fit_is_refused_and_what_does_is_not(changed, message):
         assert message and message in str(error)
     else:
         assert not message
-
-
-def test_a_rack_rolls_on_its_pinion_whatever_carries_both():
-    """All turning as one, the rack turning about the pitch point, and rolling (travel = radius times turn) hold its row."""
-    radius, (dx, dy) = 0.05, (0.6, 0.8)
-    points = {"O": (0.1, 0.2), "p": (0.15, 0.2), "R": (0.4, -0.1), "r": (0.5, -0.1), "Q": (-0.3, 0.1)}
-    ends = {"arm": ("O", "Q"), "pinion": ("O", "p"), "rack": ("R", "r")}
-    links = [mbs.Link(name, *pair, mbs.Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()]
-    rack = mbs.Rack("pinion:O", "rack:R", radius, (dx, dy), carrier="arm")
-    (held,) = rack.rows(mbs.Mechanism(points, links, [mbs.Revolute("O", "arm", "pinion")], couplings=[rack]))
-
-    def rate(**moves):
-        """Of the row's sum, as bodies turn at 1 rad/s about a point, or move by (vx, vy, spin)."""
-        total = 0.0
-        for end, (gx, gy, ga) in held.gradient(points):
-            vx, vy, spin, (cx, cy) = moves.get(end.body, (0.0, 0.0, 0.0, (0.0, 0.0)))
-            x, y = points[end.point]
-            total += gx * (vx - spin * (y - cy)) + gy * (vy + spin * (x - cx)) + ga * spin
-        return total
-
-    whole = (0.3, -0.2, 1.0, (0.7, 0.4))
-    assert rate(arm=whole, pinion=whole, rack=whole) == pytest.approx(0.0, abs=1e-12)
-    pitch = (points["O"][0] + radius * dy, points["O"][1] - radius * dx)  # where a turning pinion goes along the line
-    assert rate(rack=(0.0, 0.0, 1.0, pitch)) == pytest.approx(0.0, abs=1e-12)
-    rolls = (radius * dx, radius * dy, 0.0, (0.0, 0.0))
-    assert rate(pinion=(0.0, 0.0, 1.0, points["O"]), rack=rolls) == pytest.approx(0.0, abs=1e-12)
-    assert abs(rate(rack=rolls)) == pytest.approx(radius)
 
 
 def test_a_rack_travels_along_a_line_that_turns_with_its_carrier():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made import stiff
-from simulations import BAR, STRIP, block, fine, parallelogram, pendulum, pressed
+from simulations import BAR, STRIP, block, fine, parallelogram, pendulum
 
 from buckler import mbs
 from buckler.mbs.laws import Hertz
@@ -64,17 +64,6 @@ def test_a_law_with_a_typo_is_told_first():
     assert result.time[-1] == pytest.approx(math.sqrt(0.2 / 9.81), rel=0.02)
 
 
-def test_a_motion_that_raises_between_the_looks_is_told_first():
-    def place(t):
-        if 0.0511 < t < 0.0551:
-            raise RuntimeError("sensor broken")
-        return t
-
-    drive = mbs.Drive("A", mbs.Motion(lambda t: 1e-3 * place(t), lambda t: 1e-3))
-    result = mbs.simulate(replace(pressed(mbs.Strut(STRIP), 0.1, 1.0), drives=[drive]), 0.08)
-    assert result.status is mbs.Status.FUNCTION_FAILED and "raised RuntimeError: sensor broken" in result.message
-
-
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_what_a_progress_raises_comes_through(error):
     def progress(share):
@@ -127,8 +116,3 @@ def test_a_law_that_cannot_be_compiled_is_told(solver):
     assert any("called back in Python" in note and "slower" in note for note in slow.provenance["notes"])
     assert not any("Python" in note for note in quick.provenance.get("notes", ()))
     assert slow["rod.x"] == pytest.approx(quick["rod.x"])
-
-
-def test_nothing_is_noted_of_a_plain_mechanism():
-    for mechanism in (stiff(drives=[mbs.Drive("crank", 1.0)]), mbs.crank_rocker(mbs.Rigid(STRIP), speed=1.0), pendulum(1.0)):
-        assert "notes" not in mbs.simulate(mechanism, 0.01).provenance

@@ -16,12 +16,6 @@ INF, NAN = math.inf, math.nan
 # --- validate: one voice ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("value", [0.0, 1, 2.5, np.float64(1.5), np.float32(0.5), np.int64(2)])
-def test_number_returns_a_plain_float(value):
-    checked = number("x", value, 0.0, 2.5, "m")
-    assert type(checked) is float and checked == value
-
-
 @pytest.mark.parametrize("value", [-1e-300, 2.5000001, NAN, INF, -INF, None, "1", True, 1j, [1.0]])
 def test_number_names_parameter_value_range_and_unit(value):
     with pytest.raises(ValueError) as caught:
@@ -40,12 +34,6 @@ def test_open_ends_are_shown_and_kept():
         non_negative("mass", -1, "kg")
 
 
-def test_a_plain_number_has_no_unit():
-    with pytest.raises(ValueError) as caught:
-        number("ratio", 2, 0.0, 1.0, "1")
-    assert str(caught.value) == "ratio = 2: must lie in [0, 1]"
-
-
 def test_whole_takes_whole_numbers_only():
     assert whole("n", 3, 1, 3) == 3 and type(whole("n", np.int64(2), 1, 3)) is int
     for value in (0, 4, 2.5, True, NAN, INF, None, "two", 1j):
@@ -58,26 +46,15 @@ def test_whole_takes_whole_numbers_only():
 
 
 WRONG = {  # what is made -> what the message must say: parameter = value, range, unit
-    "modulus": (lambda: steel(modulus=0.0), "modulus = 0.0 Pa", "(0, inf) Pa"),
-    "density": (lambda: steel(density=-1.0), "density = -1.0 kg/m^3", "(0, inf) kg/m^3"),
     "poisson high": (lambda: steel(poisson=0.51), "poisson = 0.51", "(-1, 0.5]"),
-    "poisson low": (lambda: steel(poisson=-1.0), "poisson = -1.0", "(-1, 0.5]"),
-    "bending damping": (lambda: steel(bending_damping=-1e-9), "bending_damping = -1e-09 s", "[0, inf) s"),
-    "axial damping": (lambda: steel(axial_damping=NAN), "axial_damping = nan s", "[0, inf) s"),
     "width": (lambda: mbs.Section(width=0.0, thickness=1e-3), "width = 0.0 m", "[1e-09, 1e+06] m"),
     "thickness": (lambda: mbs.Section(width=0.1, thickness=NAN), "thickness = nan m", "[1e-09, 1e+06] m"),
     "ratio": (lambda: STRIP.damped(-0.1, LENGTH), "ratio = -0.1", "[0, inf)"),
     "elements low": (lambda: mbs.Beam(STRIP, elements=0), "elements = 0", "[1, 1000]"),
-    "elements high": (lambda: mbs.Beam(STRIP, elements=1001), "elements = 1001", "[1, 1000]"),
-    "elements broken": (lambda: mbs.Cable(STRIP, elements=2.5), "elements = 2.5", "[1, 1000]"),
     "nodes": (lambda: mbs.Beam(STRIP, nodes=4), "nodes = 4", "[2, 3]"),
     "imperfection": (lambda: mbs.Beam(STRIP, imperfection=1.1), "imperfection = 1.1 m", "[-1, 1] m"),
-    "imperfection of a cable": (lambda: mbs.Cable(STRIP, imperfection=NAN), "imperfection = nan m", "[-1, 1] m"),
     "dynamic": (lambda: mbs.GuideFriction(-1.0), "dynamic = -1.0 N", "[0, inf) N"),
     "static below dynamic": (lambda: mbs.GuideFriction(2.0, static=1.0), "static = 1.0 N", "[2, inf) N"),
-    "viscous": (lambda: mbs.GuideFriction(1.0, viscous=-1.0), "viscous = -1.0 N s/m", "[0, inf) N s/m"),
-    "regularisation": (lambda: mbs.GuideFriction(1.0, regularisation=0.0), "regularisation = 0.0 m/s", "(0, inf) m/s"),
-    "stribeck": (lambda: mbs.GuideFriction(1.0, stribeck=0.0), "stribeck = 0.0 m/s", "(0, inf) m/s"),
     "coefficient": (lambda: mbs.GuideFriction.of_weight(-0.1, 1.0), "coefficient = -0.1", "[0, inf)"),
     "along": (lambda: mbs.Guide("B", "bar", along=(0.0, 0.0)), "along (length) = 0.0", "(0, inf)"),
     "mass": (lambda: mbs.Guide("B", "bar", mass=-0.3), "mass = -0.3 kg", "[0, inf) kg"),

@@ -6,19 +6,9 @@ import numpy as np
 import pytest
 from simulations import BAR
 
-from buckler.mbs import Beam, Exudyn, Link, Mechanism, Rigid, Section, Stop, Weld, simulate
+from buckler.mbs import Exudyn, Link, Mechanism, Rigid, Stop, Weld, simulate
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.modal import PinHole
-
-
-def test_a_shape_counts_from_its_own_start():
-    """Turned and scaled onto the chord, wherever it is given."""
-    arc = np.array([[math.cos(a), math.sin(a)] for a in np.linspace(2.6, 0.5, 30)])
-    here, there = (Beam(Section(0.02, 0.001), shape=arc + at).curve(0.4) for at in ((0.0, 0.0), (3.0, -2.0)))
-    grid = np.linspace(0.0, 1.0, 7)
-    assert np.array(there.places(grid)) == pytest.approx(np.array(here.places(grid)), abs=1e-12)
-    assert np.array(here.places(grid))[[0, -1]] == pytest.approx(np.array([[0.0, 0.0], [0.4, 0.0]]), abs=1e-7)
-    assert here.length == pytest.approx(0.4 * 1.05 / math.sin(1.05), rel=1e-4)
 
 
 def test_a_pin_hole_takes_the_nodes_on_and_within_its_circle():

@@ -1,13 +1,12 @@
 """Fits to made data of known noise, to what sensors bound, and what data cannot tell."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 from simulations import pushed
 
-from buckler.mbs import Controlled, Link, Mechanism, Revolute, Rigid, Spectral, TorsionSpring, fit
+from buckler.mbs import fit
 from buckler.mbs.sensitivity.data import Experiment, Read, read_csv
 
 MASS = 0.5
@@ -149,87 +148,3 @@ def test_csv_with_units_and_settings_on_the_command_line(tmp_path, monkeypatch, 
     assert main(argv=["fit", "block.toml", "data.csv", "--signal", "plac=O.x", "--free", f"{K}=1e2:4e2"]) == 2
     assert main(argv=["fit", "block.toml", "data.csv", "--signal", "place=O.w", "--setting", F, "--free", f"{K}=1e2:4e2"]) == 2
     assert "no signal 'O.w'" in capsys.readouterr().err
-
-
-MEASURED = os.environ.get("BUCKLER_PENDULUMS")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not MEASURED, reason="BUCKLER_PENDULUMS names no folder of the measured pendulums (arXiv 2205.06231)")
-def test_measured_single_pendulum():
-    """Kaheman et al. 2022: four segments, one frequency and one friction for all, each start free."""
-    table = np.genfromtxt(Path(str(MEASURED)) / "single.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    length, centre = 0.15, 0.1
-
-    def make(ratio, friction, angle, spin, angle0, spin0):
-        """M g a/I and k/I of an arm of unit inertia about its joint; angles from above, as measured."""
-        mass, turned = ratio / (9.81 * centre), angle + angle0
-        return Mechanism(
-            points={"O": (0.0, 0.0), "A": (-length * np.sin(turned), length * np.cos(turned))},
-            links=[Link("arm", "O", "A", Rigid.of(mass=mass, inertia=1 - mass * centre**2, centre=(centre, 0.0)))],
-            joints=[Revolute("O", "ground", "arm")],
-            loads=[TorsionSpring("ground", "arm", stiffness=0.0, damping=friction)],
-            velocities={"arm": spin + spin0},
-            gravity=(0.0, -9.81),
-        )
-
-    experiments = []
-    for k in np.unique(table["segment"][table["use"] == "fit"]):
-        rows = table[table["segment"] == k][::4]
-        angle = rows["angle1_rad"]
-        places = {"A.x": -length * np.sin(angle), "A.y": length * np.cos(angle)}
-        start = {"angle0": float(angle[0]), "spin0": float(rows["speed1_rad_per_s"][0])}
-        experiments.append(Experiment(rows["t_s"] - rows["t_s"][0], places, settings=start))
-    own = {"angle": (-0.3, 0.3), "spin": (-2.0, 2.0)}
-    found = fit(make, experiments, free={"ratio": (60.0, 66.0), "friction": (0.02, 0.1)}, own=own, starts=1)
-    left = np.hypot(found.rms["A.x"], found.rms["A.y"]) / length
-    assert left < 5.5e-3
-    assert found.values["ratio"] == pytest.approx(64.04, rel=1e-3)
-    assert found.values["friction"] == pytest.approx(0.0564, rel=0.02)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not MEASURED, reason="BUCKLER_PENDULUMS names no folder of the measured pendulums (arXiv 2205.06231)")
-def test_measured_triple_pendulum():
-    """The same source: 22 segments, masses, lengths and the first centre of mass as published, each start free, 141 numbers."""
-    table = np.genfromtxt(Path(str(MEASURED)) / "triple.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    lengths, masses, names = (0.1728, 0.2287, 0.2), (0.25817, 0.27943, 0.11862), "OABC"
-
-    def places(angles):
-        """Ends of the arms, (..., 3, 2), by their angles from above."""
-        return np.cumsum(np.stack([-np.sin(angles), np.cos(angles)], -1) * np.array(lengths)[:, None], -2)
-
-    def make(a2, a3, i1, i2, i3, k1, k2, k3, tilt, **start):
-        angles = np.array([start[f"angle{i}"] + start[f"off{i}"] for i in (1, 2, 3)])
-        arms = zip((0.16, a2, a3), masses, (i1, i2, i3), strict=True)
-        bodies = [Rigid.of(mass=mass, inertia=inertia, centre=(centre, 0.0)) for centre, mass, inertia in arms]
-        links = [Link(f"arm{i + 1}", names[i], names[i + 1], body) for i, body in enumerate(bodies)]
-        pins = [("ground", "arm1"), ("arm1", "arm2"), ("arm2", "arm3")]
-        return Mechanism(
-            points=dict(zip(names, [(0.0, 0.0), *map(tuple, places(angles).tolist())], strict=True)), links=links,
-            joints=[Revolute(name, *pin) for name, pin in zip(names, pins, strict=False)],
-            loads=[TorsionSpring(*pin, 0.0, damping=k) for pin, k in zip(pins, (k1, k2, k3), strict=True)],
-            velocities={f"arm{i}": start[f"spin{i}"] + start[f"more{i}"] for i in (1, 2, 3)},
-            gravity=(9.81 * np.sin(tilt), -9.81 * np.cos(tilt)),
-        )  # fmt: skip
-
-    experiments = []
-    for k in np.unique(table["segment"][table["use"] == "fit"]):
-        rows = table[table["segment"] == k][::16]
-        ends = places(np.stack([rows[f"angle{i}_rad"] for i in (1, 2, 3)], -1))
-        seen = {f"{name}.{axis}": ends[:, i, c] for i, name in enumerate("ABC") for c, axis in enumerate("xy")}
-        start = {f"angle{i}": float(rows[f"angle{i}_rad"][0]) for i in (1, 2, 3)}
-        start |= {f"spin{i}": float(rows[f"speed{i}_rad_per_s"][0]) for i in (1, 2, 3)}
-        experiments.append(Experiment(rows["t_s"] - rows["t_s"][0], seen, settings=start))
-    own = {f"off{i}": (-0.05, 0.05) for i in (1, 2, 3)} | {f"more{i}": (-0.5, 0.5) for i in (1, 2, 3)}
-    free = {"a2": (0.15, 0.25), "a3": (0.12, 0.24), "i1": (1e-6, 2e-3), "i2": (1e-6, 2e-3), "i3": (1e-6, 1e-3),
-            "k1": (0.0, 4e-3), "k2": (0.0, 1e-3), "k3": (0.0, 1e-3), "tilt": (-0.02, 0.02)}  # fmt: skip
-    found = fit(make, experiments, free=free, own=own, starts=1, solver=Spectral(Controlled(tolerance=1e-5)))
-    off = []
-    for seen, said in zip(found.experiments, found.predicted, strict=True):
-        both = [np.stack([[each[f"{name}.{axis}"] for axis in "xy"] for name in "ABC"]) for each in (seen.signals, said)]
-        arms = [np.diff(ends, axis=0, prepend=0.0) for ends in both]
-        turned = [np.arctan2(-arm[:, 0], arm[:, 1]) for arm in arms]
-        off.append(np.angle(np.exp(1j * (turned[0] - turned[1]))).ravel())
-    assert np.sqrt(np.mean(np.concatenate(off) ** 2)) < 3.5e-3
-    assert [found.values["a2"], found.values["a3"]] == pytest.approx([0.20294, 0.18371], rel=0.01)

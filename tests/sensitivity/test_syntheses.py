@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares, minimize, minimize_scalar
+from scipy.optimize import minimize
 
 from buckler.elastica import shapes
 from buckler.elastica.path import follow
@@ -13,14 +13,12 @@ from buckler.mbs import (
     Beam,
     Drive,
     Force,
-    Guide,
     Link,
     Mechanism,
     Revolute,
     Rigid,
     Section,
     Slider,
-    TorsionSpring,
     Weld,
     optimise,
     path,
@@ -72,122 +70,6 @@ def test_hoekens_straight_line():
     best = found.readings["sqrt(mean(P.y*P.y) - mean(P.y)**2)"]
     assert best == pytest.approx(exact.fun, rel=0.02)
     assert off([found.values["ground"], found.values["arm"]]) == pytest.approx(best, rel=1e-3)
-
-
-def crank_rocker(coupler, rocker, crank=0.25):
-    """A crank-rocker on a ground of 1 m, from its crank along the ground on."""
-    along = (coupler**2 - rocker**2 + (1 - crank) ** 2) / (2 * (1 - crank))  # of B from A towards C, at the start
-    bar = Rigid(Section(0.02, 0.005))
-    b = (crank + along, float(np.sqrt(coupler**2 - along**2)))
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (crank, 0.0), "B": b, "C": (1.0, 0.0)},
-        links=[Link("crank", "O", "A", bar), Link("coupler", "A", "B", bar), Link("rocker", "C", "B", bar)],
-        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"), Revolute("B", "coupler", "rocker"),
-                Revolute("C", "ground", "rocker")],
-        drives=[Drive("crank", 2 * np.pi)],
-    )  # fmt: skip
-
-
-@pytest.mark.slow
-def test_best_transmission_of_a_crank_rocker():
-    """Swing 40 deg, crank 0.25: the centric one, c = a/sin(swing/2), a^2 + d^2 = b^2 + c^2, whose largest cosine is a d/(b c).
-
-    Both strokes take half a turn, and the angle deviates from 90 deg alike at both ends of the ground's line.
-    """
-    a, swing = 0.25, np.radians(40)
-    c = a / np.sin(swing / 2)
-    b = np.sqrt(a**2 + 1 - c**2)
-    across = "((A.x - B.x)*(1 - B.x) - (A.y - B.y)*B.y)"
-    lengths = "sqrt(((A.x - B.x)**2 + (A.y - B.y)**2)*((1 - B.x)**2 + B.y**2))"
-    found = optimise(
-        crank_rocker, 1.0, free={"coupler": (0.6, 1.0), "rocker": (0.6, 0.9)}, minimise="worst",
-        readings={"worst": f"max(abs({across}/{lengths}))", "swing": "max(rocker.angle) - min(rocker.angle)"},
-        subject_to=[("swing", 0.9995 * swing, 1.0005 * swing)], starts=1,
-    )  # fmt: skip
-    assert found.possible
-    assert found.readings["worst"] == pytest.approx(a / (b * c), rel=2e-3)
-    assert [found.values["coupler"], found.values["rocker"]] == pytest.approx([b, c], rel=5e-3)
-
-
-def constant_force(ratio, stroke=0.16, start=0.01):
-    """A slider pressed from near the straight pose on, over a stroke of the links' length, 1 m; a spring at the ground's pin."""
-    crank, x = ratio / (1 + ratio), 1 - start
-    lean = np.arccos((crank**2 + x**2 - (1 - crank) ** 2) / (2 * crank * x))
-    light = Rigid.of(mass=1e-6, inertia=1e-9)
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (float(crank * np.cos(lean)), float(crank * np.sin(lean))), "B": (float(x), 0.0)},
-        links=[Link("crank", "O", "A", light), Link("coupler", "A", "B", light)],
-        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
-        guides=[Guide("B", "coupler")],
-        loads=[TorsionSpring("ground", "crank", 1.0, free_angle=float(-lean))],
-        drives=[Drive("B", start - stroke)],
-    )
-
-
-@pytest.mark.slow
-def test_slider_of_nearly_constant_force():
-    """Lengths for which largest over least force is least over a stroke of 16 %, against virtual work, F = theta dtheta/dx."""
-
-    def uneven(ratio):
-        crank, x = ratio / (1 + ratio), np.linspace(1 - 0.16, 1 - 0.01, 4001)
-        theta = np.arccos((crank**2 + x**2 - (1 - crank) ** 2) / (2 * crank * x))
-        force = -theta * np.gradient(theta, x, edge_order=2)
-        return force.max() / force.min()
-
-    exact = minimize_scalar(uneven, bounds=(0.8, 1.8), method="bounded")
-    found = optimise(
-        constant_force, 1.0, free={"ratio": (0.8, 1.8)}, minimise="max(abs(drive.force))/min(abs(drive.force))", starts=3
-    )
-    (best,) = found.readings.values()
-    assert found.values["ratio"] == pytest.approx(exact.x, rel=1e-3)
-    assert best == pytest.approx(exact.fun, abs=2e-5) and exact.fun < 1.003 < uneven(1.0)
-
-
-PATH = np.array([3 + 3j, 2.759 + 3.363j, 2.372 + 3.663j, 1.890 + 3.862j, 1.355 + 3.943j])
-"""Points for crank angles of 30, 45, ... 90 deg: J. A. Cabrera, A. Simon, M. Prado, Optimal synthesis of mechanisms with genetic
-algorithms, Mech. Mach. Theory 37 (2002) 1165-1177, doi 10.1016/S0094-114X(02)00051-4."""
-
-
-def coupler_point(x, angle):
-    """Crank's end, joint of coupler and rocker, and coupler point of a four-bar, as complex numbers."""
-    ground, crank, coupler, rocker, along, across = x
-    a = crank * np.exp(1j * angle)
-    to = ground - a
-    part = (coupler**2 - rocker**2 + abs(to) ** 2) / (2 * abs(to))
-    turn = to / abs(to) * (part + 1j * np.sqrt(np.maximum(coupler**2 - part**2, 0.0))) / coupler
-    return a, a + coupler * turn, a + (along + 1j * across) * turn
-
-
-def four_bar(**lengths):
-    """Its crank turns from 30 to 90 deg in 1 s."""
-    a, b, p = coupler_point(lengths.values(), np.pi / 6)
-    places = {"O": 0j, "A": a, "B": b, "C": complex(lengths["ground"]), "P": p}
-    bar = Rigid(Section(0.02, 0.005))
-    return Mechanism(
-        points={name: (float(z.real), float(z.imag)) for name, z in places.items()},
-        links=[Link("crank", "O", "A", bar), Link("coupler", "A", "B", bar, carries={"P": None}), Link("rocker", "C", "B", bar)],
-        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"), Revolute("B", "coupler", "rocker"),
-                Revolute("C", "ground", "rocker")],
-        drives=[Drive("crank", np.pi / 3)],
-    )  # fmt: skip
-
-
-@pytest.mark.slow
-def test_four_bar_through_published_points():
-    """Sum of squares off five points, six lengths free, against least squares of the closed form."""
-    free = {"ground": (2.0, 5.0), "crank": (1.0, 3.0), "coupler": (2.5, 5.5), "rocker": (1.5, 4.0), "along": (0.5, 3.0),
-            "across": (0.5, 3.0)}  # fmt: skip
-
-    def off(x):
-        missed = coupler_point(x, np.pi / 6 * (1 + np.arange(5) / 2))[2] - PATH
-        return np.append(missed.real, missed.imag)
-
-    exact = least_squares(off, [3.7, 2.0, 4.0, 2.7, 1.7, 1.7], xtol=1e-14, ftol=1e-14)
-    terms = [f"(at(P.x, {k / 4}) - {p.real})**2 + (at(P.y, {k / 4}) - {p.imag})**2" for k, p in enumerate(PATH)]
-    found = optimise(four_bar, 1.0, free=free, minimise="off", readings={"off": " + ".join(terms)}, starts=4)
-    assert 2 * exact.cost < 1e-6
-    assert found.readings["off"] == pytest.approx(2 * exact.cost, rel=0.02)
-    assert np.sum(off(list(found.values.values())) ** 2) == pytest.approx(found.readings["off"], rel=1e-4)
 
 
 SPAN, WIDTH = 0.2, 0.01

@@ -1,7 +1,6 @@
 """What is typed or measured wrongly: one sentence that names it, before or instead of a search."""
 
 import os
-import re
 import signal
 import threading
 
@@ -9,9 +8,8 @@ import numpy as np
 import pytest
 from simulations import pushed
 
-from buckler.mbs import Spectral, fit, optimise, sensitivities, simulate
+from buckler.mbs import Spectral, fit, optimise, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
-from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.sensitivity.runs import RunFailedError, run
 from buckler.studies.kit.cli import main
 
@@ -65,11 +63,6 @@ def test_what_is_no_table(tmp_path, lines, message):
     assert message in str(error.value) and "data.csv: " in str(error.value)
 
 
-def test_what_is_no_text(tmp_path):
-    with pytest.raises(ValueError, match=r"data\.csv: is no text in UTF-8 or UTF-16"):
-        read(tmp_path, HEAD + "°", *ROWS, encoding="latin-1")
-
-
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 @pytest.mark.parametrize(
     ("lines", "column"),
@@ -119,13 +112,6 @@ def test_a_heading_that_says_no_unit_is_refused(tmp_path, head, message):
     assert message in str(error.value)
 
 
-def test_times_are_those_of_the_run_and_a_recording_that_goes_on_is_parted(tmp_path):
-    assert read(tmp_path, HEAD, *ROWS[2:]).time[0] == 0.02
-    lines = [f"{0.01 * k:g},{k},{k // 4}" for k in range(8)]
-    parts = read_csv(data(tmp_path, "\n".join(["time,place,part", *lines])), ["place=O.x"], ["part"])
-    assert [part.time[0] for part in parts] == [0.0, 0.0] and parts[1].time[-1] == pytest.approx(0.03)
-
-
 def measured(**more):
     time = np.linspace(0.0, 0.1, 11)
     return Experiment(time, **{"signals": {"O.x": time**2}} | more)
@@ -169,21 +155,6 @@ def test_why_no_start_leads_to_a_run_is_told():
         optimise(pushed(150.0), 0.1, free={MASS: (-2.0, -1.0)}, minimise="max(O.x)", starts=1)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("peak(O.x, 0)", "peak counts 1, 2, ..., -1 the last; not 0"),
-        ("begins(O.x, 1.5)", "begins counts 1, 2, ..., -1 the last; not 1.5"),
-        ("when(O.x, 0.01, -1)", "when counts 1, 2, ...; not -1"),
-        ("frequency(0)", "a frequency stands alone, as frequency"),
-        ("max(O.x", r"'max\(O.x' is no formula"),
-    ],
-)
-def test_readings_that_there_cannot_be(text, message):
-    with pytest.raises(ValueError, match=message):
-        sensitivities(pushed(150.0), 0.1, by=[K], of=text)
-
-
 def test_a_signal_in_other_units_is_told_as_not_explained():
     time = np.linspace(0.0, 0.5, 51)
     place = simulate(pushed(150.0), 0.5).at("O.x", time)
@@ -202,22 +173,6 @@ def test_numbers_and_values_have_their_units(tmp_path, capsys):
     assert f"{K}  100 N/m" in said and " m, 97 % off" in said
 
 
-def test_numbers_of_several_units_have_that_of_what_is_there():
-    crank = {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": 0.1}, "carries": {"D": [0.1, "20 mm"]}}
-    document = {
-        "points": {"O": [0, 0], "A": [0.5, 0], "S": [2, 0], "T": [3, 0]},
-        "links": {"crank": crank, "block": crank | {"start": "S", "end": "T", "carries": {"M": 0.5}}},
-        "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "crank"}],
-        "guides": [{"point": "S", "link": "block"}, {"point": "T", "link": "block"}],
-        "drives": [
-            {"target": "crank", "speed": 1.0},
-            {"target": "S", "speed": {"kind": "Ramp", "start": 0.0, "end": 1.0, "duration": 1.0}},
-        ],
-    }
-    paths = ("drives[0].speed", "drives[1].speed.end", "links.crank.carries.D[0]", "links.block.carries.M")
-    assert [standing(document, path).unit for path in paths] == ["rad/s", "m/s", "m", ""]
-
-
 def test_a_reading_without_a_value_is_told_and_exit_1(tmp_path, capsys):
     path = pushed(150.0).save(tmp_path / "block.toml")
     words = ["sensitivity", str(path), "--duration", "0.1s", "--by"]
@@ -229,18 +184,6 @@ def test_a_reading_without_a_value_is_told_and_exit_1(tmp_path, capsys):
     assert "error: --by loads[0].stiffness=1s: 's' is no unit" in capsys.readouterr().err
 
 
-def test_a_fit_looks_where_it_writes_before_it_runs(tmp_path, capsys, monkeypatch):
-    (tmp_path / "taken").write_text("", encoding="utf-8")
-    path = pushed(150.0).save(tmp_path / "block.toml")
-    monkeypatch.setattr("buckler.studies.own.turning.fitted", lambda *_, **__: pytest.fail("it ran"))
-    table = str(data(tmp_path, "\n".join([HEAD, *ROWS])))
-    words = ["fit", str(path), table, "--signal", "place=O.x"]
-    assert main(argv=[*words, "--free", f"{K}=100:200", "--out", str(tmp_path / "taken")]) == 2
-    assert "--out: cannot write to" in capsys.readouterr().err
-    assert main(argv=words) == 2
-    assert "--free: none; write for instance --free" in capsys.readouterr().err
-
-
 def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
     """The integrator ends at its next look; to take that for a failure would go on with the search."""
     block = pushed(150.0)
@@ -250,12 +193,3 @@ def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
     with pytest.raises(KeyboardInterrupt):
         run(block, 1e5, Spectral())
     clock.join()
-
-
-def test_a_long_search_shows_how_many_runs_there_were(tmp_path, capsys, monkeypatch):
-    path = pushed(150.0).save(tmp_path / "block.toml")
-    monkeypatch.setattr("buckler.studies.kit.report._delay", lambda: 0.0)
-    words = ["optimise", str(path), "--duration", "0.1s", "--free", f"{K}=100:200", "--minimise", "max(O.x)", "--starts", "2"]
-    assert main(argv=words) == 0
-    counts = [int(count) for count in re.findall(r"(\d+) runs \[", capsys.readouterr().err)]
-    assert counts == sorted(counts) and counts[-1] > 3
