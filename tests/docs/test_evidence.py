@@ -80,27 +80,6 @@ def test_a_wrong_number_is_filled_or_named(monkeypatch):
             evidence.fill(text)
 
 
-@pytest.mark.parametrize(
-    ("metric", "form", "text", "new", "agrees"),
-    [
-        ("peak", ".3g", "156", 156.8, True),  # half a unit of the last digit
-        ("peak", ".3g", "156", 156.9, False),
-        ("ratio", ".3f", "0.599", 0.606, True),  # two standard errors of the difference
-        ("ratio", ".3f", "0.599", 0.612, False),
-        ("force", ".4f", "1.7245", 1.7246, False),  # a distance from an exact value is no uncertainty
-    ],
-)
-def test_a_new_run_is_compared_by_digits_and_errors(metric, form, text, new, agrees):
-    run = {**RESULT, "metrics": {**RESULT["metrics"], metric: {**RESULT["metrics"][metric], "value": new}}}
-    assert evidence.agree(metric, form, text, RESULT, run) == agrees
-
-
-@pytest.mark.parametrize(("now", "agrees"), [("0.65 ± 0.02", True), ("0.67 ± 0.02", False), ("word", False)])
-def test_cells_are_compared_by_their_errors(now, agrees):
-    run = {**RESULT, "tables": [{"headers": ["a", "b"], "rows": [[1.23456, None], [now, -2e-5]]}]}
-    assert evidence.agree("table", "0", "", RESULT, run) == agrees
-
-
 def test_quick_studies_give_their_stored_numbers(capsys):
     assert evidence.main(["--check", *(name for name, item in evidence.ITEMS.items() if item.get("quick"))]) == 0, (
         capsys.readouterr()

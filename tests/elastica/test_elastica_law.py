@@ -66,16 +66,6 @@ def test_quartic_is_worst_at_the_onset_of_buckling():
     assert error[-1] == pytest.approx(-0.0013, abs=1e-4) and error.min() == error[-1]
 
 
-def test_blocks_of_arrays_agree_with_scalars():
-    u = np.random.default_rng(7).random(2 * law._BLOCK + 17)
-    fast = law.fast(u)
-    assert fast.shape == u.shape
-    for i in (0, law._BLOCK - 1, law._BLOCK, 2 * law._BLOCK, u.size - 1):
-        assert fast[i] == law.fast(float(u[i]))
-    strided = u[:2400].reshape(40, 60).T[::2]
-    np.testing.assert_array_equal(law.fast(strided), fast[:2400].reshape(40, 60).T[::2])
-
-
 def test_scalars_give_floats_and_arrays_keep_their_shape():
     for function in (law.quartic, law.quartic_error, law.fast, law.fast_stiffness):
         for scalar in (0.5, np.float64(0.5), np.float32(0.5), np.array(0.5), 1):

@@ -1,12 +1,11 @@
 """Generated mechanisms of the whole grammar: every kind of element, law and function that a file may name."""
 
-import dataclasses
 from math import pi
 
 from hypothesis import strategies as st
 
 from buckler.mbs import elements, laws
-from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, known_kinds, specs
+from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, specs
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Motion, Ramp, Revolute, Rigid, Section
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.functions.fields import Function
@@ -159,8 +158,3 @@ def generic(kind, link, point):
         elif Quantity in has:
             given[name] = floats(0.1, 9) | of_time() if Function in has else floats(0.1, 9)
     return st.builds(kind, **given)
-
-
-def every_kind():
-    """Names of all classes a file may hold."""
-    return {name for name, kind in known_kinds().items() if dataclasses.is_dataclass(kind)}

@@ -1,7 +1,6 @@
 """Poses from lengths and angles: against closed forms of loops, and what cannot be assembled."""
 
 from dataclasses import replace
-from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -117,22 +116,6 @@ def test_slider_on_a_line_through_a_point():
             Link(link.name, link.start, link.end, bar) for link in mechanism.links])  # fmt: skip
 
 
-def test_two_parallelograms_side_by_side_have_one_length_too_many():
-    bar, s = Rigid(Section(0.02, 0.005)), 0.1
-    rods = [("l", "O", "A", s), ("m", "P", "B", s), ("r", "Q", "C", s), ("one", "A", "B", 0.2), ("two", "B", "C", 0.2)]
-    links = [Link(name, a, b, bar, length=length, angle=1.0 if name == "l" else None) for name, a, b, length in rods]
-    mechanism = Mechanism(points={"O": (0, 0), "P": (0.2, 0), "Q": (0.4, 0)}, links=links, near={"B": (0.25, 0.08)})
-    for point, x in (("A", 0.0), ("B", 0.2), ("C", 0.4)):
-        assert mechanism.points[point] == pytest.approx((x + s * cos(1.0), s * sin(1.0)), abs=1e-12)
-
-
-def test_a_length_can_be_changed_and_the_pose_follows():
-    mechanism = four_bar()
-    longer = replace(mechanism, links=[replace(link, length=0.18) if link.name == "rocker" else link for link in mechanism.links])
-    b = circles(complex(*mechanism.points["A"]), LENGTHS.coupler, LENGTHS.frame, 0.18)[0]
-    assert longer.points["B"] == pytest.approx((b.real, b.imag), abs=1e-13)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -182,40 +165,6 @@ def test_defaults_fill_what_is_left_out_and_nothing_else():
     assert mechanism.link("rod").body == Rigid.of(mass=1.0, inertia=1.0)
     assert mechanism.link("output").body.section == Section(0.02, 0.008)
     assert Mechanism.from_dict(mechanism.to_dict()) == mechanism
-
-
-def test_several_links_on_one_pin():
-    content = {
-        **SIX_BAR,
-        "points": {"O": [0, 0]},
-        "links": {n: {"start": "O", "end": n.upper(), "length": 0.1, "angle": 0.1} for n in "abc"},
-    }
-    joints = Mechanism.from_dict({**content, "pins": ["O: ground a, b c"], "drives": []}).joints
-    assert [(joint.first, joint.second) for joint in joints] == [("ground", name) for name in "abc"]
-
-
-def test_the_pose_of_a_driven_linkage_lies_on_its_motion():
-    """Assembled at some angles of the crank: the same places as a run from the first of them passes through."""
-    angles = np.linspace(0.5, 1.5, 5)
-    mechanism = Mechanism.from_dict(with_link(SIX_BAR, "crank", angle=float(angles[0])))
-    result = simulate(mechanism, (angles[-1] - angles[0]) / (2 * pi))
-    for k, (_, angle) in enumerate(pairwise(angles)):
-        t = (angle - angles[0]) / (2 * pi)
-        other = Mechanism.from_dict(with_link(SIX_BAR, "crank", angle=float(angle)))
-        assert [float(result.at(f"E.{axis}", t)) for axis in "xy"] == pytest.approx(other.points["E"], abs=2e-6), k
-
-
-def test_what_looks_forgotten_is_told_with_its_place():
-    """A joint left out, a leg that nothing joins: notes of a run; nothing is told of the whole six-bar, nor of a free body."""
-    whole = Mechanism.from_dict(SIX_BAR)
-    assert "notes" not in simulate(whole, 0.01).provenance
-    open_loop = Mechanism.from_dict({**SIX_BAR, "pins": [pin for pin in SIX_BAR["pins"] if not pin.startswith("F")]})
-    (note,) = simulate(open_loop, 0.01).provenance["notes"]
-    assert note.startswith("mobility 3, 1 driven: with the drives held the linkage can move in 2 ways (links.rod, links.output)")
-    leg = {"start": "C", "end": "G", "length": 0.1, "angle": 1.0}
-    notes = simulate(Mechanism.from_dict({**SIX_BAR, "links": {**SIX_BAR["links"], "leg": leg}}), 0.01).provenance["notes"]
-    assert notes[0] == "links.leg: nothing joins it to another link or the ground, and nothing acts on it"
-    assert any("links 'rocker' and 'leg' share the point 'C' without a joint there" in each for each in notes)
 
 
 def test_random_four_bars_have_both_poses_or_none():

@@ -8,7 +8,6 @@ import pytest
 from buckler.mbs import laws
 from buckler.mbs.declare import Declaration, Either, Quantity, declarations, known_kinds
 from buckler.mbs.elements import Rigid, Section
-from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.schema import schema
 from buckler.mbs.units import parse_unit
 
@@ -99,16 +98,3 @@ def test_the_schema_has_the_declared_ranges():
     assert drawn["anyOf"][0] == {"type": "number", "minimum": 1e-9, "maximum": 1e6} and "Unit: m." in drawn["description"]
     (material,) = (each for each in schema()["$defs"]["Material"]["anyOf"] if "properties" in each)  # or a name
     assert material["properties"]["poisson"]["anyOf"][0]["exclusiveMinimum"] == -1
-
-
-def test_a_resistance_may_be_in_ohm():
-    document = {
-        "points": {"O": [0, 0], "A": [0.1, 0]},
-        "links": {"wheel": {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1, "inertia": 1e-3}}},
-        "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "wheel"}],
-        "loads": [{"kind": "Motor", "link": "wheel", "voltage": 12, "resistance": "1.5 kOhm", "constant": 0.04}],
-    }
-    assert Mechanism.from_dict(document).loads[0].resistance == 1500
-    document["loads"][0]["resistance"] = "1.5 V"
-    with pytest.raises(ValueError, match=r"loads\[0\].resistance = 1.5 V: must be in Ohm"):
-        Mechanism.from_dict(document)

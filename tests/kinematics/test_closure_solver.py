@@ -40,16 +40,6 @@ def test_three_solvers_agree_in_all_signals_and_their_signs(solver):
         assert np.abs(other[name] - exact.at(name, other.time))[late].max() < 2e-5 * scale, name
 
 
-def test_no_scene_of_the_engine_is_built(monkeypatch):
-    def build(mechanism):
-        raise AssertionError("a scene was built")
-
-    monkeypatch.setattr("buckler.mbs.engine.solve.build", build)
-    assert simulate(crank_rocker(BAR, speed=10.0), 0.1).ok
-    with pytest.raises(AssertionError, match="a scene was built"):
-        simulate(pendulum(0.5), 0.1, solver=Exudyn())
-
-
 @pytest.mark.parametrize(("mechanism", "reason"), [
     (slider_crank(BEAM, law=None, mass=0.3, speed=1.25), "link 'coupler' bends"),
     (pendulum(0.5), "leave the linkage free, or nothing drives it"),
@@ -58,18 +48,6 @@ def test_no_scene_of_the_engine_is_built(monkeypatch):
 def test_what_it_cannot_answer_is_refused_in_one_line(mechanism, reason):
     with pytest.raises(ValueError, match=rf"^solver = Closure\(\): joints and drives alone must decide .*; .*{reason}$"):
         simulate(mechanism, 0.1, solver=Closure())
-
-
-def test_equal_steps_sample_at_equal_times():
-    result = simulate(crank_rocker(BAR, speed=10.0), 0.1, solver=Closure(Equal(20)))
-    assert result.time == pytest.approx(np.linspace(0.0, 0.1, 21), abs=1e-15)
-    with pytest.raises(ValueError, match="steps = 20: must be Controlled or Equal"):
-        Closure(20)
-
-
-def test_verify_compares_with_the_compiled_solver():
-    result = simulate(crank_rocker(BAR, speed=10.0), 0.1, verify=True)
-    assert result.ok and result.verified < 1e-4
 
 
 def test_loads_are_felt_by_the_drive():

@@ -1,6 +1,5 @@
 """Which modes a modal link takes, and their motion in the plane."""
 
-import pickle
 from dataclasses import replace
 from math import pi, sqrt
 
@@ -12,7 +11,6 @@ from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import Box, CraigBampton, FreeModes, MeshFile, Modal, Nearest, PinHole, reduced
-from buckler.mbs.modal.modes import rigid_fit
 from buckler.mbs.modal.solid import rigid_motions
 
 # --- choosing modes ---------------------------------------------------------------------------------------------------
@@ -73,15 +71,6 @@ def test_modes_keep_to_mean_axes_and_diagonalise_both_matrices(modes):
     assert (np.diag(planar.gram) <= 1).all() and (np.diag(planar.gram) > 0.99).all()
 
 
-def test_reduction_is_repeatable_kept_and_its_specification_pickles():
-    modal = Modal(FLAT, FreeModes((1, 2, 3)))
-    first = reduced(modal, LENGTH)
-    assert reduced(pickle.loads(pickle.dumps(modal)), LENGTH) is first
-    again = reduced(replace(modal, damping=0.02), LENGTH)
-    np.testing.assert_array_equal(first.modes, again.modes)
-    assert first.at_stations[0, 0, 1] > 0  # signs are settled: up at the start
-
-
 # --- planar kinematics ------------------------------------------------------------------------------------------------
 
 
@@ -134,29 +123,6 @@ def test_velocity_and_acceleration_of_stations_are_derivatives():
         for lower, upper in (("position", "velocity"), ("velocity", "acceleration"), ("angle", "spin"), ("spin", "spin_rate")):
             values = getattr(motion, lower)
             np.testing.assert_allclose((values[2] - values[0]) / (2 * h), getattr(motion, upper)[1], rtol=1e-6)
-
-
-def test_ends_middle_and_line_agree_at_rest_and_in_bending():
-    planar = reduced(Modal(FLAT), LENGTH).planar()
-    q = np.zeros((1, 6))
-    for station, x in (("start", -LENGTH / 2), ("end", LENGTH / 2), ("centre", 0.0)):
-        np.testing.assert_allclose(planar.motion(station, q).position, [[x, 0]], atol=1e-15)
-    q[0, 2:4] = pi / 2, 1e-4
-    line = planar.points(q)[0]
-    np.testing.assert_allclose(line[0], planar.motion("start", q).position[0], atol=1e-12)
-    np.testing.assert_allclose(line[-1], planar.motion("end", q).position[0], atol=1e-12)
-    middle = planar.motion("centre", q).position[0]
-    assert (
-        np.linalg.norm(line - middle, axis=1).min() < 0.04 * LENGTH and line[0, 0] * middle[0] < 0
-    )  # bends to both sides of the mean axis
-
-
-def test_rigid_fit_finds_translation_and_rotation(bar):
-    nodes, about = np.arange(40), np.array([0.01, 0.02, 0.03])
-    motion = np.array([1.0, -2, 3, 0.4, -0.5, 0.6])
-    field = (rigid_motions(bar.nodes - about) @ motion).reshape(1, -1, 3)
-    move, turn = rigid_fit(bar, nodes, about, field)
-    np.testing.assert_allclose(np.hstack([move, turn])[0], motion, atol=1e-10)
 
 
 # --- wrong input ------------------------------------------------------------------------------------------------------

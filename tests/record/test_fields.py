@@ -131,19 +131,6 @@ def test_kinetic_energy_is_that_of_the_engines_mass_matrix(body):
 
 
 @pytest.mark.parametrize("body", EACH)
-def test_centre_of_mass_by_the_engines_mass_matrix(body):
-    """The pull of a unit field on the displaced link, e^T M q with e the unit translation."""
-    lone = Lone(body)
-    q, v = somewhere(lone)
-    _, mass = lone.engine(q, v)
-    total = lone.flat(lone.placed.reference) + q
-    for axis in (0, 1):
-        unit = np.zeros_like(lone.placed.reference)
-        unit[:, axis] = 1.0
-        assert lone.strip(q).mass * lone.strip(q).centre()[0][0, axis] == pytest.approx(lone.flat(unit) @ mass @ total, rel=1e-13)
-
-
-@pytest.mark.parametrize("body", EACH)
 def test_the_reference_is_free_of_stress(body):
     lone = Lone(body)
     at_rest = np.zeros(lone.size)
@@ -155,14 +142,6 @@ def test_the_reference_is_free_of_stress(body):
 # --- objectivity ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", STRAIGHT.values(), ids=STRAIGHT)
-@pytest.mark.parametrize("angle", [0.3, 1.9, -3.0])
-def test_rigid_motion_strains_nothing(body, angle):
-    lone = Lone(body)
-    for strain in lone.strip(lone.turned(angle, (0.4, -0.3))).strains():
-        assert np.abs(strain.value).max() < 1e-13
-
-
 @pytest.mark.parametrize("body", EACH)
 def test_strains_do_not_see_a_rigid_motion(body):
     lone = Lone(body)
@@ -170,16 +149,6 @@ def test_strains_do_not_see_a_rigid_motion(body):
     after = lone.moved(lone.placed.reference + bent[lone.columns], 1.1, (0.2, -0.5))
     for one, two in zip(lone.strip(bent).strains(), lone.strip(after).strains(), strict=True):
         assert two.value == pytest.approx(one.value, abs=1e-11)
-
-
-@pytest.mark.parametrize("body", EACH)
-def test_rigid_motion_of_a_bent_link_has_no_strain_rate(body):
-    lone = Lone(body)
-    q, _ = somewhere(lone)
-    rate = lone.spin(lone.placed.reference + q[lone.columns], np.array([0.5, -0.2]), 3.0)
-    for strain in lone.strip(q, rate).strains():
-        assert np.abs(strain.rate).max() < 1e-11
-    assert power(lone.strip(q, rate))[0] < 1e-15
 
 
 @pytest.mark.parametrize("body", EACH)
@@ -193,21 +162,6 @@ def test_strain_rates_are_derivatives_of_strains(body):
 
 
 # --- closed forms -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("body", STRAIGHT.values(), ids=STRAIGHT)
-def test_kinetic_energy_of_a_spinning_strip(body):
-    """Energy m v^2/2 + (m L^2/12 + rho I L) omega^2/2; a cable has no rotary inertia."""
-    lone = Lone(body)
-    mass = STRIP.mass_per_length * LENGTH
-    inertia = mass * LENGTH**2 / 12 + (0.0 if isinstance(body, Cable) else STRIP.inertia_per_length * LENGTH)
-    centre, velocity, omega = lone.placed.reference[:, :2].mean(axis=0), np.array([0.7, 0.3]), 5.0
-    about_origin = velocity - omega * np.array([-centre[1], centre[0]])
-    rate = lone.spin(lone.placed.reference, about_origin, omega)
-    expected = 0.5 * mass * velocity @ velocity + 0.5 * inertia * omega**2
-    assert lone.strip(np.zeros(lone.size), rate).kinetic()[0] == pytest.approx(expected, rel=1e-12)
-    still = lone.strip(np.zeros(lone.size))
-    assert still.mass * still.centre()[0][0] == pytest.approx(mass * centre, rel=1e-12)
 
 
 @pytest.mark.parametrize("body", STRAIGHT.values(), ids=STRAIGHT)
@@ -264,27 +218,6 @@ def test_each_strain_is_of_its_own_kind():
 # --- the line and its bow ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", EACH)
-def test_points_pass_through_the_nodes(body):
-    lone = Lone(body)
-    q, _ = somewhere(lone)
-    total = lone.placed.reference + q[lone.columns]
-    per_element = 4
-    line = lone.strip(q).line(per_element)[0]
-    assert line.shape == (body.elements * per_element + 1, 2)
-    stride = 2 if getattr(body, "nodes", 2) == 3 else per_element
-    assert line[::stride] == pytest.approx(total[:, :2], abs=1e-14)
-
-
-def test_line_of_a_cable_is_cubic():
-    """Hermite interpolation gives a cubic back exactly."""
-    lone = Lone(Cable(STRIP, elements=2), length=2.0, angle=0.0)
-    s = np.array([0.0, 1.0, 2.0])
-    total = np.column_stack([s, s**3 - s, np.ones(3), 3 * s**2 - 1])
-    line = lone.strip(lone.flat(total - lone.placed.reference)).line(8)[0]
-    assert line[:, 1] == pytest.approx(line[:, 0] ** 3 - line[:, 0], abs=1e-13)
-
-
 def arc(length, bow, stations):
     """Places and directions of a bow, and its arc length."""
     curve = Beam(STRIP, imperfection=bow).curve(length)
@@ -305,30 +238,6 @@ def test_bow_has_the_given_chord_and_unit_slope(bow, count):
         for k in (count // 3, count - 1):
             integral = quad(lambda s, part=part: part(amplitude * np.cos(np.pi * s)), 0, stations[k], epsabs=1e-14)[0]
             assert at[k] == pytest.approx(length * integral, abs=1e-12)
-
-
-def test_slope_of_the_bow_is_a_unit_vector():
-    stations = np.linspace(0, 1, 2001)
-    x, y, theta, length = arc(LENGTH, 0.03, stations)
-    slope = np.gradient([x, y], stations[1], axis=1)[:, 1:-1] / length
-    assert np.hypot(*slope) == pytest.approx(1.0, abs=1e-6)
-    assert slope == pytest.approx(np.array([np.cos(theta), np.sin(theta)])[:, 1:-1], abs=1e-6)
-
-
-def test_bow_at_mid_span_to_second_order():
-    errors = []
-    for bow in (0.02, 0.01, 0.005):
-        _, y, _, _ = arc(LENGTH, bow, np.array([0.0, 0.5, 1.0]))
-        errors.append(abs(y[1] / bow - 1))
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2, abs=0.05)
-    assert errors[-1] < 1e-3
-
-
-def test_no_bow_is_exactly_straight():
-    stations = np.linspace(0, 1, 9)
-    x, y, theta, length = arc(LENGTH, 0.0, stations)
-    assert not y.any() and not theta.any() and length == pytest.approx(LENGTH, rel=1e-15)
-    assert x == pytest.approx(LENGTH * stations, rel=1e-14)
 
 
 @pytest.mark.parametrize("bow", [4e-3, -4e-3])

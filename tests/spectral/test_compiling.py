@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 from typing import NamedTuple
 
 import pytest
@@ -13,8 +12,7 @@ import numba
 import numpy as np
 from numba.core import event
 
-from buckler.mbs import Equal, Rigid, Section, Spectral, Status, simulation, slider_crank
-from buckler.mbs.process import COMPILING, working_time
+from buckler.mbs import Equal, Rigid, Section, Spectral, Status, slider_crank
 from buckler.mbs.spectral import compiling, implicit, run
 from buckler.mbs.spectral.announce import TEXT, Announcer
 from buckler.mbs.spectral.beforehand import compile_all
@@ -45,14 +43,6 @@ def test_compilation_is_announced_once_and_only_the_solvers(capsys) -> None:
         event.unregister("numba:compile", announcer)
 
 
-def test_time_that_is_spent_compiling_is_not_a_runs() -> None:
-    spent, worked, begin = COMPILING.seconds, working_time(), perf_counter()
-    made_up("buckler.mbs.spectral.made_up")(1.0)
-    passed, spent, worked = perf_counter() - begin, COMPILING.seconds - spent, working_time() - worked
-    assert 0.5 * passed < spent < passed
-    assert worked == pytest.approx(passed - spent, abs=1e-3)
-
-
 def test_a_run_may_take_longer_than_its_timeout_by_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     m = slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
     once(m, 0.1, Spectral())
@@ -61,17 +51,6 @@ def test_a_run_may_take_longer_than_its_timeout_by_what_is_compiled(monkeypatch:
     assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure[0] is Status.TIMED_OUT  # type: ignore[index]
     monkeypatch.setattr(run, "working_time", lambda: 0.0)  # all of it spent compiling
     assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure is None
-
-
-def test_several_runs_are_told_without_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiles(*arguments, **known):
-        monkeypatch.setattr(COMPILING, "seconds", COMPILING.seconds + 1e3)  # as if a thousand seconds of each run went into it
-        return alone(*arguments, **known)
-
-    alone, m = simulation.SOLVERS[Spectral], slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
-    monkeypatch.setitem(simulation.SOLVERS, Spectral, compiles)
-    result = simulation.simulate(m, 0.1, accuracy=1e-3, solver=Spectral())
-    assert result.work["runs"] > 1 and result.work["wall_s"] < -1e3
 
 
 @pytest.mark.slow

@@ -105,38 +105,6 @@ def test_ideal_joints_hold_and_their_forces_do_the_accelerating(gaps, m):
     np.testing.assert_allclose(mass @ a, load, rtol=1e-6, atol=1e-6 * abs(load).max())
 
 
-def test_the_ideal_mechanism_as_a_whole():
-    """All joints ideal: accelerations of the closed form, torque from the power balance."""
-    bar = FourBar(gap=0.0, start=0.7, gravity=G)
-    state, exact = ideal_state(bar), bar.ideal(0.0)
-    _, a, ledger, *_ = compiled(bar, state[:8], state[8:], 0.0)
-    np.testing.assert_allclose(a[:2], exact.acceleration[0, :2], rtol=1e-10, atol=1e-9)
-    np.testing.assert_allclose(a[2:], exact.acceleration[1:].ravel(), rtol=1e-9, atol=1e-8)
-    power = 0.0
-    for i in range(3):
-        (vx, vy, w), (ax, ay, turn) = exact.velocity[i], exact.acceleration[i]
-        power += bar.masses[i] * (vx * (ax - G[0]) + vy * (ay - G[1])) + bar.inertias[i] * w * turn
-    assert ledger[0] == pytest.approx(power, rel=1e-9)
-
-
-def test_force_and_moment_balance_of_a_joint():
-    """What the pin feels, the bush feels reversed at the same point: total momentum and angular momentum do not change."""
-    rng = np.random.default_rng(3)
-    bar = FourBar(gap=(np.inf, 1e-3, 1e-3, np.inf), start=1.0, law=LAW, friction=FRICTION, speed=0.0)
-    q, v = state_in_contact(bar, rng)
-    _, a, ledger, joints, _ = compiled(bar, q, v, 0.0)
-    (m1, m2, m3), (_, j2, j3) = bar.masses, bar.inertias
-    assert (joints.normal[0, 1:3] > 0).all()
-    momentum = m1 * a[0:2] + m2 * a[2:4] + m3 * a[5:7]
-    np.testing.assert_allclose(momentum, 0, atol=1e-9 * abs(joints.force).max())
-    # the crank cannot turn: the drive takes the rest of the moment, and gives no power at speed 0
-    bar1 = FourBar(gap=(np.inf, 1e-3, 1e-3, np.inf), start=1.0, law=LAW, friction=FRICTION, speed=1e-9)
-    torque = compiled(bar1, q, v, 0.0)[2][0] / 1e-9
-    turn = sum(m * (q[i] * a[i + 1] - q[i + 1] * a[i]) for m, i in zip((m1, m2, m3), (0, 2, 5), strict=True))
-    assert turn + j2 * a[4] + j3 * a[7] == pytest.approx(torque, rel=1e-5)
-    assert ledger[0] == 0
-
-
 class Cubic(PowerLaw):
     """A law of a user's own, with a method that calls another and a parameter in mm."""
 

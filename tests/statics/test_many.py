@@ -10,7 +10,6 @@ from buckler.mbs import Cable, Link, Mechanism, Revolute, Section, equilibrium, 
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
 from buckler.mbs.statics.answer import Ending
-from buckler.mbs.statics.lowest import null_space, sparse_null_space
 from buckler.mbs.statics.problem import Problem, least, loads_of, solve
 
 STRIP = Cable(Section(0.010, 0.0005), elements=4)
@@ -39,15 +38,6 @@ def lattice(links, body):
     return Mechanism(points, made, joints, gravity=(6.94, -6.94))
 
 
-@pytest.mark.parametrize("links", [1, 2, 7, 16, 128])
-def test_the_net_has_as_many_strips_as_asked_for_and_hangs_together(links):
-    net = lattice(links, STRIP)
-    assert len(net.links) == links
-    # each knot but the upper edge's joins all of its strips: as many pins as strips' ends, less one a knot
-    knots = sum(y < 0 for _, y in net.points.values())
-    assert len(net.joints) == 2 * links - knots
-
-
 @pytest.fixture(scope="module")
 def hanging():
     """A net of sixteen strips that hangs."""
@@ -72,15 +62,6 @@ def test_lowest_values_are_those_of_dense_matrices(monkeypatch, hanging):
     assert 20 <= count < len(all_.values)
     assert np.abs(few.values - all_.values[:count]).max() < 1e-8 * np.abs(few.values).max()
     assert np.all(np.abs(few.values - all_.values[:count]) <= few.rounding + all_.rounding[:count])
-
-
-def test_all_that_grows_is_counted_though_more_than_are_asked_for(monkeypatch, hanging):
-    """Strips shortened beyond their Euler load buckle, each in several shapes: Sylvester's law tells how many in all."""
-    pressed = problems.Rest(0.999 * hanging.q, hanging.multipliers, 1.0)
-    few, all_ = both(monkeypatch, hanging.scene, pressed)
-    assert few.unstable == all_.unstable > 20
-    grow = all_.growth[all_.growth > 0.0]
-    assert np.sort(few.growth[few.growth > 0.0]) == pytest.approx(np.sort(grow), rel=1e-7)
 
 
 def test_free_motions_of_a_net_without_load_are_all_found_though_their_values_are_equal(monkeypatch, hanging):
@@ -114,14 +95,3 @@ def test_a_hundred_strips_hang_as_their_weight_says():
     assert np.hypot(*held) == pytest.approx(mass * np.hypot(*mechanism.gravity), rel=1e-9)
     tones = frequencies(mechanism, found, count=20)
     assert tones.status is Ending.OK and len(tones.hertz) == 20 and (tones.errors < 2e-6 * tones.hertz[0]).all()
-
-
-def test_null_spaces_of_rows_without_a_common_coordinate_are_those_of_all_rows():
-    """Four rows, two of which say the same, hold three of nine motions: six are free, the same ones."""
-    rows = np.zeros((4, 9))
-    rows[0, [1, 3]], rows[1, [3, 4]], rows[2, 6], rows[3, 6] = 1.0, (0.3, -2.0), 2.0, 4.0
-    units = np.linspace(0.5, 2.5, 9)
-    whole, parts = null_space(rows, units), sparse_null_space(csr_array(rows), units).toarray()
-    assert whole.shape == parts.shape == (9, 6)
-    assert np.abs(rows @ parts).max() < 1e-14
-    assert np.linalg.matrix_rank(np.hstack([whole, parts])) == 6

@@ -66,19 +66,6 @@ def test_duffings_response_folds_twice_and_both_branches_are_motions():
         assert np.sort_complex(motion.multipliers) == pytest.approx(np.sort_complex(np.linalg.eigvals(matrix)), abs=1e-6)
 
 
-def test_a_narrow_resonance_is_not_leapt_over():
-    """One of 0.2 % in width, on the way from half to twice its frequency; all amplitudes in closed form."""
-    made = block(
-        mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.01), mbs.Force("P", lambda t: (0.15 * np.cos(2.5 * t), 0.0))
-    )
-    found = mbs.response(made, TURN / 2.5, to=10.0 / TURN)
-    speeds = TURN * found.parameter
-    exact = np.abs(0.15 / (25.0 - speeds**2 + 0.01j * speeds))
-    assert found.status == "OK"
-    assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-5)
-    assert exact.max() > 0.9 * 0.15 / 0.05
-
-
 def test_a_number_of_the_mechanism_changes_a_motion():
     made = block(
         mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.6), mbs.Force("P", Components((Expression("1.5*cos(4*t)"), 0.0)))
@@ -202,23 +189,3 @@ def test_a_motion_that_its_drive_alone_decides_has_no_multipliers():
     assert (found.status, found.points) == ("OK", [])
     assert found.amplitude("rod", "B")[:, 0] == pytest.approx(0.05, rel=1e-6)
     assert found.motions[-1].v[:, 2].max() == pytest.approx(5.0 * TURN, rel=1e-6)
-
-
-def test_a_curve_ends_when_its_steps_are_used_up(monkeypatch):
-    driven = block(mbs.Spring("P", "ground:S", stiffness=9.0, damping=0.3), mbs.Force("P", lambda t: (np.cos(2 * t), 0.0)))
-    monkeypatch.setattr("buckler.mbs.statics.curve.SPENT", 20_000)
-    found = mbs.response(driven, np.pi, to=2.0)
-    assert (found.status, found.ended) == ("TOO_MANY_STEPS", "spent")
-    assert 0 < len(found.motions) < 30
-
-
-def test_what_makes_no_sense_is_refused():
-    driven = block(mbs.Spring("P", "ground:S", stiffness=9.0, damping=0.3), mbs.Force("P", lambda t: (np.cos(2 * t), 0.0)))
-    with pytest.raises(ValueError, match="nothing in it depends on time"):
-        mbs.response(block(mbs.Spring("P", "ground:S", stiffness=9.0)), 1.0, to=2.0)
-    for asked, said in ({"to": 1.0 / np.pi}, "the curve begins there"), ({"to": -1.0}, "to"), ({"to": 1.0, "steps": 0}, "steps"):
-        with pytest.raises(ValueError, match=said):
-            mbs.response(driven, np.pi, **asked)
-    short = mbs.response(driven, np.pi, to=2.0, steps=2)
-    assert (short.status, len(short.motions)) == ("TOO_MANY_STEPS", 3)
-    assert "2 steps led to" in short.message

@@ -53,19 +53,6 @@ def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
     assert rest.neutral == ()
 
 
-def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
-    """Buckled to both sides: Euler's elastica, P = 4 K^2 EI/L^2, its ends (2 E/K - 1) L apart; or turned over and pulled."""
-    load = 2 * THIN.euler_load(columns.LENGTH)
-    rest = mbs.equilibrium(column("pinned", THIN, load), all=True)
-    m = brentq(lambda m: 4 * ellipk(m) ** 2 - 2 * np.pi**2, 0.1, 0.9)
-    buckled = [each for each in rest.others if each.stable and each.point("strip", "B").position[0] > -0.9 * columns.LENGTH]
-    assert not rest.stable
-    assert len(buckled) == 2
-    for each in buckled:
-        assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * columns.LENGTH, abs=1e-6)
-        assert each.error < 1e-7
-
-
 def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
     """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
     load = 5 * THIN.euler_load(columns.LENGTH)

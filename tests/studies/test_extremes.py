@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawing import drawn
 
 from buckler.elastica import pinned
-from buckler.mbs import Beam, Mechanism, Section, Status
+from buckler.mbs import Beam, Section, Status
 from buckler.studies.extremes import case, extremes
 from buckler.studies.extremes.verdict import KINDS, Verdict, compare, decide
 from buckler.studies.kit.drawn import Draw, draw, make_pressed_column
@@ -42,15 +41,6 @@ def test_comparison_takes_the_worst_measure_over_what_is_allowed():
     shorter, _ = compare({"journal": np.array([[1.0, 2.0, 9.0]])}, {"journal": np.array([[1.0, 2.0]])}, {"journal": 1.0})
     assert shorter == 0
     assert compare({"force": np.array([np.nan])}, {"force": np.array([10.0])})[0] == np.inf
-
-
-def test_a_refused_run_keeps_the_reason(monkeypatch):
-    def refuse(*_given, **_options):
-        raise ValueError("thickness = 0 m:\n must be positive")
-
-    monkeypatch.setattr(case, "simulate", refuse)
-    found = case.judge("free", draw(1, 0, ("free",)))
-    assert (found.verdict, found.message) == (Verdict.NAMED, "refused: thickness = 0 m: must be positive")
 
 
 # --- references -------------------------------------------------------------------------------------------------------
@@ -107,29 +97,6 @@ def test_measures_on_which_the_references_differ_do_not_count():
 
 def few(count, *families, **given):
     return extremes.run(extremes.Parameters(families=families, cases=count, **given))
-
-
-@pytest.fixture(scope="module")
-def found():
-    return few(4, "dead-centre", "pressed-straight", "bouncing", "free", seed=3)
-
-
-def test_every_case_is_counted_once_and_drawn(found):
-    metrics = {name: metric.value for name, metric in found.metrics.items()}
-    assert found.status == "OK" and metrics["cases"] == 4 and metrics["no_reference"] == 0, found.message
-    assert metrics["cases"] == sum(metrics[verdict.replace(" ", "_")] for verdict in Verdict)
-    assert metrics["right"] >= 2 and metrics["price"] > 0 and 0 < metrics["largest_error_of_right"] <= 1
-    assert found.tables[0].rows[-1][:3] == ["all", 4, metrics["right"]]
-    (ax,) = drawn(extremes, found).axes
-    assert sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None") == 4
-
-
-def test_families_take_turns_and_a_case_is_the_seed_s_own():
-    p = extremes.Parameters(seed=7, families=("strike-range", "free"))
-    assert [extremes.make_case(p, k)[1].name for k in range(3)] == ["strike range 7.0", "free 7.0", "strike range 7.1"]
-    for k, family in enumerate(extremes.SLUGS):
-        one, again = (extremes.make_case(extremes.Parameters(seed=7, families=(family,)), 2)[1] for _ in range(2))
-        assert one == again and Mechanism.from_dict(one.mechanism.to_dict()) == one.mechanism, k
 
 
 def test_a_run_that_lies_is_silent(monkeypatch):

@@ -125,25 +125,7 @@ def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):
     assert capsys.readouterr().err == "error: absent.toml: No such file or directory\n"
 
 
-def test_quiet_and_verbose(pendulum, capsys):
-    assert main(argv=["run", "pendulum.json", "-q"]) == 0
-    assert capsys.readouterr() == ("", "")
-    assert main(argv=["run", "pendulum.json", "-v"]) == 0
-    assert re.search(r"steps \d+.*\npython 3", capsys.readouterr().out)
-    assert main(argv=["run", "pendulum.json", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["status"] == "OK"
-
-
 # --- sweep ----------------------------------------------------------------------------------------------------------------
-
-
-def test_old_names_of_options_work_with_a_note(pendulum, capsys):
-    assert main(argv=["run", "pendulum.json", "--trust"]) == 0
-    assert capsys.readouterr().err == "note: --trust is called --allow-suspect now\n"
-
-
-def test_mechanisms_of_python_and_of_files_are_the_same(pendulum):
-    assert Mechanism.load("pendulum.json") == Mechanism.from_dict(PENDULUM)
 
 
 def test_verify_tells_the_other_solvers_difference(pendulum, capsys):
@@ -154,20 +136,6 @@ def test_verify_tells_the_other_solvers_difference(pendulum, capsys):
     assert "difference from the other solver" in capsys.readouterr().out
 
 
-def test_a_file_named_without_its_ending_is_hinted_at(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(argv=["new", "pendulum"]) == 0
-    assert main(argv=["run", "pendulum"]) == 2
-    assert "unknown study 'pendulum'; did you mean pendulum.toml?" in capsys.readouterr().err
-
-
-def test_velocities_that_contradict_each_other_are_one_line(pendulum, capsys):
-    content = {**PENDULUM, "velocities": {"arm": 1.0, "A": [1.0, 0.0]}, "run": {}}
-    (pendulum / "pendulum.json").write_text(json.dumps(content))
-    assert main(argv=["run", "pendulum.json"]) == 2
-    assert re.fullmatch(r"error: pendulum.json: velocities at t = 0 s do not exist .*\n", capsys.readouterr().err)
-
-
 def test_a_modal_link_without_its_extra_is_one_line(pendulum, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "skfem", None)
     body = {"kind": "Modal", "section": {"width": "20 mm", "thickness": "5 mm"}}
@@ -175,23 +143,6 @@ def test_a_modal_link_without_its_extra_is_one_line(pendulum, capsys, monkeypatc
     (pendulum / "pendulum.json").write_text(json.dumps({**PENDULUM, "links": links}))
     status, err = main(argv=["run", "pendulum.json"]), capsys.readouterr().err
     assert (status, err.count("\n"), "Traceback" in err) == (2, 1, False) and "pip install 'buckler[modal]'" in err
-
-
-def test_a_file_may_begin_with_a_byte_order_mark(pendulum):
-    mechanism = Mechanism.load(pendulum / "pendulum.json")
-    (pendulum / "marked.toml").write_text(mechanism.save(pendulum / "plain.toml").read_text(), encoding="utf-8-sig")
-    assert (pendulum / "marked.toml").read_bytes().startswith(b"\xef\xbb\xbf")
-    assert Mechanism.load(pendulum / "marked.toml") == mechanism
-
-
-def test_signals_are_drawn_with_their_units(pendulum):
-    from buckler.studies.own import study
-
-    parameters = study.Parameters(
-        "arm", json.dumps({k: v for k, v in PENDULUM.items() if k != "run"}), 0.05, measure=("end(A.y)",)
-    )
-    (axes,) = study.figure(study.run(parameters))["signals"].axes
-    assert (axes.get_ylabel(), axes.get_xlabel()) == ("A.y [m]", "time [s]")
 
 
 @pytest.mark.parametrize(

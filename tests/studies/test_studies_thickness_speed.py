@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.report import Metric
-from buckler.studies.kit.statistics import power_law
 from buckler.studies.striking import slider_crank, thickness_speed
 from buckler.studies.sweeping.sweep import Row
 
@@ -105,23 +104,3 @@ def test_states_follow_from_the_metrics(given, state):
         assert found["duration"] == pytest.approx(pi / 3) and found["turned"] == pytest.approx(2 * pi / 3)
     if state == "SUSPECT":
         assert isnan(found["impact"])
-
-
-def test_a_power_law_finds_powers_and_their_errors():
-    rng = np.random.default_rng(0)
-    x = rng.uniform(1, 2, (2, 400))
-    found = power_law(x, 7 * x[0] ** 1.5 / x[1] * np.exp(rng.normal(0, 0.05, 400)))
-    assert (np.abs(found.slope - [1.5, -1]) < 4 * found.error).all()
-    np.testing.assert_allclose(found.error, 0.05 / np.sqrt(400) / np.log(x).std(axis=1), rtol=0.1)
-    signal = np.log(x[0] ** 1.5 / x[1]).var()
-    assert found.explained == pytest.approx(signal / (signal + 0.05**2), abs=0.02)
-
-
-@pytest.mark.parametrize(("wrong", "message"), [
-    ({"slow": 0.75}, "slow = 0.75 rad/s: is one of the speeds already"),
-    ({"thicknesses": "3mm"}, r"thicknesses\[0\] = 3mm: must lie in \[5e-05, 0.001\] m"),
-    ({"models": "stick"}, r"models\[0\] = 'stick': must be one of 'stitched'"),
-])  # fmt: skip
-def test_wrong_input_is_refused_in_one_line(wrong, message):
-    with pytest.raises(ValueError, match=message):
-        thickness_speed.Parameters(**wrong)

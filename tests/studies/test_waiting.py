@@ -9,7 +9,7 @@ import pytest
 from own_file import metrics
 
 from buckler.mbs import Status
-from buckler.mbs.progress import Forecast, forecast, spoken
+from buckler.mbs.progress import Forecast, spoken
 from buckler.studies.kit.cli import main
 
 
@@ -32,26 +32,6 @@ def test_the_time_is_told_within_three_seconds(clock, capsys):
     said = capsys.readouterr().err
     span = f"{spoken(first + growth[0])} to {spoken(first + sum(growth))}"
     assert said == f"arch: about {span} more; this run takes 10 s, and finer ones tell its error\n"
-
-
-def test_a_run_of_a_named_solver_and_cases(clock, capsys):
-    single, nine, soon = Forecast("arch", bar=False), Forecast("arch", cases=9.0, bar=False), Forecast("arch", bar=False)
-    clock[0] = 2.0
-    single(0.1), nine(0.1), soon(0.5)
-    assert capsys.readouterr().err.splitlines() == [
-        "arch: about 18 s more", "arch: about 3 min more, 9 cases one after another",
-    ]  # fmt: skip
-
-
-def test_times_in_words():
-    assert [spoken(s) for s in (0.2, 12.4, 89, 95, 3000, 9000)] == ["1 s", "12 s", "89 s", "2 min", "50 min", "2.5 h"]
-
-
-def test_progress_is_shown_where_it_is_wanted_or_someone_looks_on(monkeypatch):
-    assert forecast(None) is None and forecast(False) is None and forecast(print) is print
-    assert isinstance(forecast(True), Forecast)
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    assert isinstance(forecast(None), Forecast) and forecast(False) is None
 
 
 def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):

@@ -1,6 +1,5 @@
 """The crank-rocker with clearance on both solvers: how far they are apart, and its flexible rockers."""
 
-from dataclasses import replace
 from math import nan
 
 import numpy as np
@@ -31,21 +30,7 @@ def forces(result):
     return np.stack([np.hypot(*(result.signals[f"{p}.{pair}.f{axis}"] for axis in "xy")) for p, pair in JOINTS.items()], axis=1)
 
 
-def damped_section(bar):
-    """The same with Kelvin-Voigt damping in bending and along the axis: 1 % in the first mode of the pinned rocker."""
-    damped = bar.section.damped(0.01, bar.rocker)
-    return replace(damped, material=replace(damped.material, axial_damping=damped.material.bending_damping))
-
-
 def beam_modes(*, thickness=0.020, width=0.005, bending=2, axial=1, damping=0.01, density=7850.0, modulus=207e9, shear=True):
     """A rocker of modes of beam theory."""
     section = Section(width, thickness, Material(modulus=modulus, density=density, poisson=0.29))
     return Modal(section, BarModes(bending, axial, shear), damping)
-
-
-def damped_modes(damped, bending, axial, length=0.175):
-    """Rocker of Timoshenko modes of a bar of that section, each with the material's damping, tau omega / 2."""
-    material = damped.material
-    body = Modal(damped, BarModes(bending, axial), 0.0)
-    rates = np.repeat([material.bending_damping, material.axial_damping], [bending, axial])
-    return replace(body, damping=tuple((rates * body.planar(length).frequency / 2).tolist()))

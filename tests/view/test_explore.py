@@ -2,8 +2,6 @@
 
 import json
 import re
-import socket
-import struct
 import threading
 import time
 import urllib.error
@@ -83,30 +81,6 @@ def test_a_number_of_the_defaults_is_turned_and_saved(tmp_path):
         open_file(path)
 
 
-def test_numbers_are_turned_and_saved_in_the_units_of_the_file(tmp_path):
-    path, number = tmp_path / "crank-rocker.toml", "links.crank.body.section.thickness"
-    path.write_text((EXAMPLES / path.name).read_text(encoding="utf-8"), encoding="utf-8")
-    made = Explorer(path, Mechanism.load(path).to_dict(), 0.01, {number: None, "joints[2].law.stiffness": None})
-    thickness, stiffness = made.sliders
-    assert (thickness.unit, thickness.factor, thickness.value) == ("mm", pytest.approx(1e-3), pytest.approx(5e-3))
-    assert stiffness.factor == 1.0
-    saved = Path(made.save({number: 0.0062})["saved"])
-    assert "6.2 mm" in saved.read_text(encoding="utf-8")
-    assert Mechanism.load(saved).link("crank").body.section.thickness == pytest.approx(0.0062)
-
-
-def test_a_page_that_is_closed_is_no_fault(served, capsys):
-    address, _ = served
-    host, port = address.split("/")[2].split(":")
-    for text in ("GET /", "POST /move HTTP/1.1\r\nContent-Length: 99\r\n\r\n{"):
-        with socket.create_connection((host, int(port)), timeout=10) as closed:
-            closed.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset, as of a closed tab
-            closed.sendall(text.encode())
-    assert post(address, "move", {"gravity[1]": 1.0}) == {"wrong": "gravity[1]: has no slider"}
-    time.sleep(0.2)
-    assert capsys.readouterr().err == ""
-
-
 def explorer(free):
     return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml").document, 0.5, free)
 
@@ -130,12 +104,6 @@ def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch
     assert made.answer("move", {}) == {"moved": True}
     judge.join(60)
     assert answers == [{"late": True}] and len(looks) < 6000
-
-
-def test_both_solvers_end_where_they_are_looked_at():
-    made = explorer({MASS: None})
-    made.changed.set()
-    assert made.judge({}) == {"late": True}
 
 
 @pytest.mark.parametrize(

@@ -4,16 +4,16 @@ import pickle
 
 import numpy as np
 import pytest
-from looked_at import MECHANISMS, STRIP, loaded, loose, pendulum, pushed, run
+from looked_at import MECHANISMS, STRIP, loose, pendulum, pushed, run
 
 from buckler.elastica import pinned
 from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Result, Spectral, Weld, simulate
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Path, Sheet, Span, Strip
-from buckler.mbs.view.movie import Film, Movie, make_movie, still, to_ground
-from buckler.mbs.view.symbols import SYMBOLS, symbol, unknown
+from buckler.mbs.view.drawing import INKS, Disc, Label, Path, Strip
+from buckler.mbs.view.movie import Movie, make_movie, still
+from buckler.mbs.view.symbols import SYMBOLS
 
 LENGTH = 0.31
 
@@ -91,27 +91,6 @@ def test_a_pin_drawn_in_its_bush_touches_when_it_does():
     assert 0.9 < drawn.max() < 1.5
 
 
-def test_a_plate_turns_with_its_link():
-    movie = run("pendulum").movie
-    (plate,) = [mark for mark in movie.marks if isinstance(mark, Path) and mark.closed and mark.width]
-    assert len(plate.points) == 3
-    frame = movie.frames[plate.frame]
-    for k in (0, 100, -1):
-        corners = to_ground(frame[k], plate.points)
-        for point in "OAC":
-            assert np.hypot(*(corners - movie.frames[point][k, :2]).T).min() < 1e-9
-    assert np.ptp(frame[:, 2]) > 1.0
-
-
-def test_a_wall_stands_where_its_block_touches():
-    movie = run("failed").movie
-    wall = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "stop")
-    reach = (to_ground(movie.frames[wall.frame][0], wall.points) @ (0.8, 0.6)).min()
-    assert reach - 0.95 * movie.unit == pytest.approx(0.05, abs=1e-12)
-    (push,) = [mark for mark in movie.marks if isinstance(mark, Arrow) and mark.signals == ("A.contact_force",)]
-    assert push.along == pytest.approx((-0.8, -0.6))
-
-
 def test_a_movie_survives_a_file_and_a_process(tmp_path):
     result = run("strip")
     loaded = Result.load(result.save(tmp_path / "run")).movie
@@ -122,12 +101,6 @@ def test_a_movie_survives_a_file_and_a_process(tmp_path):
             assert back.frames[name] == pytest.approx(frame, abs=accuracy)
         assert back.bands["coupler"].points == pytest.approx(result.movie.bands["coupler"].points, abs=accuracy)
     assert isinstance(loaded, Movie)
-
-
-def test_a_movie_is_made_once_and_only_when_asked_for():
-    film = Film(Record(pendulum(), np.zeros(1), {}, {}))
-    assert film.kept is None
-    assert film.movie() is film.movie()
 
 
 def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
@@ -145,36 +118,6 @@ def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
 def test_every_kind_has_a_symbol():
     kinds = [kind.__name__ for base in KINDS.values() for kind in kinds_of(base) if kind.__name__ != "Link"]
     assert kinds and set(kinds) <= set(SYMBOLS)
-
-
-def test_loads_are_drawn_where_they_act():
-    movie, points = run("loaded").movie, loaded().points
-    (spring,) = [mark for mark in movie.marks if isinstance(mark, Span)]
-    assert movie.frames[spring.frame][:, :2] == pytest.approx(movie.frames["A"][:, :2])
-    assert movie.frames[spring.other][:, :2] == pytest.approx(np.tile(points["P"], (len(movie.time), 1)))
-    arrows = {mark.signals: movie.frames[mark.frame] for mark in movie.marks if isinstance(mark, Arrow)}
-    assert arrows["force.Q.fx", "force.Q.fy"][:, :2] == pytest.approx(movie.frames["Q"][:, :2])
-    down = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "load" and mark.frame == "=Q")
-    (x0, y0), (x1, y1) = down.points
-    assert x0 == pytest.approx(x1) and y0 > y1
-    assert not [mark for mark in movie.marks if getattr(mark, "ink", "") == "other" and mark.frame]  # but gravity
-
-
-def test_a_kind_without_a_symbol_gets_a_neutral_mark():
-    class Magnet:
-        point = "A"
-
-    sheet = Sheet(pushed(), Record(pushed(), np.zeros(1), {}, {}))
-    assert symbol(Magnet()) is unknown
-    marks = list(unknown(sheet, "magnet.A", Magnet()))
-    assert [type(mark) for mark in marks] == [Path, Label] and marks[0].ink == "other" and marks[1].text == "magnet.A"
-
-
-def test_a_subclass_is_drawn_as_its_parent():
-    class Odd(type(pushed().stops[0])):
-        pass
-
-    assert symbol(Odd.__new__(Odd)) is SYMBOLS["Stop"]
 
 
 @pytest.mark.parametrize("make", [pendulum, pushed, loose, MECHANISMS["strip"][0], MECHANISMS["modal"][0]])
