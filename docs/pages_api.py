@@ -52,7 +52,7 @@ PAGES = (
     Page("laws", "Contact and friction laws", "buckler.mbs.laws", ()),
     *(
         Page(f"elastica-{name}", f"The exact strip: {name}", f"buckler.elastica.{name}", ())
-        for name in _names("pinned law rod strip shapes path vibration")
+        for name in _names("pinned law rod strip")
     ),
     Page("sweep", "Sweeps of a mechanism", "buckler.studies.own.sweep", ("sweep",)),
     Page("sweeps", "Sweeps of studies", "buckler.studies.sweeping.sweep", ("sweep", "read", "Part", "Row")),

@@ -1,11 +1,9 @@
-"""The exact elastic strip: closed form, boundary value problem, fast law, paths through limit points.
+"""The exact elastic strip: closed form, boundary value problem, fast law.
 
 pinned : closed form by elliptic integrals, both ways
 rod : the same strip as a boundary value problem, extensible, shearable and imperfect
 law : the published quartic fit, and a fast law with a stated error
 strip : any ends, clamped or pinned, and any stress-free shape, under dead loads and displacements
-path : equilibria of a `strip` through limit points, with branchings
-shapes : stress-free shapes, such as arches
 
 All quantities are normalised by the strip's length L and bending stiffness E I: shortening
 u = U/L, load p = P L^2/(E I). Needs numpy and scipy only.
@@ -14,7 +12,7 @@ u = U/L, load p = P L^2/(E I). Needs numpy and scipy only.
 from importlib import import_module
 from typing import Any
 
-__all__ = ["law", "path", "pinned", "rod", "shapes", "strip"]
+__all__ = ["law", "pinned", "rod", "strip"]
 
 
 def __getattr__(name: str) -> Any:

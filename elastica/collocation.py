@@ -1,4 +1,4 @@
-"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method: what `strip` and `path` share.
+"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method: what `strip` is made of.
 
 Integration matrices, unlike differentiation matrices, keep rounding at 1e-15 while the error falls geometrically with the number
 of points.

@@ -16,7 +16,7 @@ Integrated twice, with J[f](s) the integral of f from 0 to s,
 
 collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds theta, n at the start, and phi
 (pinned start) or m0 (clamped start). The three conditions at s = 1 prescribe either a place or the force that works on
-it. The load factor is one more unknown where a path is followed (`buckler.elastica.path`).
+it.
 
 References
 ----------

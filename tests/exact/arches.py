@@ -1,4 +1,4 @@
-"""Limit loads of arches under a dead load at mid-span in SI, by the boundary value problem of `buckler.elastica.path`."""
+"""Limit loads of arches under a dead load at mid-span in SI, by the boundary value problem of `strip_paths`."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.elastica import shapes
-from buckler.elastica.path import follow
 from buckler.elastica.strip import Load, Strip
+
+from . import shapes
+from .strip_paths import follow
 
 MODULUS, POISSON, DENSITY = 210e9, 0.3, 7850.0
 """Steel, Pa, 1, kg/m^3."""

@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from exact import shapes
+from exact.strip_paths import follow
 from scipy.optimize import minimize
 
-from buckler.elastica import shapes
-from buckler.elastica.path import follow
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import (
     Beam,

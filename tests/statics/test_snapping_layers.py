@@ -8,8 +8,8 @@ from math import atan2, hypot, pi
 
 import numpy as np
 import pytest
+from exact.strip_paths import follow
 
-from buckler.elastica.path import follow
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import Cable, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, path
 

@@ -46,7 +46,6 @@ def test_sine_modes_over_the_whole_map():
     assert result.status == "OK", result.message
     m = {name: metric.value for name, metric in result.metrics.items()}
     assert m["sine.median"] == pytest.approx(1, abs=0.02) and m["sine.within_20"] > 0.9
-    assert m["late.power_of_rate"] == pytest.approx(0.5, abs=0.1)
 
 
 def test_figure_of_the_map(result):

@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from .collocation import Array, NewtonDivergedError, newton, require
-from .strip import Equilibrium, Load, Strip
+from buckler.elastica.collocation import Array, NewtonDivergedError, newton, require
+from buckler.elastica.strip import Equilibrium, Load, Strip
 
 MOST_POINTS = 5000
 """Largest number of points of a path; a path that needs more is refused."""
@@ -67,17 +67,16 @@ class Path:
         return np.array([point.end for point in self.points])
 
 
-def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05, start: Equilibrium | None = None) -> Path:
-    """Follow the path from the stress-free shape, or from `start`, until the load factor reaches `to`.
+def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05) -> Path:
+    """Follow the path from the stress-free shape until the load factor reaches `to`.
 
     Parameters
     ----------
     strip : Strip
     load : Load, multiplied by the load factor
-    to : float, load factor at which to stop, -1e6 to 1e6, not that of the start. The path sets out towards it and stops where it
+    to : float, load factor at which to stop, -1e6 to 1e6, not 0. The path sets out towards it and stops where it
         reaches it first: for both limit points of an arch, a factor above the first.
     step : float, longest step along the path, in rad and in parts of the way to `to`, 1e-4 to 0.5
-    start : Equilibrium, a point of the same strip under the same load; None is the stress-free shape
 
     Raises
     ------
@@ -86,13 +85,12 @@ def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05, start: Eq
     NewtonDivergedError
         If no step is short enough, or `to` is not reached within 5000 points.
     """
-    first = 0.0 if start is None else start.factor
-    require("to", to, isfinite(to) and abs(to) <= 1e6 and to != first, f"-1e6 to 1e6, not {first:g} (load factor)")
+    require("to", to, isfinite(to) and 0.0 < abs(to) <= 1e6, "-1e6 to 1e6, not 0 (load factor)")
     require("step", step, 1e-4 <= step <= 0.5, "1e-4 to 0.5 (rad, and parts of the way to `to`)")
-    track = _Track(strip, load, to - first)
-    here = track.at(strip.stress_free() if start is None else start.unknowns, first)
+    track = _Track(strip, load, to)
+    here = track.at(strip.stress_free(), 0.0)
     track = track._replace(reference=here.size)
-    here = here if here.tangent[-1] * (to - first) > 0.0 else here.reverse()
+    here = here if here.tangent[-1] * to > 0.0 else here.reverse()
     points, limits, branchings, length = [here], [], [], step
     while True:
         there = track.onward(here, length)

@@ -1,15 +1,14 @@
 """Equilibrium paths of arches: limit loads against shallow theory in closed form and published ones, branchings, convergence."""
 
-from math import cos, inf, pi, sin
+from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from exact import shapes
 from exact.published import PUBLISHED
+from exact.strip_paths import follow
 from scipy.optimize import minimize_scalar
 
-from buckler.elastica import path, shapes
-from buckler.elastica.collocation import NewtonDivergedError
-from buckler.elastica.path import follow
 from buckler.elastica.strip import Load, Strip
 
 DOWN = Load(inner=(0.0, -1.0))
@@ -115,31 +114,3 @@ def test_symmetric_arch_sways_below_its_limit_and_a_bow_follows_the_sway():
     drops = sway - np.array(turns)
     assert np.all(drops > 0.0)
     assert drops[0] / drops[1] == pytest.approx(10.0 ** (2.0 / 3.0), rel=0.15)  # Koiter's two-thirds power
-
-
-def test_a_path_goes_on_from_any_of_its_points():
-    strip = arch("clamped", 0.3, 1e4)
-    whole = follow(strip, DOWN, 20.0)
-    half = follow(strip, DOWN, 12.0)
-    rest = follow(strip, DOWN, 20.0, start=half.points[-1])
-    assert [p.factor for p in rest.limits] == pytest.approx([p.factor for p in whole.limits], rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda s: follow(s, DOWN, 0.0), r"to = 0\.0 must be -1e6 to 1e6, not 0 \(load factor\)"),
-        (lambda s: follow(s, DOWN, inf), "to = inf must be"),
-        (lambda s: follow(s, DOWN, 1.0, step=1.0), r"step = 1\.0 must be 1e-4 to 0\.5"),
-    ],
-)
-def test_wrong_input_is_named(call, message):
-    with pytest.raises(ValueError, match=message):
-        call(Strip())
-
-
-def test_a_path_that_cannot_go_on_says_where(monkeypatch):
-    """A strip that may stretch only 1/2 collapses to a point under axial compression of twice its stiffness."""
-    monkeypatch.setattr(path, "MOST_POINTS", 50)
-    with pytest.raises(NewtonDivergedError, match="was not reached"):
-        follow(Strip("clamped", "guided", axial=2.0), Load(end=(-1.0, 0.0)), 1e6, step=1e-4)

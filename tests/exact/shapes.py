@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from .collocation import Angle, Array, integration, require
+from buckler.elastica.collocation import Angle, Array, integration, require
 
 Curve = Callable[[Array], tuple[Array, Array]]
 """x and y, in any unit of length, of an array of parameters from 0 to 1."""
@@ -34,22 +34,6 @@ def circle(half_angle: float) -> Angle:
     """
     require("half_angle", half_angle, abs(half_angle) <= pi, "-pi to pi (rad)")
     return lambda s: half_angle * (1.0 - 2.0 * s)
-
-
-def bow(amplitude: float) -> Angle:
-    """Half-sine over the arc length, y0 = amplitude sin(pi s): the imperfection of `buckler.elastica.rod.Rod`.
-
-    Parameters
-    ----------
-    amplitude : float, over the length L, -0.3 to 0.3
-
-    Raises
-    ------
-    ValueError
-        If the amplitude is outside its range.
-    """
-    require("amplitude", amplitude, abs(amplitude) <= 0.3, "-0.3 to 0.3 (amplitude/L)")
-    return lambda s: np.arcsin(amplitude * pi * np.cos(pi * s))
 
 
 def half_sine(rise: float) -> tuple[Angle, float]:
