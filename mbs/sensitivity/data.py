@@ -128,8 +128,7 @@ def read_csv(
     path : str or Path
         Text in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are left out. Units stand in
         brackets, `angle [deg]` or `angle (deg)`, behind a slash, `angle/deg`, or in a line below the names; without one
-        numbers are in SI. Columns are parted by tabs, semicolons, commas, spaces or what a first line `sep=;` names. A comma
-        within a number is a decimal comma.
+        numbers are in SI. Columns are parted by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma.
     signals : sequence of str
         Signals that are fitted: `NAME` of a column, or `COLUMN=NAME`.
     settings : sequence of str
@@ -164,11 +163,8 @@ def _text(path: Path) -> str:
 def _table(text: str) -> Table:
     """Find the names and the numbers."""
     lines = text.splitlines()
-    named = re.fullmatch(r"\s*sep=(.)\s*", lines[0]) if lines else None
-    for mark in [named[1]] if named else MARKS:
-        rows = [
-            (number, _cells(line, mark)) for number, line in enumerate(lines, 1) if line.strip() and not (named and number == 1)
-        ]
+    for mark in MARKS:
+        rows = [(number, _cells(line, mark)) for number, line in enumerate(lines, 1) if line.strip()]
         first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and _is_data(row)), 0)
         if first and len(rows) > first + 1:
             return Table(_columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:])
@@ -180,21 +176,16 @@ def _cells(line: str, mark: str) -> list[str]:
     return line.split() if mark == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
 
 
-def _value(cell: str) -> float:
-    """Read a number, with a point or one comma."""
-    return float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell) if cell else nan
-
-
-def _is_number(cell: str) -> bool:
+def _value(cell: str) -> float | None:
+    """Read a number, with a point or one comma; nan of an empty cell, None of a word."""
     with suppress(ValueError):
-        _value(cell)
-        return True
-    return False
+        return float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell) if cell else nan
+    return None
 
 
 def _is_data(row: Sequence[str]) -> bool:
     """Check that a row has a time, and only numbers."""
-    return bool(row[0]) and all(map(_is_number, row))
+    return bool(row[0]) and None not in map(_value, row)
 
 
 def _is_unit(text: str) -> bool:
@@ -217,7 +208,7 @@ def _columns(above: list[list[str]], line: int) -> list[Column]:
         names, units = above[-2], bare
     while names and not names[-1]:
         names = names[:-1]
-    if wrong := [cell for cell in names if cell and _is_number(cell)]:
+    if wrong := [cell for cell in names if cell and _value(cell) is not None]:
         raise ValueError(f"line {line}: '{wrong[0]}' stands where names of columns should")
     columns = [_column(cell, unit) for cell, unit in zip(names, units, strict=False)]
     if len({column.name for column in columns}) < len(columns):
@@ -248,9 +239,9 @@ def _experiments(table: Table, signals: Sequence[str], settings: Sequence[str], 
             raise ValueError(f"line {line}: {len(row)} cells for {len(table.columns)} columns")
         for column, cell in zip(table.columns, row, strict=False):
             if column in used:
-                if not _is_number(cell):
+                if (value := _value(cell)) is None:
                     raise ValueError(f"line {line}, {column.name}: '{cell}' is no number")
-                values[column].append(_value(cell) * factors[column])
+                values[column].append(value * factors[column])
     arrays = {column: np.array(found) for column, found in values.items()}
     clock = _clock(arrays[time], start)
     return _split(clock, {name: (column, arrays[column]) for name, column in wanted.items()},

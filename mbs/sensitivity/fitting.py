@@ -133,7 +133,6 @@ def fit(
     start: float | None = None,
     solver: Spectral | None = None,
     starts: int = 8,
-    robust: bool = False,
     profiles: Sequence[str] = (),
     seed: int = 0,
 ) -> Fit:
@@ -154,8 +153,6 @@ def fit(
         By default with a tolerance of 1e-8.
     starts : int
         Points of a Halton sequence over the ranges; least squares are sought from the best of them.
-    robust : bool
-        Outliers count by their size and not by its square (soft L1).
     profiles : sequence of str
         Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
     seed : int
@@ -183,7 +180,7 @@ def fit(
     if isinstance(data, str | Path):
         data = read_csv(data, signals, settings, start)
     experiments = [data] if isinstance(data, Experiment) else list(data)
-    search = Search(Problem.of(mechanism, experiments, free, own or {}, solver), robust)
+    search = Search(Problem.of(mechanism, experiments, free, own or {}, solver))
     if unknown := [name for name in profiles if name not in search.problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
     best = search.best(starts, seed)
@@ -194,10 +191,9 @@ def fit(
 
 
 class Search(NamedTuple):
-    """Least squares of a problem; where `robust`, outliers count by their size (soft L1)."""
+    """Least squares of a problem."""
 
     problem: Problem
-    robust: bool
 
     def best(self, starts: int, seed: int) -> Array:
         """Find the best point from the middle and from points of a Halton sequence."""
@@ -236,31 +232,27 @@ class Search(NamedTuple):
         found = least_squares(
             lambda part: np.append(self.problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
             jac=lambda part: np.vstack([self.problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
-            x_scale="jac", loss="soft_l1" if self.robust else "linear", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
+            x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
         )  # fmt: skip
         return point(found.x)
 
-    def residual_sizes(self, x: Array, robust: bool = False) -> dict[str, float]:
-        """Compute the root mean square of each signal's residuals; where robust 1.4826 times their median size."""
+    def residual_sizes(self, x: Array) -> dict[str, float]:
+        """Compute the root mean square of each signal's residuals."""
         found: dict[str, list[Array]] = {}
         for each, said in zip(self.problem.experiments, self.problem.predictions(x), strict=True):
             for name, values in each.signals.items():
                 found.setdefault(name, []).append((said[name] - values)[np.isfinite(values)])
-        size = {name: np.concatenate(parts) for name, parts in found.items()}
-        return {name: float(1.4826 * np.median(np.abs(r)) if robust else np.sqrt(np.mean(r**2))) for name, r in size.items()}
+        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}
 
     def weigh(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
         given, errors = {name for each in self.problem.experiments for name in each.errors}, self.problem.errors
-        found = {name: value for name, value in self.residual_sizes(x, self.robust).items() if name not in given}
+        found = {name: value for name, value in self.residual_sizes(x).items() if name not in given}
         errors |= {name: max(value, 1e-12 * errors[name]) for name, value in found.items()}
 
     def covariance(self, x: Array) -> Array:
         """Compute the covariance of the numbers over the cube, s^2 (J^T J)^-1; very large in unseen directions."""
         j, r = self.problem.jacobian(x), self.problem.residuals(x)
-        if self.robust:
-            weight = (1 + r**2) ** -0.25
-            j, r = j * weight[:, None], r * weight
         _, s, vh = np.linalg.svd(j, full_matrices=False)
         scale = 1.0 if self.problem.has_errors else float(r @ r) / max(1, len(r) - len(x))
         spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)

@@ -70,7 +70,6 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     about = "a column that separates the experiments, and sets the number of this path if it is one"
     add_repeated(parser, "--setting", "COLUMN", about)
     add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
-    parser.add_argument("--robust", action="store_true", help="outliers count by their size and not by its square")
     parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the page; default results")
@@ -87,7 +86,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     with count_runs():
         found = fitted(
             file.document, options.data, free=free, own=own, signals=options.signal, settings=options.setting,
-            start=options.start, starts=options.starts, robust=options.robust, profiles=options.profile,
+            start=options.start, starts=options.starts, profiles=options.profile,
         )  # fmt: skip
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = Mechanism.from_dict(change(file.document, kept)).save(out / f"{options.file.stem}-fitted.toml")

@@ -74,6 +74,25 @@ class StoreError(ValueError):
     """A store that cannot be used as asked, or written; the message says why in one line."""
 
 
+class Part(NamedTuple):
+    """Share of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def read(cls, text: str) -> Part:
+        """Read `2/8`."""
+        number, _, of = text.partition("/")
+        if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
+            raise ValueError(f"{text}: write I/N, such as 2/8 for the second of eight parts")
+        return cls(int(number), int(of))
+
+    def store(self, whole: Path) -> Path:
+        """Return the store of this part, beside that of the whole sweep."""
+        return whole.with_name(f"{whole.stem}-part-{self.number}-of-{self.of}{whole.suffix}")
+
+
 class About(NamedTuple):
     """Study, versions of all packages and units of the parameters, which all cases of a store share."""
 

@@ -32,7 +32,7 @@ from ..kit import registry
 from ..kit.parameters import StudyParameters, specs
 from ..kit.report import QUIET, Progress
 from ..kit.versions import versions
-from .store import About, Row, Store, StoreError, read
+from .store import About, Part, Row, Store, StoreError, read
 
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
 
@@ -51,25 +51,6 @@ _ONE_AT_A_TIME = threading.Lock()
 
 class SweepError(RuntimeError):
     """A failure of the workers or the store, not of a case; what has ended stays stored."""
-
-
-class Part(NamedTuple):
-    """Share of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
-
-    number: int
-    of: int
-
-    @classmethod
-    def read(cls, text: str) -> Part:
-        """Read `2/8`."""
-        number, _, of = text.partition("/")
-        if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
-            raise ValueError(f"{text}: write I/N, such as 2/8 for the second of eight parts")
-        return cls(int(number), int(of))
-
-    def store(self, whole: Path) -> Path:
-        """Return the store of this part, beside that of the whole sweep."""
-        return whole.with_name(f"{whole.stem}-part-{self.number}-of-{self.of}{whole.suffix}")
 
 
 def sweep(
