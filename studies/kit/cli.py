@@ -45,14 +45,6 @@ OPTIONS = {
     "--compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compile_solver"),
 }
 """Options in place of a command: help of each, and the place of its function."""
-GONE = {
-    "merge": "`buckler sweep` without --part, which reads the stores of all parts",
-    "export": "`cases.csv`, which `buckler sweep` writes",
-    "evidence": "`python docs/tools/evidence.py` in a checkout",
-    "schema": "`buckler --schema`",
-    "compile": "`buckler --compile`",
-}
-"""Commands of earlier versions, each with its replacement."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -91,8 +83,6 @@ def _dispatch(words: Sequence[str]) -> int:
     """Call the command that the first word names; whatever is wrong with the words is one line and exit 2."""
     name, *rest = words or [""]
     try:
-        if name in GONE:
-            raise ValueError(f"`{program()} {name}` is gone; use {GONE[name]}")
         if name in OPTIONS and not rest:
             return int(import_name(OPTIONS[name][1])())
         if name in BY_NAME and rest and not rest[0].startswith("-"):

@@ -1,10 +1,9 @@
-"""Options of `run` and `sweep`: one for each declared parameter of a study or a file; words and TOML files are read alike."""
+"""Options of `run` and `sweep`: one for each declared parameter of a study or a file; each reads words and values alike."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -74,7 +73,7 @@ class Study:
         fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
         texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
         add_options(parser, fields, texts)
-        add_output(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
+        add_output(parser)
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
         """Make the parameters of one run."""
@@ -90,10 +89,9 @@ class Study:
         return self.title
 
     def _collect(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
-        """Collect the parameters that were given, of the file and of the command line."""
-        names = set(specs(self.module.Parameters))
-        given = _read_config(Path(options.config), names) if options.config else {}
-        return given | {name: each for name, each in vars(options).items() if name in names - set(taken) and each is not None}
+        """Collect the parameters that were given."""
+        names = set(specs(self.module.Parameters)) - set(taken)
+        return {name: each for name, each in vars(options).items() if name in names and each is not None}
 
 
 def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
@@ -109,30 +107,14 @@ def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaratio
         group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=texts[name].replace("%", "%%"), **how)
 
 
-def add_output(parser: argparse.ArgumentParser) -> Any:
-    """Add the options that every run has: where its results go, and what is printed; return their group."""
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """Add the options that every run has: where its results go, and what is printed."""
     group = parser.add_argument_group("input and output")
     group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")
     group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
     suspect = "accept a run that is SUSPECT, CHAOTIC, SENSITIVE, UNSTABLE or UNSEEN: exit 0, and metrics.json records it"
     group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
     group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
-    group.add_argument("-v", "--verbose", action="store_true", help="also print steps, iterations and versions")
-    return group
-
-
-def _read_config(path: Path, names: set[str]) -> dict[str, Any]:
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"--config {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise ValueError(f"--config {path}: no valid TOML: {error}") from None
-    given = {name.replace("-", "_"): value for name, value in content.items()}
-    for name in given:
-        if name not in names:
-            raise ValueError(f"--config {path}: unknown parameter '{name}'; {registry.hint(name, names) or 'see --help'}")
-    return given
 
 
 def writable(folder: Path) -> Path:

@@ -20,7 +20,6 @@ from .options import parser_of, subject, writable
 from .parameters import StudyParameters
 from .report import Progress, StudyResult
 from .style import Figure, house_style
-from .versions import versions
 from .words import print_error
 
 INTERRUPTED = 130
@@ -89,20 +88,13 @@ def finish(
     if options.json:
         print(text, end="")
     elif not options.quiet:
-        more = f"{_work(result)}\n" if options.verbose else ""
         pages = [f"look at it: {folder / page}" for page in result.pages]
-        print("\n".join([f"{result}\n\n{more}{name}: {result.status} {where}", *pages]))
+        print("\n".join([f"{result}\n\n{name}: {result.status} {where}", *pages]))
     if result.status != "OK":
         print(f"{name}: {result.status}{' (allowed)' * trusted}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else INTERRUPTED if result.status == Status.INTERRUPTED else 1
-
-
-def _work(result: StudyResult) -> str:
-    """Write the work of the run and the versions that it ran on."""
-    work = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in result.work.items()}
-    return "\n".join(", ".join(f"{name} {value}" for name, value in each.items()) for each in (work, versions()))
 
 
 def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:

@@ -14,8 +14,6 @@ from . import registry
 
 MECHANISMS = (".toml", ".json")
 """Endings of a mechanism's file."""
-RENAMED = {"--trust": "--allow-suspect", "--show": "--metrics"}
-"""Options of earlier versions that have another name now."""
 
 
 class Command(NamedTuple):
@@ -67,16 +65,13 @@ def print_error(error: Exception | str) -> int:
 
 
 def prepare(argv: Sequence[str]) -> list[str]:
-    """Replace the earlier names of options, each with a note, and join negative values to their options."""
+    """Join negative values to their options."""
     words: list[str] = []
     for word in argv:
         if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
             words[-1] += f"={word}"  # argparse would take the negative quantity for an option
-            continue
-        name, equals, value = word.partition("=")
-        if name in RENAMED:
-            print(f"note: {name} is called {RENAMED[name]} now", file=sys.stderr)
-        words.append(f"{RENAMED.get(name, name)}{equals}{value}")
+        else:
+            words.append(word)
     return words
 
 

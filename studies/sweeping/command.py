@@ -28,7 +28,7 @@ from .table import choose, points, table, to_csv
 from .vary import Plan, parse, plan
 
 OPTIONS = ("vary", "repeat", "workers", "scheduler_file", "part", "store", "retry", "metrics")
-"""Names of options: a parameter of the study with one of them is given by --config or --vary."""
+"""Names of options: a parameter of the study with one of them is given by --vary."""
 PATIENCE = 60.0
 """Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
 

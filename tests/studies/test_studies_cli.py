@@ -65,12 +65,6 @@ def test_list_names_every_study(capsys):
     assert all(entry.summary in out for entry in registry.STUDIES.values())
 
 
-@pytest.mark.parametrize("name", ["merge", "export", "evidence", "schema", "compile"])
-def test_a_command_that_is_gone_names_its_replacement(name, capsys):
-    assert main(argv=[name, "x"]) == 2
-    assert re.fullmatch(rf"error: `python -m studies {name}` is gone; use .*`.*\n", capsys.readouterr().err)
-
-
 def test_there_are_at_most_fifteen_commands(capsys):
     assert len(COMMANDS) <= 15
     assert main(argv=["shwo", "x.toml"]) == 2
@@ -110,7 +104,6 @@ def test_help_lists_every_parameter_with_unit_default_and_range(dummy, capsys, m
         (["--thicknes", "1mm"], "unknown parameter '--thicknes'; did you mean --thickness?"),
         (["extra"], "unknown argument 'extra'; see --help"),
         (["--elements", "13", "--thickness", "2mm"], "elements = 13: not with a thickness above 0.001 m"),
-        (["--config", "absent.toml"], "--config absent.toml: No such file or directory"),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(dummy, capsys, words, message):
@@ -215,30 +208,6 @@ def test_interrupt_is_exit_130_and_writes_nothing(dummy, capsys):
     assert dummy("--ending", "interrupts") == 130
     assert capsys.readouterr() == ("", "interrupted\n")
     assert list(dummy.folder.iterdir()) == []
-
-
-def test_config_gives_parameters_and_the_command_line_overrides(dummy, tmp_path):
-    config = tmp_path / "case.toml"
-    config.write_text('thickness = "0.5mm"\nspeed = "12rpm"\nelements = 4\nmodels = ["beam"]\n')
-    assert dummy("--config", str(config), "--elements", "16") == 0
-    parameters = metrics_of(dummy.folder)["provenance"]["parameters"]
-    assert (parameters["thickness"], parameters["elements"], parameters["models"]) == (5e-4, 16, ["beam"])
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("thicknes = 1", "unknown parameter 'thicknes'; did you mean thickness?"),
-        ("thickness = ", "no valid TOML"),
-        ("thickness = 7", "thickness = 7 m: must lie in [1e-05, 0.01] m"),
-    ],
-)
-def test_wrong_config_is_one_line_and_exit_2(dummy, tmp_path, capsys, content, message):
-    (tmp_path / "case.toml").write_text(content)
-    assert dummy("--config", str(tmp_path / "case.toml")) == 2
-    err = capsys.readouterr().err
-    assert message in err
-    assert err.count("\n") == 1
 
 
 # --- the how-to, and what the project says of itself ------------------------------------------------------------------
