@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,11 +71,6 @@ class Answer:
         return "\n".join(
             [f"{self.status}: {self.message}" if self.message else str(self.status), *(f"{a}: {b}" for a, b in self.rows())]
         )
-
-    def _repr_html_(self) -> str:
-        """Return the table in HTML, for a notebook."""
-        lines = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.rows())
-        return f"<p><b>{self.status}</b> {escape(self.message)}</p><table>{lines}</table>"
 
 
 def check(mechanism: Mechanism, degree: int | None) -> None:
