@@ -19,20 +19,12 @@ class Mean(NamedTuple):
     error: float
     n: int
 
-    @classmethod
-    def of(cls, values: Array) -> Mean:
-        """Compute the mean of values, shape (n,)."""
-        n = len(values)
-        return cls(float(values.mean()) if n else nan, float(values.std(ddof=1)) / sqrt(n) if n > 1 else nan, n)
 
-    def metric(self, unit: str) -> Metric:
-        """Return a metric, with the relative standard error where there are several values."""
-        return Metric(self.value, unit, error=self.error / abs(self.value) if self.n > 1 and self.value else None)
-
-
-def mean(unit: str, values: object) -> Metric:
+def mean(unit: str, values: Any) -> Metric:
     """Return the mean of independent values as a metric, with its relative standard error where there are several."""
-    return Mean.of(np.asarray(values)).metric(unit)
+    x = np.asarray(values)
+    value = float(x.mean()) if len(x) else nan
+    return Metric(value, unit, error=float(x.std(ddof=1)) / sqrt(len(x)) / abs(value) if len(x) > 1 and value else None)
 
 
 class PowerLaw(NamedTuple):

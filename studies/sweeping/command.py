@@ -27,7 +27,7 @@ from .sweep import Part, SweepError, sweep
 from .table import choose, points, table, to_csv
 from .vary import Plan, parse, plan
 
-OPTIONS = ("vary", "repeat", "workers", "scheduler_file", "part", "store", "retry", "metrics")
+OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
 """Names of options: a parameter of the study with one of them is given by --vary."""
 PATIENCE = 60.0
 """Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
@@ -127,7 +127,6 @@ def parser(found: Subject, prog: str) -> Parser:
     add = options.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "several are combined each with each")  # fmt: skip
-    add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
     add("--workers", type=int, metavar="N", help="processes of this machine, 0 for none but this; default its cores")
     add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
     add("--part", metavar="I/N", help="run every N-th case only, from the I-th on, in a store of its own: for array jobs; the "
@@ -162,9 +161,9 @@ def read(name: str, argv: Sequence[str], prog: str) -> Sweep:
 def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
     """Make the cases that the options ask for."""
     axes = [parse(text, kind) for text in options.vary]
-    if not axes and options.repeat == 1:
-        raise ValueError("nothing varies: give --vary or --repeat; see --help")
-    return plan(kind, given, axes, options.repeat)
+    if not axes:
+        raise ValueError("nothing varies: give --vary; see --help")
+    return plan(kind, given, axes)
 
 
 # --- results ----------------------------------------------------------------------------------------------------------
@@ -182,7 +181,7 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
         status="FAILED" if numbers["failed"] else "SUSPECT" if wrong else "OK",
         message=f"{ends} of {len(rows)} cases; the first is case {wrong.number}: {wrong.message}" if wrong else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
-        work={"wall_s": wall, "vary": options.vary, "repeat": options.repeat, "store": str(asked.store)},
+        work={"wall_s": wall, "vary": options.vary, "store": str(asked.store)},
         notes=_notes(rows),
     )
     if asked.part:

@@ -36,8 +36,8 @@ def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Map
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [axis for axis in plan.axes if axis is not across]
     labels = [", ".join(_label(axis, values[axis][i], units[axis.name]) for axis in others) for i in range(len(found))]
-    mean = _flatten(np.array([point.mean(metric).value for point in found]))
-    error = np.array([point.mean(metric).error for point in found])
+    mean, error = np.array([point.read(metric) for point in found]).T
+    mean = _flatten(mean)
     fig, ax = subplots(height=90)
     if across is None:
         x = np.arange(len(found))

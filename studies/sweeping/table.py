@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
+from dataclasses import replace
+from math import isnan, nan
+from typing import Any, NamedTuple
 
 from buckler.mbs.units import label_with_unit
 
 from ..kit.report import Table
-from ..kit.statistics import Mean
 from .store import Row
 from .vary import Plan
 
@@ -24,48 +21,34 @@ DEFAULT_SHOWN = 4
 """Metrics shown if none are named."""
 
 
-@dataclass(frozen=True)
-class Point:
-    """Point of the design: its values, and its repeats that have ended."""
+class Point(NamedTuple):
+    """Point of the design: its values, and its case that has ended."""
 
     values: tuple[Any, ...]
-    rows: Sequence[Row]
+    row: Row
 
     @property
-    def status(self) -> str:
-        """OK, or the number of repeats that ended otherwise."""
-        if len(self.rows) == 1:
-            return self.rows[0].status
-        counts = Counter(row.status for row in self.rows if row.status != "OK")
-        return ", ".join(f"{n} {status}" for status, n in counts.items()) or "OK"
-
-    @property
-    def valid(self) -> Sequence[Row]:
-        """Rows that are OK; where there are none, those that are suspect."""
-        return [row for row in self.rows if row.status == "OK"] or [row for row in self.rows if row.status == "SUSPECT"]
+    def valid(self) -> bool:
+        """True if the case gives numbers."""
+        return self.row.status in ("OK", "SUSPECT")
 
     @property
     def suspect(self) -> bool:
-        """True if the numbers come from suspect cases."""
-        return bool(self.valid) and self.valid[0].status == "SUSPECT"
+        """True if they are suspect."""
+        return self.row.status == "SUSPECT"
 
-    def mean(self, metric: str) -> Mean:
-        """Mean over the used rows with its standard error; of a single one the value with the error that the study gives."""
-        values = np.array([row.value(metric) for row in self.valid])
-        found = Mean.of(values[np.isfinite(values)])
-        if len(self.rows) > 1 or found.n == 0:
-            return found
-        off = self.valid[0].metrics[metric].off
-        return Mean(found.value, np.nan if off is None else off, 1)
+    def read(self, metric: str) -> tuple[float, float]:
+        """Return the value of a metric and its error; nan where it has none."""
+        known = self.row.metrics.get(metric) if self.valid else None
+        return (nan, nan) if known is None else (known.value, nan if known.off is None else known.off)
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
-    """Gather the repeats; rows are those of the plan's cases, in their order."""
+    """Gather the points; rows are those of the plan's cases, in their order."""
     found = []
-    for i in range(0, len(rows), plan.repeats):
-        values = tuple(_unpack(getattr(plan.cases[i], name)) for name in plan.names)
-        words = [value for value in values if isinstance(value, str)]
-        found.append(Point(values, [_without(words, row) for row in rows[i : i + plan.repeats]]))
+    for case, row in zip(plan.cases, rows, strict=True):
+        values = tuple(_unpack(getattr(case, name)) for name in plan.names)
+        found.append(Point(values, _without([value for value in values if isinstance(value, str)], row)))
     return found
 
 
@@ -92,29 +75,25 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
 
 def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """Tabulate one line a point of the design."""
-    failing = any(point.status != "OK" for point in found)
-    headers = [label_with_unit(name, units[name]) for name in plan.names] + [f"of {plan.repeats}"] * (plan.repeats > 1)
+    failing = any(point.row.status != "OK" for point in found)
+    headers = [label_with_unit(name, units[name]) for name in plan.names]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
     lines = [
-        [*point.values, *[len(point.valid)] * (plan.repeats > 1), *(_cell(point.mean(name)) for name in shown)]
-        + [point.status] * failing
+        [*point.values, *(_cell(*point.read(name)) for name in shown)] + [point.row.status] * failing
         for point in found[:MOST_LINES]
     ]
-    notes = ["mean ± standard error over the repeats that are OK; over the suspect ones where none is."] * (plan.repeats > 1)
-    notes += [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
+    notes = [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
     others = [name for name in _units(found) if name not in shown]
     return Table(headers, lines, notes="\n".join(notes + [f"--metrics takes also: {', '.join(others)}"] * bool(others)))
 
 
 def _units(found: Sequence[Point]) -> dict[str, str]:
     """Units of every metric, in the order of appearance."""
-    return {name: metric.unit for point in found for row in point.rows for name, metric in row.metrics.items()}
+    return {name: metric.unit for point in found for name, metric in point.row.metrics.items()}
 
 
-def _cell(mean: Mean) -> str | float | None:
-    if not mean.n:
-        return None
-    return mean.value if np.isnan(mean.error) else f"{mean.value:.6g} ± {mean.error:.2g}"
+def _cell(value: float, error: float) -> str | float | None:
+    return None if isnan(value) else value if isnan(error) else f"{value:.6g} ± {error:.2g}"
 
 
 # --- all cases ----------------------------------------------------------------------------------------------------------

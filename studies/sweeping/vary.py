@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -37,17 +36,15 @@ class Axis(NamedTuple):
     log: bool = False
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Cases of a sweep, the parameters that vary, and the number of cases that differ by their seed only."""
+class Plan(NamedTuple):
+    """Cases of a sweep, and the parameters that vary."""
 
     cases: Sequence[StudyParameters]
     axes: Sequence[Axis]
-    repeats: int = 1
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the varied parameters, in the order given, without the seed of repeats."""
+        """Names of the varied parameters, in the order given."""
         return tuple(axis.name for axis in self.axes)
 
 
@@ -104,40 +101,19 @@ def _round(x: float) -> float:
     return float(f"{x:.{DIGITS}g}") + 0.0
 
 
-def plan(
-    kind: type[StudyParameters] | Cases,
-    given: Mapping[str, object],
-    axes: Sequence[Axis],
-    repeats: int = 1,
-) -> Plan:
-    """Make every case, or refuse the plan by a ValueError of one line.
-
-    `given` are parameters that all cases share; `repeats` runs of each case have the seeds `seed`, `seed` + 1, ...
-    """
-    _check([axis.name for axis in axes], given, repeats, "seed" in specs(kind))
-    total = math.prod(len(axis.values) for axis in axes) * repeats
-    if total > MOST:
-        raise ValueError(f"{total} cases; allowed: up to {MOST}")
-    first: int = getattr(kind(**given), "seed", 0) if repeats > 1 else 0
-    cases = []
-    for values, i in product(product(*(axis.values for axis in axes)), range(repeats)):
-        case = dict(zip([axis.name for axis in axes], values, strict=True))
-        cases.append(_case(kind, given, case | ({"seed": first + i} if repeats > 1 else {})))
-    return Plan(cases, axes, repeats)
-
-
-def _check(names: Sequence[str], given: Mapping[str, Any], repeats: int, seeded: bool) -> None:
+def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
+    """Make every case, each value with each, or refuse the plan by a ValueError of one line; all cases share what is given."""
+    names = [axis.name for axis in axes]
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"--vary {name}: given twice")
         if name in given:
             raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
-    if repeats < 1:
-        raise ValueError(f"--repeat {repeats}: out of range; allowed: 1 or more")
-    if repeats > 1 and not seeded:
-        raise ValueError(f"--repeat {repeats}: this study has no parameter seed, so that all repeats would be the same")
-    if repeats > 1 and "seed" in names:
-        raise ValueError(f"--repeat {repeats}: the seed is also varied")
+    total = math.prod(len(axis.values) for axis in axes)
+    if total > MOST:
+        raise ValueError(f"{total} cases; allowed: up to {MOST}")
+    combined = product(*(axis.values for axis in axes))
+    return Plan([_case(kind, given, dict(zip(names, values, strict=True))) for values in combined], axes)
 
 
 def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, object], varied: Mapping[str, object]) -> StudyParameters:

@@ -57,7 +57,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--tolerance", "3 mm"], "error: --tolerance = 3 mm: "),
         (["--solver", "spectral", "--degree", "99"], "error: --degree = 99: must be a whole number in [2, 60]"),
         (["--measure", "max(A.yy)"], "error: pendulum.json: max(A.yy): no signal 'A.yy'; did you mean A.y?"),
-        ([], "error: nothing varies: give --vary or --repeat; see --help\n"),
+        ([], "error: nothing varies: give --vary; see --help\n"),
         (["--vary", "links.arm.body.mas=1,2"], "error: --vary links.arm.body.mas: links.arm.body.mas: 'mas' is not known there"),
         (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean"),
         (["--vary", "links.arm.body.mass=1kg:2m:3"], "error: --vary links.arm.body.mass=1kg:2m:3: links.arm.body.mass = 2m:"),

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import sweep_toy
 from made_up_study import metrics_of
@@ -70,19 +69,6 @@ def test_parts_make_the_whole(toy, capsys, monkeypatch):
     assert stored(toy.store) == same(sweep(sweep_toy, whole))
 
 
-def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
-    assert toy("--vary", "length=1,2", "--repeat", "20", "--noise", "0.5", "--seed", "5", "--metrics", "strut.force") == 0
-    noise = np.array([0.5 * np.random.default_rng(seed).standard_normal() for seed in range(5, 25)])
-    error = np.sqrt(np.sum((noise - noise.mean()) ** 2) / 19 / 20)
-    found = lines_of(capsys.readouterr().out)
-    assert [line[:2] for line in found] == [["1", "20"], ["2", "20"]]
-    for line, exact in zip(found, (11, 21), strict=True):
-        mean, _, scatter = line[2].partition(" ± ")
-        assert float(mean) == pytest.approx(exact + noise.mean(), abs=5e-4)
-        assert float(scatter) == pytest.approx(error, rel=0.05)
-    assert abs(noise.mean()) < 4 * error  # and the error is honest: the exact value lies within
-
-
 def test_failed_and_suspect_cases_are_lines_of_the_table_and_of_the_store(toy, capsys):
     assert toy("--vary", "ending=fine,suspect,raises", "--metrics", "strut.force") == 1
     out, err = capsys.readouterr()
@@ -122,12 +108,12 @@ def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, cap
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([], "nothing varies: give --vary or --repeat; see --help"),
+        ([], "nothing varies: give --vary; see --help"),
         (["--vary", "lenght=1:2:3"], "--vary lenght=1:2:3: unknown parameter 'lenght'; did you mean length?"),
         (["--vary", "length=1:2:3", "--speed", "7kg"], "speed = 7kg: must be in rad/s"),
         (["--vary", "length=1,2", "--workers", "-1"], "workers = -1: out of range; allowed: 0 or more"),
         (["--vary", "length=1,2", "--store", "/no/where/s.sqlite"], "--store /no/where/s.sqlite: no such folder"),
-        (["--vary", "length=1,2", "--repeats", "3"], "unknown parameter '--repeats'; did you mean --repeat?"),
+        (["--vary", "length=1,2", "--worker", "3"], "unknown parameter '--worker'; did you mean --workers?"),
         (["--vary", "order=12,13", "--speed", "6"], "order = 13: not with a speed above 5 rad/s"),
     ],
 )
@@ -149,12 +135,12 @@ def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
 # --- figures ------------------------------------------------------------------------------------------------------------
 
 
-def drawn(*texts, repeats=1, endings=("fine",)):
+def drawn(*texts, endings=("fine",)):
     """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
     kind = sweep_toy.Parameters
-    found = plan(kind, {}, [parse(text, kind) for text in texts], repeats)
+    found = plan(kind, {}, [parse(text, kind) for text in texts])
     cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(found.cases)]
-    found = replace(found, cases=cases)
+    found = found._replace(cases=cases)
     design = points(found, sweep(sweep_toy, cases, workers=0))
     name = "force" if any("models" in text for text in texts) else "strut.force"
     units = {key: spec.unit for key, spec in specs(kind).items()}

@@ -1,4 +1,4 @@
-"""From words to cases: grids, lists, repeats, and every way to get them wrong."""
+"""From words to cases: grids, lists, and every way to get them wrong."""
 
 import math
 
@@ -57,12 +57,10 @@ def test_wrong_words_are_named_in_one_line(text, message):
 
 
 def test_grids_combine_each_with_each_in_the_order_given():
-    found = plan(Parameters, {"noise": "2N"}, words("models=strut,beam", "length=1,2,3"), repeats=2)
-    assert [(c.models, c.length, c.seed) for c in found.cases] == [
-        ((model,), length, seed) for model in ("strut", "beam") for length in (1, 2, 3) for seed in (0, 1)
-    ]
+    found = plan(Parameters, {"noise": "2N"}, words("models=strut,beam", "length=1,2,3"))
+    assert [(c.models, c.length) for c in found.cases] == [((m,), length) for m in ("strut", "beam") for length in (1, 2, 3)]
     assert {case.noise for case in found.cases} == {2}
-    assert (found.names, found.repeats) == (("models", "length"), 2)
+    assert found.names == ("models", "length")
 
 
 @pytest.mark.parametrize(
@@ -70,7 +68,6 @@ def test_grids_combine_each_with_each_in_the_order_given():
     [
         (["length=1,2", "length=3,4"], {}, "--vary length: given twice"),
         (["length=1,2"], {"given": {"length": 1}}, "--vary length: also given as --length"),
-        (["seed=1,2"], {"repeats": 2}, "--repeat 2: the seed is also varied"),
         (["order=12,13", "speed=4,6"], {}, "order = 13, speed = 6 rad/s: order = 13: not with a speed above 5 rad/s"),
         (["length=1:2:1001", "speed=1:2:1001"], {}, f"1002001 cases; allowed: up to {MOST}"),
     ],
