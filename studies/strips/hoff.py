@@ -6,12 +6,8 @@ first mode obeys
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2),                           (1)
 
-s the rise of the straight column's force, in critical loads, over a radian of its vibration. While the shortening by
-bending is small, p = s tau and (1) is Airy's equation with a forcing in z = s^(1/3) (tau - 1/s),
-
-    a_zz = z a + a0 s^(-2/3),                                                                                             (2)
-
-whose solution at rest on its bow is known; the force peaks where it stops rising, (a^2)' = 4 r^2 s: `peak_airy`.
+s the rise of the straight column's force, in critical loads, over a radian of its vibration. The force peaks where it stops
+rising, (a^2)' = 4 r^2 s.
 
 References
 ----------
@@ -26,13 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-from scipy.special import airy
 
 from buckler.mbs.geometry import Array
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-"""Nodes and weights of the Gauss quadrature of integrals of Airy functions."""
 
 
 class Peak(NamedTuple):
@@ -72,32 +63,6 @@ class Hoff:
             raise ValueError(f"rate = {self.rate:g}, bow = {self.bow:g}: the force does not peak before tau = {until:g}")
         tau, a = float(run.t_events[0][0]), float(run.y_events[0][0][0])
         return Peak(tau, self.force(tau, a))
-
-    def peak_airy(self) -> Peak:
-        """Find the same by the Airy functions of (2): the deflection while it does not yet lower the force."""
-        scale, z = self.rate ** (1 / 3), -(self.rate ** (-2 / 3))
-
-        def excess(z: float) -> float:
-            """Compute the rate of the force over s, zero at its maximum."""
-            a, slope = self._airy(z)
-            return 1.0 - a * slope * scale / (2 * self.rate)
-
-        while excess(z) > 0:
-            z += 0.25
-        z = float(brentq(excess, z - 0.25, z, xtol=1e-12))
-        tau = z / scale + 1 / self.rate
-        return Peak(tau, self.force(tau, self._airy(z)[0]))
-
-    def _airy(self, z: float) -> tuple[float, float]:
-        """Compute a/r and its slope in z from rest: variation of constants with the Wronskian Ai Bi' - Ai' Bi = 1/pi."""
-        start, (ai, ai1, bi, bi1) = -(self.rate ** (-2 / 3)), airy(z)
-        edges = np.linspace(start, z, 1 + int(np.ceil((z - start) * (1 + np.sqrt(abs(start))))))  # shorter than a radian
-        half = np.diff(edges)[:, None] / 2
-        of_ai, _, of_bi, _ = (
-            self.rate ** (-2 / 3) * (x * WEIGHTS * half).sum() for x in airy(edges[:-1, None] + half * (1 + NODES))
-        )
-        c = np.pi * self.bow * np.array([airy(start)[3] - of_bi, of_ai - airy(start)[1]])
-        return float(c[0] * ai + c[1] * bi), float(c[0] * ai1 + c[1] * bi1)
 
     def force(self, tau: float, a: float) -> float:
         """Compute the force over the critical load at a time tau and an amplitude a/r."""
