@@ -200,7 +200,7 @@ def test_the_theory_page_prints_the_table():
 
 def test_the_law_in_the_how_to_works():
     page = (DOCS / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
-    *_, example, use, _ = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    *_, example, use = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(example + use, names)  # its own assertions: it is a NormalLaw and delivers what was asked for
     law = names["law"]

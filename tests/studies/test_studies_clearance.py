@@ -157,5 +157,3 @@ def test_blocks_of_the_how_to_run_and_end_well():
         exec(block, names)
     assert names["result"].ok, names["result"].message
     assert names["result"].energy_balance < 1e-3 and names["result"].signals["B.contacts"][-1] == 3
-    assert names["rattled"].ok and names["rattled"].energy_balance < 1e-3
-    assert names["rattled"].signals["B.contacts"][-1] > 3
