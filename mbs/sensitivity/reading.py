@@ -29,7 +29,6 @@ from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
 from .curve import Curve
-from .runs import RunFailedError
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
 OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
@@ -45,6 +44,10 @@ COUNTED = ("when", "begins", "ends", "peak")
 NONE: Mapping[ast.expr, float] = {}
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 """Pattern of the name of a signal in a formula."""
+
+
+class RunFailedError(RuntimeError):
+    """A run that a derivative, a fit or a design needs did not end."""
 
 
 class WrongReadingError(ValueError):

@@ -11,13 +11,13 @@ from ..process import compiler
 from ..record.errors import Status
 from ..record.run import Run
 from ..solvers import Controlled, Spectral
+from ..spectral.recording import record_of
+from ..spectral.run import integrate
+from ..spectral.scene import CompiledScene
+from .reading import RunFailedError
 
 before_run: ContextVar[Callable[[], object]] = ContextVar("before_run", default=lambda: None)
 """Function that is called before each run, as by a command that shows their number."""
-
-
-class RunFailedError(RuntimeError):
-    """A run that a derivative, a fit or a design needs did not end."""
 
 
 def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
@@ -34,10 +34,6 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
     ------
     RunFailedError
     """
-    from ..spectral.recording import record_of  # loads the compiler
-    from ..spectral.run import integrate
-    from ..spectral.scene import CompiledScene
-
     before_run.get()()
     solver = replace(solver, method="implicit")
     scene = CompiledScene.of(mechanism, solver.degree)

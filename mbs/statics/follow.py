@@ -211,13 +211,8 @@ class _Follower:
             way = self._leaves(found)
             if way is not None:
                 points += found[: way[0] + 1]
-                rest, direction, left, self.branch, arc = (
-                    self._offset_load(found[way[0]]),
-                    way[1],
-                    True,
-                    None,
-                    min(self.step, 1e-2),
-                )
+                rest, direction, left, self.branch = self._offset_load(found[way[0]]), way[1], True, None
+                arc = min(self.step, 1e-2)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
                 continue

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from math import pi, sqrt
+from types import ModuleType
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -21,6 +22,7 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction, KelvinVoigt
 from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
+from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
 from .work import KNOWN, ONCE, PLAIN, STEPS, Hand, Motion, Runs, Setting, Work, by_hand, crossed, power
@@ -39,6 +41,13 @@ LINKS, SIDE = 16, 0.1
 """Links of a chain, and the length of one [m]."""
 
 
+def _engine() -> ModuleType:
+    """Load the works that are written straight on the engine."""
+    from . import plain
+
+    return plain
+
+
 # --- statics ----------------------------------------------------------------------------------------------------------
 
 
@@ -55,9 +64,7 @@ def strip() -> Work:
         return pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS).load
 
     def hand(elements: int) -> Array:
-        from . import plain  # loads the engine
-
-        return plain.buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
+        return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     return Work(
         "buckled strip, 20 end shortenings", "largest error of the load [1]",
@@ -82,9 +89,7 @@ def slider_work(
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def plainly(given: Hand) -> Array:
-        from . import plain  # loads the engine
-
-        return plain.slider_crank(made(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
+        return _engine().slider_crank(made(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
     references = crossed(partial(plainly, finest), partial(motion.once, *fine))
@@ -127,9 +132,7 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
     motion = Motion(made(), 0.2, (f"{what}.x", f"{what}.y"))
 
     def plainly(given: Hand) -> Array:
-        from . import plain  # loads the engine
-
-        return plain.chain(made(given[0]), motion.times, *given[1:])
+        return _engine().chain(made(given[0]), motion.times, *given[1:])
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-5)
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
@@ -168,8 +171,6 @@ def rattling(
 
     def body(elements: int | None) -> Body:
         if rocker == "modal":
-            from buckler.mbs.modal import BarModes  # loads a library of finite elements
-
             return mbs.Modal(BAR, BarModes(2, 1), 0.01)
         damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
         return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
