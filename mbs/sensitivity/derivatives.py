@@ -23,8 +23,8 @@ from ..solvers import Controlled, Spectral
 from ..validate import as_tuple, positive, short
 from .curve import Smooth
 from .numbers import DURATION, Family, Source
-from .reading import check, measure, statical
-from .runs import RunFailedError, finer, needs_compiler, run
+from .reading import RunFailedError, check, measure, statical
+from .runs import finer, needs_compiler, run
 from .table import Derivative, Sensitivities
 
 Reading = str | Callable[[Mechanism], float]

@@ -16,8 +16,9 @@ from ..units import behind
 from ..validate import positive, whole
 from .derivatives import Reading, readings_of
 from .numbers import Family, Source
+from .reading import RunFailedError
 from .residuals import STEADY
-from .runs import RunFailedError, needs_compiler
+from .runs import needs_compiler
 from .searching import EnoughError, Search, point_of
 from .wants import BINDS, parse_want
 

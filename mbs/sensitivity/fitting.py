@@ -21,8 +21,9 @@ from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
 from .numbers import Source
+from .reading import RunFailedError
 from .residuals import FAR, Bounds, Problem, gather, signals_of
-from .runs import RunFailedError, needs_compiler
+from .runs import needs_compiler
 
 LEVEL = 0.95
 """Probability of an interval."""

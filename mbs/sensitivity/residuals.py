@@ -18,8 +18,8 @@ from ..validate import near
 from .curve import Smooth
 from .data import Experiment
 from .numbers import Family, Source
-from .reading import WrongReadingError, measure
-from .runs import RunFailedError, run
+from .reading import RunFailedError, WrongReadingError, measure
+from .runs import run
 
 Bounds = tuple[float, float]
 STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)

@@ -19,9 +19,9 @@ from ..mechanism import Mechanism
 from ..solvers import Spectral
 from .derivatives import Reading, read
 from .numbers import Family
-from .reading import WrongReadingError, statical
+from .reading import RunFailedError, WrongReadingError, statical
 from .residuals import WIDTH
-from .runs import RunFailedError, finer
+from .runs import finer
 from .wants import FAR, KEPT, Want
 
 FINER = 32.0

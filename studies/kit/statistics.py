@@ -19,12 +19,16 @@ class Mean(NamedTuple):
     error: float
     n: int
 
+    def metric(self, unit: str) -> Metric:
+        """Return a metric, with the relative standard error where there are several values."""
+        return Metric(self.value, unit, error=self.error / abs(self.value) if self.n > 1 and self.value else None)
+
 
 def mean(unit: str, values: Any) -> Metric:
     """Return the mean of independent values as a metric, with its relative standard error where there are several."""
     x = np.asarray(values)
-    value = float(x.mean()) if len(x) else nan
-    return Metric(value, unit, error=float(x.std(ddof=1)) / sqrt(len(x)) / abs(value) if len(x) > 1 and value else None)
+    n = len(x)
+    return Mean(float(x.mean()) if n else nan, float(x.std(ddof=1)) / sqrt(n) if n > 1 else nan, n).metric(unit)
 
 
 class PowerLaw(NamedTuple):

@@ -13,8 +13,9 @@ from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.sensitivity.numbers import DURATION, standing
+from buckler.mbs.sensitivity.reading import RunFailedError
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
-from buckler.mbs.sensitivity.runs import RunFailedError, before_run
+from buckler.mbs.sensitivity.runs import before_run
 from buckler.mbs.units import parse_quantity
 
 from ..kit.files import to_json

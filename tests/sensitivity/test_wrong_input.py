@@ -10,7 +10,8 @@ from simulations import pushed
 
 from buckler.mbs import Spectral, fit, optimise, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
-from buckler.mbs.sensitivity.runs import RunFailedError, run
+from buckler.mbs.sensitivity.reading import RunFailedError
+from buckler.mbs.sensitivity.runs import run
 from buckler.studies.kit.cli import main
 
 K, MASS = "loads[0].stiffness", "guides[0].mass"
