@@ -12,12 +12,12 @@ standard errors are those of the members' means.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from math import floor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
@@ -27,6 +27,7 @@ from ..mechanism import Mechanism
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
+from ..spectral.output import Output
 from ..spectral.run import State, integrate
 from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
@@ -40,54 +41,82 @@ CHUNK = 16
 """Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
 
 
+Curve = Callable[[Array], Array]
+"""Given signal: values at times [s], both of shape (times,)."""
+
+
+class Ready(NamedTuple):
+    """CompiledScene of a mechanism, its start, and where its signals are."""
+
+    scene: CompiledScene
+    start: State
+    channels: Channels
+
+
 @dataclass(frozen=True)
 class Task:
-    """What all members share; it can be sent to another process.
+    """All that members share; it can be sent to another process.
 
     Attributes
     ----------
     members : Members
     duration : float [s]
     solver : Spectral
-    readings : tuple of str
+    readings : tuple of Reading
     edges : array, shape (windows + 1,) [s]
+    curves : dict of str to callable
+        Given signals.
     """
 
     members: Members
     duration: float
     solver: Spectral
-    readings: tuple[str, ...]
+    readings: tuple[Reading, ...]
     edges: Array
+    curves: Mapping[str, Curve]
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
         """Run members; of each its number, values (windows, readings), nan where it failed, and why it failed."""
-        return [(k, *self._one(k)) for k in members]
+        ready: dict[int, Ready] = {}
+        return [(k, *self._one(k, ready)) for k in members]
 
-    def _one(self, k: int) -> tuple[Array, str]:
-        readings = [Reading.of(text) for text in self.readings]
-        nothing = np.full((len(self.edges) - 1, len(readings)), np.nan)
-        try:
+    def _prepare(self, k: int, ready: dict[int, Ready]) -> Ready:
+        """Build the scene of a member, or take that of one with the same numbers."""
+        source = self.members.source(k)
+        if source not in ready or self.members.paths:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
-            names = list(dict.fromkeys(name for each in readings for name in each.signals.values()))
-            channels = Channels.of(scene, names)
-            found = Accumulator.over(self.edges, len(names))
-            q, v = begin(scene)
-            state = State(0.0, q + self.members.shift(scene, k), v, scene.memory())
-            _, failure, _ = integrate(
-                scene, self.duration, self.solver, state=state, take=lambda out: found.add(out.time, channels.values(scene, out))
-            )
+            names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
+            channels = Channels.of(scene, list(names))
+            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), channels)
+        return ready[source]
+
+    def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
+        nothing = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
+        formulas = {each.text: each for reading in self.readings for each in reading.formulas}
+        found = Accumulator.over(self.edges, len(formulas))
+
+        def take(out: Output) -> None:
+            """Accumulate the formulas' values at the rows of a run."""
+            signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
+            signals |= {name: curve(out.time) for name, curve in self.curves.items()}
+            found.add(out.time, np.column_stack([each.values(signals) for each in formulas.values()]))
+
+        try:
+            scene, start, channels = self._prepare(k, ready)
+            state = start._replace(q=start.q + self.members.shift(scene, k))
+            _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=take)
         except (ValueError, KeyError) as error:
             return nothing, f"{type(error).__name__}: {error}"
         if failure is not None:
             return nothing, f"{failure[0]}: {failure[1]}"
-        lengths = np.diff(self.edges)
-        values = [each.value(found.found, channels.names, lengths) for each in readings]
+        values = [each.value(found.found, list(formulas), np.diff(self.edges)) for each in self.readings]
         return np.stack(values, axis=-1), ""
 
 
 def ensemble(
-    mechanism: Mechanism, duration: float, members: int = 1000, *, vary: Mapping[str, Any] | None = None,
-    of: Sequence[str], skip: int = 1, each: float | None = None, solver: Spectral | None = None, seed: int = 1,
+    mechanism: Mechanism | Sequence[Mechanism], duration: float, members: int = 1000, *, vary: Mapping[str, Any] | None = None,
+    of: Sequence[str], curves: Mapping[str, Curve] | None = None, skip: int = 1, each: float | None = None,
+    solver: Spectral | None = None, seed: int = 1,
     executor: Executor | None = None, store: str | Path | None = None, progress: bool | None = None,
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with other numbers and other starts, and gather readings of each window of time.
@@ -97,16 +126,18 @@ def ensemble(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism or sequence of Mechanism
     duration : float [s]
     members : int
-        Of each combination of given values.
+        Of each mechanism and combination of given values.
     vary : dict, optional
         By the path of a number, as in files (`joints[0].gap`): a frozen distribution of `scipy.stats`, or a list of values. All
         combinations of the lists are run.
     of : list of str
-        Readings, such as `rms(B.normal_force)`, `max(rocker.ax)`, `share(B.normal_force)`, `onsets(B.normal_force)`; see
+        Readings, such as `rms(B.normal_force)`, `max(abs(rocker.ax))`, `share(B.normal_force)`, `onsets(B.normal_force)`; see
         `buckler.mbs.ensembles.readings`.
+    curves : dict of str to callable, optional
+        Signals given as functions of an array of times [s], as in `rms(rocker.vx - ideal.vx)`.
     skip : int
         Windows at the start that statistics leave out.
     each : float, optional [s]
@@ -135,15 +166,15 @@ def ensemble(
     solver = one_of("solver", solver or Spectral(), (Spectral,))
     if not of:
         raise ValueError("of: give one reading or more, as ['rms(B.normal_force)']")
-    for text in of:
-        Reading.of(text)
-    length = each or _turn(mechanism, duration)
+    readings, mechanisms = tuple(map(Reading.of, of)), (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism)
+    length = each or _turn(mechanisms[0], duration)
     windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))
     if windows <= skip:
         raise ValueError(f"skip = {skip}: the run has {windows} windows of {length:g} s; skip fewer, or run longer")
-    task = Task(Members.draw(mechanism, members, vary or {}, seed), duration, solver, tuple(of), length * np.arange(windows + 1))
+    drawn, edges = Members.draw(mechanisms, members, vary or {}, seed), length * np.arange(windows + 1)
+    task = Task(drawn, duration, solver, readings, edges, curves or {})
     _try_first(task)
-    found = Ensemble.blank(task.members, tuple(of), task.edges, skip)
+    found = Ensemble.blank(drawn, tuple(of), edges, skip)
     found = found.resumed(store) if store and Path(store).exists() else found
     return _gather(task, found, executor, store, progress)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -31,19 +32,19 @@ class Members:
 
     Attributes
     ----------
-    source : Mechanism or dict
-        The mechanism, where no number varies, or its description.
+    sources : tuple of Mechanism or dict
+        The mechanisms, where no number varies, or their descriptions.
     paths : tuple of str
         Paths of the numbers that vary.
     numbers : array, shape (members, paths)
     cells : array of int, shape (members,)
-        Which combination of given values a member has.
+        Which combination of a mechanism and given values a member has.
     grid : dict of str to array
         The given values, by path.
     seed : int
     """
 
-    source: Mechanism | dict[str, Any]
+    sources: tuple[Mechanism | dict[str, Any], ...]
     paths: tuple[str, ...]
     numbers: Array
     cells: Array
@@ -51,13 +52,13 @@ class Members:
     seed: int
 
     @classmethod
-    def draw(cls, mechanism: Mechanism, members: int, vary: Mapping[str, Any], seed: int) -> Members:
+    def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
         """Draw numbers.
 
         Parameters
         ----------
         members : int
-            Of each combination of the given values.
+            Of each combination of a mechanism and the given values.
         vary : dict of str to distribution or sequence of float
             By path: a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol' sequence, or values, all
             of whose combinations are run.
@@ -73,25 +74,31 @@ class Members:
             if values.ndim != 1 or not values.size or not np.isfinite(values).all():
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
         drawn = {path: given for path, given in vary.items() if path not in grid}
-        Family.of(mechanism, vary, {})  # it refuses paths that lead to no number
+        for mechanism in mechanisms if vary else ():
+            Family.of(mechanism, vary, {})  # it refuses paths that lead to no number
         combined = list(product(*grid.values()))
-        cells = np.array(combined).reshape(len(combined), len(grid))
+        cells = np.tile(np.array(combined).reshape(len(combined), len(grid)), (len(mechanisms), 1))
         shares = _sobol(members * len(cells), len(drawn), seed)
         columns = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
         columns |= {path: np.asarray(given.ppf(shares[:, k]), dtype=float) for k, (path, given) in enumerate(drawn.items())}
-        numbers = np.column_stack([columns[path] for path in vary]) if vary else np.empty((members, 0))
-        source = mechanism.to_dict() if vary else mechanism
-        return cls(source, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
+        numbers = np.column_stack([columns[path] for path in vary]) if vary else np.empty((members * len(cells), 0))
+        sources = tuple(mechanism.to_dict() if vary else mechanism for mechanism in mechanisms)
+        return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
 
     def __len__(self) -> int:
         """How many there are."""
         return len(self.numbers)
 
+    def source(self, k: int) -> int:
+        """Return the number of the mechanism that a member is made of."""
+        return int(self.cells[k]) // prod(len(values) for values in self.grid.values())
+
     def mechanism(self, k: int) -> Mechanism:
         """Make the mechanism of a member."""
-        if isinstance(self.source, Mechanism):
-            return self.source
-        return Mechanism.from_dict(change(self.source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
+        source = self.sources[self.source(k)]
+        if isinstance(source, Mechanism):
+            return source
+        return Mechanism.from_dict(change(source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
     def shift(self, scene: CompiledScene, k: int) -> Array:
         """Draw a member's start: journals anywhere in their bushes, or a tiny offset where there are none, shape (n,)."""

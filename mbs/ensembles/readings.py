@@ -3,25 +3,27 @@
 max min mean rms end         of a signal in the window; mean and rms are weighted by time
 impulse(signal)              its integral over the window
 share(signal)                share of the window in which it is above zero
-onsets(signal)               how often it rises above zero: the impacts of a contact force
-+ - * / ** abs sqrt          of these and of numbers
+onsets(signal)               number of times that it rises above zero: the impacts of a contact force
+variation(signal)            sum of its changes, up or down: its total variation
++ - * / ** abs sqrt sin cos  of these and of numbers; of signals within a statistic, as max(abs(rocker.ax))
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
-from ..sensitivity.reading import OPERATORS, TOKEN
-from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM
+from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
+from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION
 
-Statistic = Callable[[Array, float], Array]
+Statistic = Callable[[Array, Array], Array]
 STATISTICS: dict[str, Statistic] = {
     "max": lambda of, _: of[..., LARGEST],
     "min": lambda of, _: of[..., SMALLEST],
@@ -31,27 +33,44 @@ STATISTICS: dict[str, Statistic] = {
     "impulse": lambda of, _: of[..., SUM],
     "share": lambda of, length: of[..., ABOVE] / length,
     "onsets": lambda of, _: of[..., ONSETS],
+    "variation": lambda of, _: of[..., VARIATION],
 }
-"""Statistics by name, of what a window of some length [s] accumulated."""
-FUNCTIONS: dict[str, Callable[[Array], Array]] = {"abs": np.abs, "sqrt": np.sqrt}
+"""Statistics by name, of what windows of some length [s] accumulated."""
+ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *OF_VALUES)}
+
+
+@dataclass(frozen=True)
+class Formula:
+    """Formula of signals whose statistics are accumulated.
+
+    Attributes
+    ----------
+    text : str
+        Equal of equal formulas.
+    tree : ast.expr
+    """
+
+    text: str
+    tree: ast.expr
+
+    def values(self, signals: Mapping[str, Array]) -> Array:
+        """Compute values at the rows of a run, from those of the signals, shape (times,)."""
+        return np.asarray(_value(self.tree, lambda name: signals[name], lambda name, of: OF_VALUES[name](of)))
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A formula of statistics.
+    """Formula of statistics.
 
     Attributes
     ----------
     text : str
     tree : ast.expr
-        With short names in place of the signals'.
-    signals : dict of str to str
-        Signals by their short names.
+        With signals as names.
     """
 
     text: str
     tree: ast.expr
-    signals: Mapping[str, str]
 
     @classmethod
     def of(cls, text: str) -> Reading:
@@ -65,54 +84,89 @@ class Reading:
         keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
         names = {key: name for name, key in keys.items()}
         short = TOKEN.sub(lambda match: keys[match[0]], text)
-        allowed = {name: (None, 1) for name in (*STATISTICS, *FUNCTIONS)}
         try:
-            tree = parse(short, names, allowed)  # type: ignore[arg-type]
-            _check(tree, inside=False)
+            tree = parse(short, names, ALLOWED)
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Name):
+                    node.id = names.get(node.id, node.id)
+            _check(tree)
         except ValueError as error:
             said = str(error)
             for key, name in names.items():
                 said = said.replace(key, name)
             raise ValueError(f"{text}: {said}; statistics are {', '.join(STATISTICS)}, as rms(B.normal_force)") from None
-        return cls(text, tree, names)
+        return cls(text, tree)
 
-    def value(self, found: Array, order: Sequence[str], length: float) -> Array:
-        """Values in all windows.
+    @cached_property
+    def formulas(self) -> tuple[Formula, ...]:
+        """Formulas of signals within the statistics."""
+        return tuple(Formula(ast.unparse(call.args[0]), call.args[0]) for call in _statistics(self.tree))
+
+    @cached_property
+    def signals(self) -> tuple[str, ...]:
+        """Names of the signals."""
+        return tuple(dict.fromkeys(_signals(self.tree)))
+
+    def value(self, found: Array, order: Sequence[str], lengths: Array) -> Array:
+        """Compute values in all windows.
 
         Parameters
         ----------
-        found : array, shape (..., signals, 7)
-            What windows of a length [s] accumulated of the signals in this order.
+        found : array, shape (windows, formulas, 8)
+            What windows of these lengths [s] accumulated of the formulas in this order.
         """
 
+        def statistic(name: str, of: Any) -> Any:
+            """Compute a statistic of what a formula's number accumulated, or a function of values."""
+            return STATISTICS[name](found[..., of, :], lengths) if name in STATISTICS else OF_VALUES[name](of)
+
         def at(node: ast.expr) -> Any:
-            match node:
-                case ast.Constant(value=value):
-                    return value
-                case ast.Name(id=name):
-                    return CONSTANTS[name]
-                case ast.UnaryOp(op=sign, operand=operand):
-                    return -at(operand) if isinstance(sign, ast.USub) else at(operand)
-                case ast.BinOp(op=operator, left=left, right=right):
-                    return OPERATORS[type(operator)](at(left), at(right))
-                case ast.Call(func=ast.Name(id=name), args=[ast.Name(id=signal)]) if name in STATISTICS:
-                    return STATISTICS[name](found[..., order.index(self.signals[signal]), :], length)
-                case ast.Call(func=ast.Name(id=name), args=[argument]):
-                    return FUNCTIONS[name](at(argument))
-            raise AssertionError(node)  # `of` lets nothing else through
+            """Replace the formulas by their places in the order."""
+            return ast.Constant(order.index(ast.unparse(node)))
 
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(at(self.tree), dtype=float), found.shape[:-2])
+            return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), found.shape[:-2])
 
 
-def _check(node: ast.AST, inside: bool) -> None:
-    """Raise a ValueError where a signal stands outside of a statistic, or something else inside of one."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in STATISTICS:
-        if not (isinstance(node.args[0], ast.Name) and node.args[0].id not in CONSTANTS):
-            raise ValueError(f"{node.func.id} takes one signal")
-        return
-    if isinstance(node, ast.Name) and node.id not in CONSTANTS and not inside:
-        raise ValueError(f"{node.id} stands by itself")
-    for child in ast.iter_child_nodes(node):
-        if not (isinstance(node, ast.Call) and child is node.func):
-            _check(child, inside)
+def _value(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], inner: Any = None) -> Any:
+    """Evaluate a formula; `inner` replaces the arguments of statistics first."""
+
+    def at(node: ast.expr) -> Any:
+        match node:
+            case ast.Constant(value=value):
+                return value
+            case ast.Name(id=name):
+                return CONSTANTS[name] if name in CONSTANTS else signal(name)
+            case ast.UnaryOp(op=sign, operand=operand):
+                return -at(operand) if isinstance(sign, ast.USub) else at(operand)
+            case ast.BinOp(op=operator, left=left, right=right):
+                return OPERATORS[type(operator)](at(left), at(right))
+            case ast.Call(func=ast.Name(id=name), args=[argument]):
+                return call(name, at(inner(argument) if inner and name in STATISTICS else argument))
+        raise AssertionError(node)  # `Reading.of` lets nothing else through
+
+    return at(node)
+
+
+def _statistics(node: ast.AST) -> Iterator[ast.Call]:
+    """Yield the statistics in a formula."""
+    found = (call for call in ast.walk(node) if isinstance(call, ast.Call) and isinstance(call.func, ast.Name))
+    return (call for call in found if isinstance(call.func, ast.Name) and call.func.id in STATISTICS)
+
+
+def _signals(node: ast.AST) -> Iterator[str]:
+    """Yield the names of signals in a formula."""
+    return (name.id for name in ast.walk(node) if isinstance(name, ast.Name) and name.id not in {*CONSTANTS, *ALLOWED})
+
+
+def _check(tree: ast.expr) -> None:
+    """Raise a ValueError where a signal stands outside of a statistic, or a statistic inside of one, or without a signal."""
+    for call in _statistics(tree):
+        name, (argument,) = call.func.id, call.args  # type: ignore[attr-defined]
+        if not any(_signals(argument)) or any(_statistics(argument)):
+            raise ValueError(f"{name} takes a signal, or a formula of signals")
+    inside = [name for call in _statistics(tree) for name in _signals(call)]
+    for name in _signals(tree):
+        if name not in inside:
+            raise ValueError(f"{name} stands by itself")
+        inside.remove(name)

@@ -22,8 +22,9 @@ COVERED = 0.95
 
 
 class Cell(NamedTuple):
-    """Mean of a reading over the members with the same given values: values by path, mean, standard error, members."""
+    """Mean of a reading over the members of one mechanism with the same given values: standard error, number of members."""
 
+    mechanism: int
     values: dict[str, float]
     mean: float
     error: float
@@ -120,15 +121,16 @@ class Ensemble:
         return np.asarray(np.quantile(self.of(reading), at))
 
     def cells(self, reading: str) -> list[Cell]:
-        """Mean and standard error for each combination of given values."""
+        """Compute mean and standard error for each combination of a mechanism and given values."""
         paths = list(self.members.grid)
         places = [self.members.paths.index(path) for path in paths]
         found = []
         for cell in np.unique(self.members.cells):
             values = self.of(reading, int(cell))
-            numbers = self.members.numbers[self.members.cells == cell][0, places]
+            first = int(np.argmax(self.members.cells == cell))
+            numbers, source = self.members.numbers[first, places], self.members.source(first)
             mean = float(values.mean()) if values.size else float("nan")
-            found.append(Cell(dict(zip(paths, numbers.tolist(), strict=True)), mean, _error(values), len(values)))
+            found.append(Cell(source, dict(zip(paths, numbers.tolist(), strict=True)), mean, _error(values), len(values)))
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:

@@ -15,6 +15,7 @@ from ..elements.clearance import Clearance
 from ..elements.drive import Drive
 from ..elements.stop import Stop
 from ..geometry import Array
+from ..modal.planar import STATIONS
 from ..record.lookup import unknown
 from ..record.signals import collect
 from .compiling import aside, jit, lend
@@ -157,14 +158,22 @@ def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 
 def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Motion of a rigid link's centre of mass."""
-    body = scene.builder.bodies.get(owner)
-    if not isinstance(body, FrameBody) or body.model is not None or what not in (*PLACES, "ax", "ay"):
+    """Motion of the centre of mass of a link that is rigid or modal, and of a modal one's middle."""
+    name, _, station = owner.partition(".")
+    body = scene.builder.bodies.get(name)
+    if not isinstance(body, FrameBody) or what not in (*PLACES, "ax", "ay") or station not in ("", "middle"):
         return None
-    link = scene.mechanism.link(owner)
-    _, _, (x, y) = link.body.inertia(scene.mechanism.length(owner))
+    if body.model is None:
+        if station:
+            return None
+        _, _, (x, y) = scene.mechanism.link(name).body.inertia(scene.mechanism.length(name))
+        arm, shape = np.array([x, y]), None
+    else:
+        arm = body.model.centre + (body.model.place("centre") if station else 0.0)
+        shape = body.model.shapes[STATIONS.index("centre")].T.copy() if station else None
     c, s = np.cos(body.angle), np.sin(body.angle)
-    marker = body.marker_at(scene.builder, body.start + np.array([c * x - s * y, s * x + c * y]), turned=True)
+    place = body.start + np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
+    marker = body.marker_at(scene.builder, place, shape, turned=True)
     if len(scene.builder.markers) > len(scene.tables.markers):
         scene.refresh()
     if what in PLACES:

@@ -13,10 +13,10 @@ import numpy as np
 from ..geometry import Array
 from .compiling import aside, close, jit
 
-SUM, SQUARES, ABOVE, LARGEST, SMALLEST, ONSETS, LAST = range(7)
+SUM, SQUARES, ABOVE, LARGEST, SMALLEST, ONSETS, LAST, VARIATION = range(8)
 """Statistics of a column in a window: integral, integral of its square, time above zero [s], maximum, minimum, onsets (it rises
-above zero), value at the end of the window."""
-COUNT = 7
+above zero), value at the end of the window, total variation."""
+COUNT = 8
 T1, T2, ROWS = 0, 1, 2
 """Of the state between stretches: times of the last two rows, rows so far."""
 
@@ -29,7 +29,7 @@ class Accumulator:
     ----------
     edges : array, shape (windows + 1,)
         s.
-    found : array, shape (windows, columns, 7)
+    found : array, shape (windows, columns, 8)
     state : array, shape (3 + 2 columns,)
         Times and values of the last two rows.
     """
@@ -55,6 +55,7 @@ def piece(at, h, a, b):
     """Add a stretch of length h on which a column goes from a to b."""
     at[SUM] += 0.5 * h * (a + b)
     at[SQUARES] += h * (a * a + a * b + b * b) / 3.0
+    at[VARIATION] += abs(b - a)
     if a > 0.0 and b > 0.0:
         at[ABOVE] += h
     elif a > 0.0 or b > 0.0:  # half of a stretch on which a contact, whose force is not negative, opens or closes

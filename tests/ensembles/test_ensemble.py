@@ -55,7 +55,7 @@ def test_rattling_motions_part_and_closed_ones_hardly_do():
 
 def test_numbers_follow_their_distributions_and_lists_are_combined():
     vary = {"gravity[1]": norm(-9.81, 0.1), "links.bar.body.mass": [0.5, 1.0, 2.0], "links.bar.body.inertia": [0.01, 0.03]}
-    drawn = Members.draw(pendulum(), 64, vary, seed=3)
+    drawn = Members.draw([pendulum()], 64, vary, seed=3)
     assert len(drawn) == 64 * 6 and len(np.unique(drawn.cells)) == 6
     assert drawn.numbers[:, 0].mean() == pytest.approx(-9.81, abs=0.02) and drawn.numbers[:, 0].std() == pytest.approx(
         0.1, rel=0.1
@@ -73,34 +73,26 @@ def test_a_regular_motion_has_its_own_readings():
     assert found.error("max(A.vx)") < 1e-6 * exact
 
 
+def run(**given):
+    """Twelve members of a rattling crank-rocker with any clearance at B, five turns each."""
+    readings, gaps = [FORCE, "onsets(B.normal_force)", "end(B.x)"], {"joints[2].gap": uniform(1e-4, 4e-4)}
+    return mbs.ensemble(rattling(), 1.0, **{"members": 12, "of": readings, "each": 0.2, "seed": 5, "vary": gaps} | given)
+
+
 @pytest.fixture(scope="module")
 def chaotic():
-    return mbs.ensemble(
-        rattling(),
-        1.0,
-        members=12,
-        of=[FORCE, "onsets(B.normal_force)", "end(B.x)"],
-        each=0.2,
-        seed=5,
-        vary={"joints[2].gap": uniform(1e-4, 4e-4)},
-    )
+    return run()
 
 
 def test_members_do_not_depend_on_who_runs_them(chaotic):
     with ThreadPoolExecutor(1) as one:
-        again = mbs.ensemble(
-            rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, executor=one,
-            vary={"joints[2].gap": uniform(1e-4, 4e-4)},
-        )  # fmt: skip
+        again = run(executor=one)
     assert np.array_equal(again.values, chaotic.values)
 
 
 def test_another_process_runs_the_same(chaotic):
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        again = mbs.ensemble(
-            rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, executor=pool,
-            vary={"joints[2].gap": uniform(1e-4, 4e-4)},
-        )  # fmt: skip
+        again = run(executor=pool)
     assert np.array_equal(again.values, chaotic.values)
 
 
@@ -118,7 +110,7 @@ def test_intervals_cover_as_often_as_they_say():
     """1000 draws of 20 members with windows that hang together, from a known distribution."""
     random, covered = np.random.default_rng(0), 0
     for _ in range(1000):
-        drawn = Members.draw(pendulum(), 20, {}, 1)
+        drawn = Members.draw([pendulum()], 20, {}, 1)
         found = mbs.ensembles.result.Ensemble.blank(drawn, ("r",), np.arange(6.0), 0)
         own = random.normal(3.0, 1.0, (20, 1, 1))
         found.values[:], found.done[:] = own + random.normal(0.0, 0.5, (20, 5, 1)), True
@@ -133,13 +125,25 @@ def test_an_ensemble_goes_on_from_its_file(tmp_path, chaotic):
     half.done[5:] = False
     half.values[5:] = np.nan
     half.save(store)
-    again = mbs.ensemble(
-        rattling(), 1.0, members=12, of=[FORCE, "onsets(B.normal_force)", "end(B.x)"], each=0.2, seed=5, store=store,
-        vary={"joints[2].gap": uniform(1e-4, 4e-4)},
-    )  # fmt: skip
+    again = run(store=store)
     assert np.array_equal(again.values, chaotic.values)
     with pytest.raises(ValueError, match="holds another ensemble"):
-        mbs.ensemble(rattling(), 1.0, members=12, of=[FORCE], each=0.2, seed=5, store=store)
+        run(of=[FORCE], store=store)
+
+
+def test_several_mechanisms_have_cells_and_given_curves():
+    """Pendulums of two amplitudes; less their own speed nothing is left of one, and of the other half."""
+    made = [pendulum(0.01), pendulum(0.02)]
+    rate = np.sqrt(9.81 * 0.25 / (0.02 + 0.25**2))
+
+    def ideal(time):
+        return -0.5 * 0.01 * rate * np.sin(rate * time)
+
+    reading = "rms(A.vx - ideal.vx) / rms(ideal.vx)"
+    found = mbs.ensemble(made, 1.0, members=2, of=[reading], curves={"ideal.vx": ideal}, skip=0, each=0.5)
+    small, large = found.cells(reading)
+    assert (small.mechanism, large.mechanism, small.members) == (0, 1, 2)
+    assert small.mean < 1e-3 and large.mean == pytest.approx(1.0, abs=1e-3)
 
 
 def test_members_that_fail_are_counted_by_name():

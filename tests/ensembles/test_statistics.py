@@ -9,6 +9,7 @@ from buckler import mbs
 from buckler.mbs.ensembles.readings import Reading
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
+from buckler.mbs.modal import BarModes
 from buckler.mbs.record.signals import collect
 from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
@@ -17,10 +18,10 @@ from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.statistics import Accumulator
 
 
-def rattling(speed=10 * pi):
+def rattling(speed=10 * pi, rocker=None):
     law, friction = Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), AdamsFriction(0.3, 0.1)
     return crank_rocker(
-        mbs.Rigid(mbs.Section(0.02, 0.005)), speed=speed,
+        rocker or mbs.Rigid(mbs.Section(0.02, 0.005)), speed=speed,
         play=lambda point, a, b: mbs.Clearance(point, a, b, pin=5e-3, gap=2.5e-4, law=law, friction=friction),
     )  # fmt: skip
 
@@ -46,6 +47,7 @@ def reading(accumulated, text):
         ("rms(a.sine)", [sqrt(0.5)] * 2), ("max(a.sine)", [1.0] * 2), ("min(a.sine)", [-1.0] * 2), ("share(a.sine)", [0.5] * 2),
         ("onsets(a.sine)", [1.0] * 2), ("mean(a.line)", [pi - 3.0, 3 * pi - 3.0]), ("end(a.line)", [2 * pi - 3, 4 * pi - 3]),
         ("impulse(a.line)", [2 * pi * (pi - 3), 2 * pi * (3 * pi - 3)]), ("onsets(a.line)", [1.0, 0.0]),
+        ("variation(a.sine)", [4.0] * 2),
         ("max(a.line) - 2*abs(min(a.sine))", [2 * pi - 5, 4 * pi - 5]), ("share(a.line)", [(2 * pi - 3) / (2 * pi), 1.0]),
     ],
 )  # fmt: skip
@@ -62,7 +64,9 @@ def test_a_peak_between_rows_is_found():
     assert float(found.found[0, 0, 3]) == pytest.approx(1.0, abs=1e-3) and np.cos(time).max() < 0.998
 
 
-@pytest.mark.parametrize("text", ["B.normal_force", "max(B.x + B.y)", "median(B.x)", "rms()", "max(B.x"])
+@pytest.mark.parametrize(
+    "text", ["B.normal_force", "max(rms(B.x))", "median(B.x)", "rms()", "max(B.x", "max(pi)", "B.x - max(B.x)"]
+)
 def test_what_is_no_reading_is_refused(text):
     with pytest.raises(ValueError, match=r"statistics are max, min, mean"):
         Reading.of(text)
@@ -81,3 +85,29 @@ def test_columns_are_the_signals_of_a_record():
     for k, name in enumerate(channels.names):
         exact = signals[name].values
         assert values[:, k] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+
+
+def test_places_of_a_modal_link_are_those_of_its_motion():
+    modal = mbs.Modal(mbs.Section(0.02, 0.005), BarModes(3, 1))
+    scene = Scene.of(rattling(rocker=modal))
+    channels = Channels.of(scene, [f"rocker.{place}{what}" for place in ("", "middle.") for what in ("x", "vy", "ax")])
+    out, failure, _ = integrate(scene, 0.02, mbs.Spectral())
+    values, link = channels.values(scene, out), record_of(scene, out).links["rocker"]
+    assert failure is None and len(channels.columns) == 6
+    motion = link.motion("centre")
+    exact = [*link.centre(), motion.position, motion.velocity, motion.acceleration]
+    for k, (found, axis) in enumerate(zip(exact, (0, 1, 0, 0, 1, 0), strict=True)):
+        assert values[:, k] == pytest.approx(found[:, axis], abs=1e-8 * np.abs(found[:, axis]).max())
+    assert np.ptp(values[:, 5] - values[:, 2]) > 0.01 * np.ptp(values[:, 2])
+
+
+def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():
+    given = Reading.of("max(sqrt(B.x**2 + B.y**2)) - mean(abs(B.x - a.curve))")
+    angle = np.linspace(0.0, pi, 500)
+    signals = {"B.x": 3 * np.cos(angle), "B.y": 3 * np.sin(angle), "a.curve": np.ones(500)}
+    found = Accumulator.over(np.array([0.0, pi]), 2)
+    found.add(angle, np.column_stack([each.values(signals) for each in given.formulas]))
+    order = [each.text for each in given.formulas]
+    exact = 3.0 - np.trapezoid(np.abs(3 * np.cos(angle) - 1), angle) / pi
+    assert set(given.signals) == set(signals)
+    assert given.value(found.found, order, np.array([pi])) == pytest.approx(exact, rel=1e-5)
