@@ -4,7 +4,7 @@ max min mean rms end         of a signal in the window; mean and rms are weighte
 impulse(signal)              its integral over the window
 share(signal)                share of the window in which it is above zero
 onsets(signal)               number of times that it rises above zero: the impacts of a contact force
-variation(signal)            sum of its changes, up or down: its total variation
+variation(signal)            sum of its changes, up or down, between 2000 equal parts of the window: its total variation
 + - * / ** abs sqrt sin cos  of these and of numbers; of signals within a statistic, as max(abs(rocker.ax))
 """
 

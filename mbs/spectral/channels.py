@@ -158,16 +158,14 @@ def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 
 def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Motion of the centre of mass of a link that is rigid or modal, and of a modal one's middle."""
+    """Motion of the centre of mass of a link that is rigid or modal, and of `LINK.middle`, half-way between its ends."""
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or what not in (*PLACES, "ax", "ay") or station not in ("", "middle"):
         return None
     if body.model is None:
-        if station:
-            return None
-        _, _, (x, y) = scene.mechanism.link(name).body.inertia(scene.mechanism.length(name))
-        arm, shape = np.array([x, y]), None
+        length = scene.mechanism.length(name)
+        arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.inertia(length)[2]), None
     else:
         arm = body.model.centre + (body.model.place("centre") if station else 0.0)
         shape = body.model.shapes[STATIONS.index("centre")].T.copy() if station else None

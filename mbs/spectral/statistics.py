@@ -1,7 +1,7 @@
 """Statistics of columns over windows of time, accumulated stretch by stretch; compiled.
 
 Between rows a column is taken as linear, and split at the edges of windows. Rows are close where contacts act. A maximum between
-rows is that of the parabola through three of them.
+rows is that of the parabola through three of them. Total variation is that of samples at equal times.
 """
 
 from __future__ import annotations
@@ -17,8 +17,14 @@ SUM, SQUARES, ABOVE, LARGEST, SMALLEST, ONSETS, LAST, VARIATION = range(8)
 """Statistics of a column in a window: integral, integral of its square, time above zero [s], maximum, minimum, onsets (it rises
 above zero), value at the end of the window, total variation."""
 COUNT = 8
-T1, T2, ROWS = 0, 1, 2
-"""Of the state between stretches: times of the last two rows, rows so far."""
+T1, T2, ROWS, DRAWN, FIRST = range(5)
+"""State between stretches: times of the last two rows, rows and samples so far; then values of these rows, and last samples."""
+SAMPLES = 2000
+"""Samples a window of which the total variation is taken, as a drawing of a turn shows it."""
+OVERSHOOT = 0.125
+"""Largest height of a vertex over the middle row, of the larger difference of the rows: that of equal steps. Where a short step
+lies beside a long one the parabola of a kink has no bound.
+"""
 
 
 @dataclass(frozen=True)
@@ -30,8 +36,7 @@ class Accumulator:
     edges : array, shape (windows + 1,)
         s.
     found : array, shape (windows, columns, 8)
-    state : array, shape (3 + 2 columns,)
-        Times and values of the last two rows.
+    state : array, shape (4 + 3 columns,)
     """
 
     edges: Array
@@ -43,7 +48,7 @@ class Accumulator:
         """Begin with nothing seen."""
         found = np.zeros((len(edges) - 1, columns, COUNT))
         found[..., LARGEST], found[..., SMALLEST], found[..., LAST] = -np.inf, np.inf, np.nan
-        return cls(edges, found, np.zeros(3 + 2 * columns))
+        return cls(edges, found, np.zeros(FIRST + 3 * columns))
 
     def add(self, time: Array, values: Array) -> None:
         """Take over the next rows, time (times,), values (times, columns)."""
@@ -55,7 +60,6 @@ def piece(at, h, a, b):
     """Add a stretch of length h on which a column goes from a to b."""
     at[SUM] += 0.5 * h * (a + b)
     at[SQUARES] += h * (a * a + a * b + b * b) / 3.0
-    at[VARIATION] += abs(b - a)
     if a > 0.0 and b > 0.0:
         at[ABOVE] += h
     elif a > 0.0 or b > 0.0:  # half of a stretch on which a contact, whose force is not negative, opens or closes
@@ -79,16 +83,35 @@ def vertices(t, value, edges, found, state):
         return
     h1, h2 = state[T1] - state[T2], t - state[T1]
     for c in range(columns):
-        a, b, d = state[3 + columns + c], state[3 + c], value[c]
+        a, b, d = state[FIRST + columns + c], state[FIRST + c], value[c]
         if (b - a) * (d - b) < 0.0 and a * b * d != 0.0:  # a force has a kink where its contact opens
             s1, s2 = (b - a) / h1, (d - b) / h2
             bend = (s2 - s1) / (h1 + h2)
             slope = (s1 * h2 + s2 * h1) / (h1 + h2)
-            top = b - slope * slope / (4.0 * bend)
+            height = min(slope * slope / (4.0 * abs(bend)), OVERSHOOT * max(abs(b - a), abs(d - b)))
             if bend < 0.0:
-                found[window, c, LARGEST] = max(found[window, c, LARGEST], top)
+                found[window, c, LARGEST] = max(found[window, c, LARGEST], b + height)
             else:
-                found[window, c, SMALLEST] = min(found[window, c, SMALLEST], top)
+                found[window, c, SMALLEST] = min(found[window, c, SMALLEST], b - height)
+
+
+@aside
+def draw(t, value, edges, found, state):
+    """Add changes from sample to sample up to time t, between the last row and this one."""
+    columns, windows = value.size, edges.size - 1
+    while state[DRAWN] <= windows * SAMPLES:
+        k = int(state[DRAWN])
+        window = min(k // SAMPLES, windows - 1)
+        at = edges[window] + (k - window * SAMPLES) * (edges[window + 1] - edges[window]) / SAMPLES
+        if at > t:
+            break
+        share = (at - state[T1]) / (t - state[T1]) if state[ROWS] > 0.0 else 1.0
+        for c in range(columns):
+            sample = value[c] - (1.0 - share) * (value[c] - state[FIRST + c])
+            if k > 0:
+                found[(k - 1) // SAMPLES, c, VARIATION] += abs(sample - state[FIRST + 2 * columns + c])
+            state[FIRST + 2 * columns + c] = sample
+        state[DRAWN] += 1.0
 
 
 @jit
@@ -108,7 +131,7 @@ def accumulate(time, values, edges, found, state):
                 end = min(t, edges[window + 1]) if window < windows else t
                 if end > start and start >= edges[window] - 1e-15 * t:
                     for c in range(columns):
-                        before = state[3 + c]
+                        before = state[FIRST + c]
                         slope = (values[i, c] - before) / (t - state[T1])
                         a, b = before + slope * (start - state[T1]), before + slope * (end - state[T1])
                         piece(found[window, c], end - start, a, b)
@@ -119,11 +142,12 @@ def accumulate(time, values, edges, found, state):
                 start = end
                 window += 1
             vertices(t, values[i], edges, found, state)
+        draw(t, values[i], edges, found, state)
         for c in range(columns):
             if state[ROWS] == 0.0 and t >= edges[0]:
                 found[0, c, LARGEST] = found[0, c, SMALLEST] = values[i, c]
-            state[3 + columns + c] = state[3 + c]
-            state[3 + c] = values[i, c]
+            state[FIRST + columns + c] = state[FIRST + c]
+            state[FIRST + c] = values[i, c]
         state[T2] = state[T1]
         state[T1] = t
         state[ROWS] += 1.0

@@ -64,6 +64,13 @@ def test_a_peak_between_rows_is_found():
     assert float(found.found[0, 0, 3]) == pytest.approx(1.0, abs=1e-3) and np.cos(time).max() < 0.998
 
 
+def test_a_jump_beside_a_long_step_makes_no_peak():
+    """Half a picosecond from 0 to 1, then a millisecond: the parabola through them is a million times as high."""
+    found = Accumulator.over(np.array([0.0, 1.0]), 1)
+    found.add(np.array([0.0, 0.5, 0.5 + 5e-13, 0.501, 1.0]), np.array([0.0, 0.1, 1.0, 0.9, 0.8])[:, None])
+    assert 1.0 <= found.found[0, 0, 3] < 1.2
+
+
 @pytest.mark.parametrize(
     "text", ["B.normal_force", "max(rms(B.x))", "median(B.x)", "rms()", "max(B.x", "max(pi)", "B.x - max(B.x)"]
 )
