@@ -34,7 +34,7 @@ from ..spectral.start import begin
 from ..spectral.statistics import Accumulator
 from ..validate import one_of, positive, whole
 from .members import Members, split
-from .readings import Reading
+from .readings import Reading, columns, formulas_of, values_of
 from .result import Ensemble
 
 CHUNK = 16
@@ -92,14 +92,14 @@ class Task:
 
     def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
         nothing = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
-        formulas = {each.text: each for reading in self.readings for each in reading.formulas}
+        formulas = formulas_of(self.readings)
         found = Accumulator.over(self.edges, len(formulas))
 
         def take(out: Output) -> None:
             """Accumulate the formulas' values at the rows of a run."""
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
-            found.add(out.time, np.column_stack([each.values(signals) for each in formulas.values()]))
+            found.add(out.time, columns(formulas, signals))
 
         try:
             scene, start, channels = self._prepare(k, ready)
@@ -109,8 +109,7 @@ class Task:
             return nothing, f"{type(error).__name__}: {error}"
         if failure is not None:
             return nothing, f"{failure[0]}: {failure[1]}"
-        values = [each.value(found.found, list(formulas), np.diff(self.edges)) for each in self.readings]
-        return np.stack(values, axis=-1), ""
+        return values_of(self.readings, formulas, found), ""
 
 
 def ensemble(

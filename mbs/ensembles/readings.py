@@ -11,7 +11,7 @@ variation(signal)            sum of its changes, up or down, between 2000 equal 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,7 +21,7 @@ import numpy as np
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
-from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION
+from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION, Accumulator
 
 Statistic = Callable[[Array, Array], Array]
 STATISTICS: dict[str, Statistic] = {
@@ -126,6 +126,30 @@ class Reading:
 
         with np.errstate(all="ignore"):
             return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), found.shape[:-2])
+
+
+def formulas_of(readings: Iterable[Reading]) -> dict[str, Formula]:
+    """Return all formulas of signals in some readings by their texts, each once."""
+    return {each.text: each for reading in readings for each in reading.formulas}
+
+
+def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Array:
+    """Compute the formulas' values at the rows of a run, shape (times, formulas)."""
+    return np.column_stack([each.values(signals) for each in formulas.values()])
+
+
+def values_of(readings: Sequence[Reading], formulas: Mapping[str, Formula], found: Accumulator) -> Array:
+    """Compute the readings of what was accumulated, shape (windows, readings)."""
+    return np.stack([each.value(found.found, list(formulas), np.diff(found.edges)) for each in readings], axis=-1)
+
+
+def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
+    """Compute readings of any recorded run between edges [s], shape (windows, readings)."""
+    readings = [Reading.of(text) for text in of]
+    formulas = formulas_of(readings)
+    found = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
+    found.add(time, columns(formulas, signals))
+    return values_of(readings, formulas, found)
 
 
 def _value(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], inner: Any = None) -> Any:

@@ -23,8 +23,6 @@ PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Joints with each of the bodies that may carry the pin."""
 FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)
 """Bodies that carry the pins by default."""
-MEASURES = {"peak_force": ("force", 2, "N"), "rms_ax_coupler": ("rms_a", 0, "m/s^2"), "rms_ax_rocker": ("rms_a", 1, "m/s^2")}
-"""Numbers of a turn: measure of `turns.by_turn`, column (joint B; centres of mass) and unit."""
 THRESHOLDS = 0.1, 1.0
 """Sliding speeds [m/s] at which ADAMS friction is static, and from which it is dynamic, by default."""
 

@@ -15,10 +15,11 @@ from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
 from buckler.mbs.elements.element import Body
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
 
-from ..kit.parameters import choice, integer, quantity
+from ..kit.parameters import choice, quantity
 from ..kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
 from .assumptions import JOINTS, JointAssumptions, ModalAssumptions
 from .mode_sets import rocker_modes, section, set_damping
+from .turns import Runs
 
 OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
 """Parameters that only a rocker of modes has."""
@@ -86,11 +87,8 @@ class PlayParameters(JointAssumptions):
 
 
 @dataclass(frozen=True)
-class FourBarParameters(PlayParameters):
+class FourBarParameters(PlayParameters, Runs):
     """Parameters of studies on the compiled solver."""
-
-    tolerance: float = quantity(1e-8, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
-    workers: int = integer(2, 1, 256, "threads", "numerics")
 
     def check(self) -> None:
         """Check parameters against each other; build the bars."""

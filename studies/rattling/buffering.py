@@ -2,7 +2,7 @@
 
 Every option names the values that an assumption may have: a sample draws one of each, by a scrambled Sobol' sequence; two ends of
 a range are drawn between, alike in the logarithm. A sample runs in each reading of c_max and with each gravity, with a rigid and
-with a flexible rocker, whose members start from crank angles drawn over the turn and journals drawn over the clearance.
+with a flexible rocker, whose members start with journals drawn over the clearance.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. Errors are kept apart.
 Sampling: the standard error of a sample's ratio, from the scatter of its members. Model: the scatter of the ratios over samples
@@ -20,7 +20,6 @@ I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil, log2, pi
@@ -32,28 +31,26 @@ from scipy.stats import binomtest, qmc
 from buckler.mbs import Modal
 from buckler.mbs.geometry import Array
 
-from ..kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
+from ..kit.parameters import choices, counts, integer, quantities
 from ..kit.published import DAMPING_UNITS, GRAVITY
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
 from .bars import RockerParameters, flexible
-from .claims import CLAIMS, FAILS, HOLDS, UNDECIDED, VERDICTS, curves, mean, ratio
-from .turns import Ensemble, ensemble
+from .claims import CLAIMS, FAILS, HOLDS, READINGS, UNDECIDED, VERDICTS, ideal_motion, ratio
+from .turns import Judged, run_turns
 
 RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
 """Assumptions whose two values are ends of a range."""
 CHOSEN = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")
 """Assumptions with one of the values named."""
-JOURNALS = 0.2
-"""Standard deviation of the bars' places at the start, over the clearance: journals then lie all over their bushes."""
 ONE_END = 0.025
 """Chance that the truth of a sample's ratio lies beyond one end of its interval: 95 % between both."""
 OPEN = "left open"
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(Judged):
     """Parameters of the study: sets of assumptions, and how many runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
@@ -81,14 +78,6 @@ class Parameters(StudyParameters):
     )
     clearance: tuple[float, ...] = quantities((5e-5, 5e-4), "m", 1e-6, 2e-3, "radial clearance: one, or from, to", OPEN)
     samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
-    members: int = integer(4, 2, 10_000, "runs of each rocker in each sample; their scatter gives its error", "statistics")
-    cycles: int = integer(1, 1, 10_000, "turns measured of each run", "statistics")
-    settle: int = integer(1, 0, 10_000, "turns before that", "statistics")
-    seed: int = integer(0, 0, 2**30, "draws samples and starts", "statistics")
-    level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any verdict of the table is wrong", "statistics")
-    margin: float = quantity(0.05, "1", 0, 0.5, "least reduction that counts as buffering", "statistics")
-    tolerance: float = quantity(1e-6, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
-    workers: int = integer(2, 1, 256, "threads", "numerics")
 
     def check(self) -> None:
         """Ranges have at most two ends; the first and the last values make a mechanism."""
@@ -113,7 +102,7 @@ class Parameters(StudyParameters):
             ends = name in RANGES and len(among) > 1
             values[name] = among[0] * (among[1] / among[0]) ** x if ends else among[int(x * len(among))]
         pins = tuple(values.pop(f"pin {joint}") for joint in JOINTS)
-        return RockerParameters(rocker="modal", pin_on=pins, tolerance=self.tolerance, workers=1, **values)
+        return RockerParameters(rocker="modal", pin_on=pins, **values)
 
     def cases(self) -> list[RockerParameters]:
         """Draw all samples; the first are the same for any number of them."""
@@ -130,34 +119,14 @@ def cell_name(unit: str, gravity: float) -> str:
     return f"c_max[{unit}].g{gravity:g}"
 
 
-def ran(p: Parameters, cases: Sequence[RockerParameters], rockers: Sequence[Modal | None], batch: int) -> list[Ensemble | None]:
-    """Run the members of all samples with these rockers; None where a run stopped. An ensemble of the library may stand here."""
-
-    def member(k: int) -> Ensemble | None:
-        """Run the k-th member; None where it stops."""
-        case, seed = cases[k // p.members], (batch * p.samples * p.members + k) + 2**31 * p.seed
-        made = case.bars(rocker=rockers[k // p.members], angle=float(np.random.default_rng([seed, 1]).uniform(0, 2 * pi)))
-        spread = JOURNALS * case.clearance
-        try:
-            return ensemble(made, p.cycles, [seed], settle=p.settle, spread=spread, tolerance=p.tolerance, measure=curves(made))
-        except RuntimeError:
-            return None
-
-    with ThreadPoolExecutor(p.workers) as pool:
-        found = list(pool.map(member, range(len(cases) * p.members)))
-    groups = [found[k : k + p.members] for k in range(0, len(found), p.members)]
-    return [Ensemble.join([one for one in group if one]) if all(group) else None for group in groups]
-
-
 def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
     """Run both rockers; return ratio, standard error and half width of its interval, (3, samples, claims), nan where unsound."""
-    both = [ran(p, cases, rockers, 2 * batch + k) for k, rockers in enumerate((bodies, [None] * len(cases)))]
+    soft, stiff = ([case.bars(rocker=each) for case, each in zip(cases, of, strict=True)] for of in (bodies, [None] * len(cases)))
+    both = run_turns(p, [*soft, *stiff], READINGS, batch, ideal_motion(cases[0].speed))
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
-    for i, (bent, rigid) in enumerate(zip(*both, strict=True)):
-        if bent is None or rigid is None or bent.notes or rigid.notes:
-            continue
-        for k, claim in enumerate(CLAIMS):
-            one = ratio(mean(bent, claim), mean(rigid, claim))
+    for i, (bent, rigid) in enumerate(zip(both[: len(cases)], both[len(cases) :], strict=True)):
+        for k, reading in enumerate(READINGS if not bent.notes + rigid.notes else ()):
+            one = ratio(bent.means[reading], rigid.means[reading])
             found[:, i, k] = one.value, one.error, one.reach(ONE_END)
     return found
 
@@ -268,7 +237,7 @@ def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
         f"{p.samples} samples in {len(p.cells())} cells, {metrics['unsound'].value:.0f} left out as unsound; of each rocker "
-        f"{p.members} runs of {p.cycles} turns after {p.settle}, starts drawn over turn and clearance, seed {p.seed}."
+        f"{p.members} runs of {p.cycles} turns after {p.settle}, starts drawn over the clearance, seed {p.seed}."
     )
     return Table(["claim", "overall"], rows, "Verdicts", notes)
 

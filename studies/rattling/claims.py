@@ -1,4 +1,4 @@
-"""Published claims about a flexible rocker, as numbers of each turn of the crank.
+"""Published claims about a flexible rocker, as readings of each turn of the crank.
 
 The paper on rattling joints shows x-velocities (Figs 5, 6), x-accelerations (7, 8) and x contact forces (9, 10) of one run.
 It says that with the flexible rocker they fluctuate less, peak lower and run smoother. A run of rattling joints is one draw
@@ -7,105 +7,77 @@ of many, so a claim is decided by means over turns of many runs, rigid and flexi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
-from math import atan2, hypot, pi
+from math import hypot, pi
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
-from buckler.mbs import Closure, Equal, Mechanism, simulate
-from buckler.mbs.geometry import Array
-from buckler.mbs.record.lookup import between
+from buckler.mbs import Closure, Equal, simulate
 
 from ..kit.report import Metric
 from ..kit.statistics import Mean
 from .bars import PlayParameters
-from .turns import Ensemble, Member, along, period, root_mean_squares
+from .turns import FORCE
 
-TURN = np.linspace(0, 1, 2001)
-"""Times over that of a turn, 0.1 ms apart at 300 r/min, at which accelerations are drawn and the ideal motion is kept."""
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 VERDICTS = {HOLDS: 1.0, UNDECIDED: 0.0, FAILS: -1.0}
 """Verdicts and their numbers in metrics.json."""
-PLACES = {"coupler": 0, "rocker": 1, "rocker_middle": 2}
-"""Columns of the centres of mass of coupler and rocker, and of the rocker's material point in the middle."""
-LINKS = ("coupler", "rocker", "rocker")
-"""Links whose ideal motion these places are compared with."""
+SAMPLES = 2001
+"""Times of a turn at which the ideal motion is kept, 0.1 ms apart at 300 r/min."""
 
 
 class Claim(NamedTuple):
-    """A number of a turn said to be smaller with the flexible rocker: words, measure and column in an ensemble, unit."""
+    """Number of a turn said to be smaller with the flexible rocker: words, reading of an ensemble, unit."""
 
-    family: str
-    place: str
+    name: str
     text: str
-    measure: str
-    column: int
+    reading: str
     unit: str
-
-    @property
-    def name(self) -> str:
-        """Name in metrics.json."""
-        return f"{self.family}.{self.place}"
 
 
 FAMILIES = {
-    "velocity": ("velocity fluctuates less", "v_error", "m/s"),
-    "acceleration": ("acceleration peaks are lower", "peak_a", "m/s^2"),
-    "force": ("contact force peaks are lower", "force", "N"),
-    "smooth_velocity": ("velocity curve is smoother", "a_error", "m/s^2"),
-    "smooth_acceleration": ("acceleration curve is smoother", "travel_a", "m/s^2"),
+    "velocity": ("velocity fluctuates less", "rms({0}.vx - ideal.{1}_vx)", "m/s"),
+    "acceleration": ("acceleration peaks are lower", "max(abs({0}.ax))", "m/s^2"),
+    "force": ("contact force peaks are lower", FORCE, "N"),
+    "smooth_velocity": ("velocity curve is smoother", "rms({0}.ax - ideal.{1}_ax)", "m/s^2"),
+    "smooth_acceleration": ("acceleration curve is smoother", "variation({0}.ax)", "m/s^2"),
 }
-"""Claims in words, and the measure of a turn that decides each: of `curves` or of `turns.by_turn`."""
-WHERE = {
-    "coupler": "coupler", "rocker": "rocker, centre of mass", "rocker_middle": "rocker, mid-point",
-    "coupler_rocker": "coupler–rocker", "rocker_frame": "rocker–frame",
-}  # fmt: skip
-JOINT_COLUMNS = {"coupler_rocker": 2, "rocker_frame": 3}
-"""Columns of the joints whose forces the paper shows."""
+"""Claims in words, the reading that decides each, and its unit. Ideal are rigid bars in ideal joints: the distance of the
+velocity says how much it fluctuates, that of the acceleration how rough its curve is.
+"""
+PLACES = {
+    "coupler": ("coupler", "coupler", "coupler"),
+    "rocker": ("rocker, centre of mass", "rocker", "rocker"),
+    "rocker_middle": ("rocker, mid-point", "rocker.middle", "rocker"),
+}
+"""Places in words, their signals, and the links whose ideal motion they are compared with."""
+FORCES = {"coupler_rocker": ("coupler–rocker", "B"), "rocker_frame": ("rocker–frame", "C")}
+"""Joints whose forces the paper shows."""
 CLAIMS = tuple(
-    Claim(family, place, f"{text}: {WHERE[place]}", measure, column, unit)
-    for family, (text, measure, unit) in FAMILIES.items()
-    for place, column in (JOINT_COLUMNS if family == "force" else PLACES).items()
+    Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
+    for family, (text, reading, unit) in FAMILIES.items()
+    for name, place in (FORCES if family == "force" else PLACES).items()
 )
 """All claims, a row of a table each."""
-
-
-def curves(mechanism: Mechanism) -> Callable[[Member, int, int], dict[str, Array]]:
-    """Return a function of (member, turns, settle) that measures curves, each (turns - settle, 3) for the `PLACES`.
-
-    `v_error` [m/s] and `a_error` [m/s^2]: root mean squares over time of the x-velocity and the x-acceleration less those of
-    rigid bars in ideal joints. The one tells how much the velocity fluctuates, the other how rough its curve is.
-    `travel_a` [m/s^2]: sum of |changes| of the x-acceleration from sample to sample. It grows with peaks and their number, and
-    depends on the samples, as a drawing does.
-    """
-    turn, (x, y), (x0, y0) = period(mechanism), mechanism.points["A"], mechanism.points["O"]
-    begin, ideal = turn * atan2(y - y0, x - x0) / (2 * pi), ideal_motion(2 * pi / turn)
-
-    def measure(member: Member, turns: int, settle: int = 0) -> dict[str, Array]:
-        """Measure the turns of a member."""
-        time, (v, a), edges = member.record.time, along(member.record), turn * np.arange(settle, turns + 1)
-        angle = (time + begin) % turn
-        drawn = np.stack([between(time, a, None, (k + TURN) * turn) for k in range(settle, turns)])
-        return {
-            "v_error": root_mean_squares(time, v - ideal["vx"](angle), edges),
-            "a_error": root_mean_squares(time, a - ideal["ax"](angle), edges),
-            "travel_a": np.abs(np.diff(drawn, axis=1)).sum(axis=1),
-        }
-
-    return measure
+READINGS = tuple(claim.reading for claim in CLAIMS)
 
 
 @lru_cache(maxsize=16)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
-    """Compute x-velocities and x-accelerations of the `LINKS` with ideal joints, over the time since the crank's angle was 0."""
-    made, times = PlayParameters().bars(gap=0.0, speed=speed), TURN * 2 * pi / speed
+    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, periodic functions of the time since the
+    crank's angle was 0, by the names that readings of claims have for them.
+    """  # fmt: skip
+    made, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
     plain = simulate(made, times[-1], solver=Closure(Equal(4000)))  # samples that splines join to 1e-6
-    values = {x: np.stack([plain.at(f"{link}.{x}", times) for link in LINKS], axis=1) for x in ("vx", "ax")}
-    return {x: CubicSpline(times, np.concatenate([v[:-1], v[:1]]), bc_type="periodic") for x, v in values.items()}
+    found = {}
+    for link in ("coupler", "rocker"):
+        for x in ("vx", "ax"):
+            values = plain.at(f"{link}.{x}", times)
+            found[f"ideal.{link}_{x}"] = CubicSpline(times, np.append(values[:-1], values[0]), bc_type="periodic")
+    return found
 
 
 class Ratio(NamedTuple):
@@ -123,12 +95,6 @@ class Ratio(NamedTuple):
     def reach(self, level: float) -> float:
         """Return the half width of the interval whose one end the truth passes with this chance, by Student's distribution."""
         return float(student.isf(level, self.freedom)) * self.error if self.error else 0.0
-
-
-def mean(found: Ensemble, claim: Claim) -> Mean:
-    """Return the mean of a claim's number over members and turns."""
-    value, error = found.mean(claim.measure)[claim.column], found.error(claim.measure)[claim.column]
-    return Mean(float(value), float(error), len(found.outcomes))
 
 
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:

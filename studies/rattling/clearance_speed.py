@@ -1,9 +1,12 @@
 """Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
-Every point is an ensemble of the compiled solver: members that start 1e-9 m apart, some turns discarded, means over the
+Every point is an ensemble: members whose journals start anywhere in their bushes, some turns discarded, means over the
 turns of all members. One point runs on the engine as well, which shares no equation of motion with it, and must give the
 same means within their errors. A pin deeper in its bush than the clearance is beyond every contact law: such points are named
 PENETRATION, are drawn hollow, and enter no fit. Forces are also given over those of ideal joints.
+
+`sections` draws a bifurcation map: one run for each of `section_count` clearances, and of each the velocity of joint B along x
+once a turn, a Poincaré section. One point says that the motion repeats each turn, two every second turn, a cloud never.
 """
 
 from __future__ import annotations
@@ -16,7 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Result, simulate
+from buckler.mbs import Mechanism, simulate
+from buckler.mbs import ensemble as run_ensemble
+from buckler.mbs.ensembles.readings import read_windows
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import integer, quantities
@@ -24,12 +29,21 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_ta
 from ..kit.statistics import mean, power_law
 from ..kit.style import COLOURS, Figure, subplots
 from . import turns
-from .assumptions import JOINTS, MEASURES
 from .bars import RockerParameters
-from .turns import by_turn, ensemble, period
+from .turns import FORCE, Turns, period, run_turns, solver
 
-JOINT = JOINTS.index("B")
-"""Column of the joint whose force is read: coupler and rocker."""
+MEASURES = {
+    "peak_force": (FORCE.format("B"), "N"),
+    "rms_ax_coupler": ("rms(coupler.ax)", "m/s^2"),
+    "rms_ax_rocker": ("rms(rocker.ax)", "m/s^2"),
+}
+"""Numbers of a turn: readings and units; the joint is that of coupler and rocker."""
+READINGS = tuple(reading for reading, _ in MEASURES.values())
+IMPACTS = "onsets(B.normal_force)"
+IDEAL_FORCE = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"
+"""Reading of the largest force in B where the joint is ideal [N]."""
+SECTION = "end(B.vx)"
+"""Reading of the bifurcation map [m/s]."""
 STEP = 5e-5
 """Tolerance of the engine's steps: its error is far below the scatter of members."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
@@ -45,11 +59,9 @@ class Parameters(RockerParameters):
         (5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3), "m", 1e-6, 2e-3, "radial clearances", "grid"
     )
     speeds: tuple[float, ...] = quantities((10.0, 20.0, 31.4, 50.0, 75.0, 100.0), "rad/s", 0.1, 500, "crank speeds", "grid")
-    members: int = integer(6, 2, 10**4, "members of each ensemble", "numerics")
-    cycles: int = integer(3, 1, 10**5, "turns a member is measured for", "numerics")
-    settle: int = integer(1, 0, 10**5, "turns before them", "numerics")
     engine_members: int = integer(4, 0, 10**3, "members on the engine, 0 for none; 1 is no comparison", "numerics")
-    seed: int = integer(0, 0, 2**31 - 1, "the first member's", "numerics")
+    sections: int = integer(0, 0, 10**5, "turns of each run of a bifurcation map over the range of clearances, 0: no map", "grid")
+    section_count: int = integer(100, 2, 10**5, "its clearances, evenly spaced in the logarithm", "grid")
 
     def check(self) -> None:
         """Build every point."""
@@ -69,25 +81,24 @@ class SpeedPoint(NamedTuple):
     impacts: float = nan
     notes: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, found: Turns) -> SpeedPoint:
+        """Take the numbers from an ensemble."""
+        value, error = (np.array([getattr(found.means[name], part) for name in READINGS]) for part in ("value", "error"))
+        return cls(value, error, found.depth, found.means[IMPACTS].value, found.notes)
 
-def measure(p: Parameters, mechanism: Mechanism) -> SpeedPoint:
-    """Measure one point of the grid."""
-    seeds = range(p.seed, p.seed + p.members)
-    try:
-        found = ensemble(mechanism, p.cycles, seeds, settle=p.settle, tolerance=p.tolerance)
-    except RuntimeError as failure:
-        return SpeedPoint(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
-    mean, error = (
-        np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
-    )
-    depth = float(found.turns["depth"].max() / found.gap)
-    return SpeedPoint(mean, error, depth, float(found.mean("impacts")[JOINT]), found.notes)
+
+def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> list[SpeedPoint]:
+    """Measure points of the grid whose speeds are alike."""
+    return [SpeedPoint.of(each) for each in run_turns(p, mechanisms, (*READINGS, IMPACTS), batch)]
 
 
 def ideal(p: Parameters, speed: float) -> Array:
     """Compute the `MEASURES` of ideal joints and a rigid rocker."""
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)
-    return of_turns(simulate(mechanism, period(mechanism)), period(mechanism), 1)
+    turn = period(mechanism)
+    result = simulate(mechanism, turn)
+    return read_windows((IDEAL_FORCE, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
 
 
 def on_engine(p: Parameters, seed: int) -> Array:
@@ -96,23 +107,32 @@ def on_engine(p: Parameters, seed: int) -> Array:
     result = turns.on_engine(mechanism, p.cycles, p.settle, STEP)
     if not result.ok:
         raise RuntimeError(f"engine, seed {seed}: {result.message}")
-    return of_turns(result, period(mechanism), p.settle + p.cycles, p.settle)
+    edges = period(mechanism) * np.arange(p.settle, p.settle + p.cycles + 1)
+    return np.asarray(read_windows(READINGS, result.time, result.signals, edges).mean(axis=0))
 
 
-def of_turns(result: Result, turn: float, count: int, settle: int = 0) -> Array:
-    """Compute means of the `MEASURES` over turns of a run."""
-    found = by_turn(result, turn, count, settle)
-    return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
+def sections(p: Parameters, clearances: Array) -> Array:
+    """Compute velocities of B [m/s] at the ends of turns after those that settle, (clearances, turns); nan if a run fails."""
+    made = [p.bars(gap=clearance) for clearance in clearances.tolist()]
+    turn = period(made[0])
+    with ThreadPoolExecutor(p.workers) as pool:
+        found = run_ensemble(
+            made, (p.settle + p.sections) * turn, 1, of=[SECTION], skip=0, each=turn, solver=solver(made[0], p.tolerance),
+            seed=p.seed, executor=pool,
+        )  # fmt: skip
+    return np.asarray(found.values[:, p.settle :, 0])
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure the grid, and one point once more on the engine."""
     grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
-    mechanisms = [p.bars(gap=clearance, speed=speed) for clearance, speed in grid]
-    with ThreadPoolExecutor(p.workers) as pool:
-        points = list(progress(pool.map(lambda mechanism: measure(p, mechanism), mechanisms), total=len(grid), label="ensembles"))
-        rigid = np.array(list(pool.map(lambda speed: ideal(p, speed), p.speeds)))
-    here = measure(p, p.bars())
+    found = [
+        measure(p, [p.bars(gap=clearance, speed=speed) for clearance in p.clearances], k)
+        for k, speed in enumerate(progress(p.speeds, label="speeds"))
+    ]
+    points = [point for points in zip(*found, strict=True) for point in points]
+    rigid = np.array([ideal(p, speed) for speed in p.speeds])
+    (here,) = measure(p, [p.bars()], len(p.speeds))
     seeds = range(p.seed, p.seed + p.engine_members)
     engine = np.array([on_engine(p, seed) for seed in progress(seeds, label="engine")])
     metrics, wrong = _metrics(p, grid, points, here, engine)
@@ -123,6 +143,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         values = np.array([getattr(x, name) for x in points])
         signals[name] = values.reshape(*shape, *values.shape[1:])
     signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
+    if p.sections:
+        signals["section_clearance"] = np.geomspace(min(p.clearances), max(p.clearances), p.section_count)
+        signals["section"] = sections(p, signals["section_clearance"])
     title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s, on the engine too; powers over the valid points"
     tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
     return StudyResult(parameters=p, **status_of(wrong), metrics=metrics, signals=signals, tables=tables)
@@ -136,7 +159,7 @@ def _metrics(
     valid = np.array([not x.notes for x in points])
     found["valid"] = Metric(float(valid.sum()), "1")
     found["invalid"] = Metric(float((~valid).sum()), "1")
-    for i, (name, (*_, unit)) in enumerate(MEASURES.items()):
+    for i, (name, (_, unit)) in enumerate(MEASURES.items()):
         found[name] = Metric(float(here.mean[i]), unit, error=float(here.error[i] / here.mean[i]))
         if len(engine):
             other = found[f"engine.{name}"] = mean(unit, engine[:, i])
@@ -168,14 +191,24 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
-    drawn = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}"
+    drawn = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seed {p.seed}"
     notes = f"{drawn}; impacts: in B.\n{p.describe()}."
     return Table(headers, rows, title, notes)
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw each number over the clearance, a line a speed; and as maps over both."""
-    return {"lines": _lines(result), "maps": _maps(result)}
+    """Draw each number over the clearance, a line a speed; as maps over both; and the bifurcation map."""
+    found = {"lines": _lines(result), "maps": _maps(result)}
+    return found | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
+
+
+def _bifurcation(result: StudyResult) -> Figure:
+    """Draw the section of each run over its clearance."""
+    gaps, values = 1e3 * result.signals["section_clearance"], result.signals["section"]
+    fig, ax = subplots(1, 1, height=90)
+    ax.plot(np.repeat(gaps, values.shape[1]), values.ravel(), ",", color="#000000")
+    ax.set(xscale="log", xlabel="radial clearance [mm]", ylabel="$v_x$ of joint B at the end of a turn [m/s]")
+    return fig
 
 
 def _lines(result: StudyResult) -> Figure:

@@ -18,15 +18,15 @@ from buckler import mbs
 from buckler.mbs import Mechanism, Modal
 from buckler.mbs.modal import FreeModes
 
-from ..kit.parameters import choices, integer, quantities, quantity
+from ..kit.parameters import choices, quantities, quantity
 from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
 from .bars import FourBarParameters
-from .claims import CLAIMS, Ratio, curves, mean, ratio
+from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, flexibility, section, set_damping, solid_modes
-from .turns import Ensemble, ensemble, solver
+from .turns import Judged, Turns, run_turns, solver
 
 LISTED = 12
 """Flexible modes in the printed table."""
@@ -44,16 +44,15 @@ MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Comparison of a set with the fullest one, and its number in metrics.json."""
 ALIKE = 1e-3
 """Distance of the two solvers over the clearance beyond which the study is suspect."""
-JOURNALS = 0.1
-"""Standard deviation of the journals' places at the start, over the clearance."""
-
+SPEED = FourBarParameters().speed
+"""Crank speed [rad/s]."""
 
 Case = tuple[str, float]
 """A reading of c_max and a side in the plane [m]."""
 
 
 @dataclass(frozen=True)
-class Parameters(Assumptions):
+class Parameters(Assumptions, Judged):
     """Parameters of the study."""
 
     sets: tuple[str, ...] = choices(tuple(SETS)[:-1], tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
@@ -63,14 +62,6 @@ class Parameters(Assumptions):
     )
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
-    members: int = integer(6, 2, 10_000, "runs of each case; their scatter gives the standard error", "statistics")
-    cycles: int = integer(2, 1, 10_000, "turns measured of each run", "statistics")
-    settle: int = integer(1, 0, 10_000, "turns before that", "statistics")
-    seed: int = integer(0, 0, 2**30, "first of the seeds of the runs' starts", "statistics")
-    level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any mark of the table is wrong", "statistics")
-    margin: float = quantity(0.05, "1", 0, 0.5, "difference that counts", "statistics")
-    tolerance: float = quantity(1e-8, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "numerics")
-    workers: int = integer(2, 1, 64, "threads", "numerics")
     cross_check: float = quantity(5e-3, "s", 0, 0.05, "length of the run on the engine; 0: none", "numerics")
 
     def check(self) -> None:
@@ -96,24 +87,16 @@ class Parameters(Assumptions):
         return FourBarParameters(**given).bars(rocker=rocker)
 
 
-def run_members(p: Parameters, made: Mechanism, batch: int) -> Ensemble:
-    """Run all members; another batch has other seeds, so that its errors are its own."""
-    seeds = range(p.seed + batch * p.members, p.seed + (batch + 1) * p.members)
-    numerics: dict[str, Any] = {"settle": p.settle, "tolerance": p.tolerance, "workers": p.workers}
-    return ensemble(made, p.cycles, seeds, spread=JOURNALS * p.clearance, measure=curves(made), **numerics)
-
-
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
-    for name, (unit, depth) in progress(list(p.cases.items()), label="cases"):
-        found: dict[str, Ensemble] = {}
-        for each in p.chosen:
-            modes = flexibility(depth, each, p.rocker_damping)
-            rocker = modes and set_damping(modes, p.modal_damping, p.rocker_damping)
-            found[each] = run_members(p, p.bars(unit, depth, rocker), list(SETS).index(each))
-            wrong += [f"{name}.{each}: {note}" for note in found[each].notes]
+    for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
+        rockers = [flexibility(depth, each, p.rocker_damping) for each in p.chosen]
+        damped = [each and set_damping(each, p.modal_damping, p.rocker_damping) for each in rockers]
+        made = [p.bars(unit, depth, rocker) for rocker in damped]
+        found = dict(zip(p.chosen, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
+        wrong += [f"{name}.{each}: {note}" for each, one in found.items() for note in one.notes]
         for each, one in found.items():
             metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
     for depth in p.in_plane_depth if p.cross_check else ():
@@ -140,13 +123,13 @@ def _count_modes(depth: float) -> dict[str, Metric]:
     return found
 
 
-def _numbers(p: Parameters, name: str, one: Ensemble, base: Ensemble, best: Ensemble) -> dict[str, Metric]:
+def _numbers(p: Parameters, name: str, one: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
     """Return every claim's number for one set, over that of the rigid rocker and over that of the fullest set."""
-    found = {f"{name}.energy_balance": Metric(max(one.balances), "1")}
+    found: dict[str, Metric] = {}
     level = p.level / (2 * len(CLAIMS) * (len(p.chosen) - 1) * len(p.cases))
     for claim in CLAIMS:
-        own = mean(one, claim)
-        rigid, fullest = (Ratio(1.0, 0.0, 1.0) if one is other else ratio(own, mean(other, claim)) for other in (base, best))
+        own, of = one.means[claim.reading], claim.reading
+        rigid, fullest = (Ratio(1.0, 0.0, 1.0) if one is other else ratio(own, other.means[of]) for other in (base, best))
         found[f"{name}.{claim.name}"] = own.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
         found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, level, p.margin)], "1")

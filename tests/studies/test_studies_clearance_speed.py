@@ -1,6 +1,5 @@
 """The crank-rocker over clearance and speed: ideal forces by inverse dynamics, made-up power laws, engine and reference."""
 
-from dataclasses import replace
 from math import isnan
 
 import numpy as np
@@ -12,9 +11,11 @@ pytest.importorskip("numba")
 
 from drawing import inked
 
+from buckler.mbs import simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.rattling import clearance_speed
-from buckler.studies.rattling.clearance_speed import MEASURES, SpeedPoint, ideal, measure, on_engine
+from buckler.studies.rattling.clearance_speed import MEASURES, SpeedPoint, ideal, measure, on_engine, sections
+from buckler.studies.rattling.turns import period
 
 SMALL = {"clearances": "5um,0.2mm,0.5mm", "speeds": "20,40", "members": 2, "cycles": 1, "settle": 0}
 
@@ -44,10 +45,20 @@ def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
     The engine's peaks are those at its steps, 1.4 % below the tops that the compiled solver looks for within steps.
     """
     p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
-    turn = measure(p, p.bars())
+    (turn,) = measure(p, [p.bars()])
     assert turn.notes == () and turn.impacts < 3
-    assert on_engine(p, p.seed) == pytest.approx(turn.mean, rel=0.02)
-    assert on_engine(p, p.seed)[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
+    engine = on_engine(p, p.seed)
+    assert engine == pytest.approx(turn.mean, rel=0.02) and engine[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
+
+
+def test_sections_of_a_motion_that_repeats_are_one_point_near_that_of_ideal_joints():
+    """Heavily damped, each turn is the one before."""
+    p = parameters(damping_unit="N.s/mm", sections=2, settle=2)
+    ideal_joints = p.bars(gap=0.0, rocker=None)
+    free = simulate(ideal_joints, period(ideal_joints))["B.vx"][-1]
+    found = sections(p, np.array([2e-5, 1e-4]))
+    assert found.shape == (2, 2) and np.ptp(found, axis=1).max() < 1e-3 * abs(free)
+    assert found[0] == pytest.approx(free, rel=0.01) and found[1] == pytest.approx(free, rel=0.05)
 
 
 def test_rattling_joints_carry_more_and_dig_in_as_deep_as_the_law_says(small):
@@ -74,7 +85,7 @@ def test_a_pin_deeper_than_its_play_carries_a_name_and_enters_no_fit(small):
 def test_points_do_not_depend_on_the_threads_but_on_the_seed(small):
     alone = clearance_speed.run(parameters(workers=1)).signals
     np.testing.assert_array_equal(alone["mean"], small.signals["mean"])
-    other = measure(parameters(seed=5), parameters().bars(gap=5e-4, speed=40.0))
+    (other,) = measure(parameters(seed=5), [parameters().bars(gap=5e-4, speed=40.0)])
     assert other.mean[0] != small.signals["mean"][2, 1, 0]
 
 
@@ -98,12 +109,12 @@ def test_powers_of_a_made_up_law_and_their_errors():
 def made_up(p, monkeypatch, engine, points=None):
     """The study with points of a power law instead of ensembles, and these engine runs."""
 
-    def point(_, mechanism):
-        gap, speed = mechanism.joints[0].gap, mechanism.drives[0].speed
-        found = points(gap) if points else None
-        return found or SpeedPoint(np.array([1e6 * gap * speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
+    def made(_, mechanisms, _batch):
+        where = [(made.joints[0].gap, made.drives[0].speed) for made in mechanisms]
+        plain = [SpeedPoint(np.array([1e6 * gap * w, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0) for gap, w in where]
+        return [(points(gap) if points else None) or each for (gap, _), each in zip(where, plain, strict=True)]
 
-    monkeypatch.setattr(clearance_speed, "measure", point)
+    monkeypatch.setattr(clearance_speed, "measure", made)
     monkeypatch.setattr(clearance_speed, "on_engine", lambda _, seed: np.array(engine) * (1 + 0.01 * seed))
     return clearance_speed.run(p)
 
@@ -130,23 +141,6 @@ def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
     draw(result)
 
 
-def test_an_ensemble_that_cannot_be_run_is_a_point_that_failed(monkeypatch):
-    def stops(*args, **options):
-        raise RuntimeError("seed 0: more impacts than a run keeps")
-
-    monkeypatch.setattr(clearance_speed, "ensemble", stops)
-    p = parameters()
-    point = measure(p, p.bars())
-    assert np.isnan(point.mean).all() and point.notes == ("FAILED: seed 0: more impacts than a run keeps",)
-
-
-def test_energy_that_does_not_balance_carries_a_name(monkeypatch):
-    found = clearance_speed.ensemble
-    monkeypatch.setattr(clearance_speed, "ensemble", lambda *a, **o: replace(found(*a, **o), balances=(1e-5, 2e-3)))
-    p = parameters()
-    assert measure(p, p.bars()).notes == ("ENERGY: balance 2.0e-03, allowed 0.001",)
-
-
 # --- figures, words ---------------------------------------------------------------------------------------------------
 
 
@@ -158,7 +152,7 @@ def draw(result):
 
 def test_figures(small):
     figures = draw(small)
-    assert len(figures["lines"].axes) == 4
+    assert len(figures["lines"].axes) == 4 and "bifurcation" not in figures
     texts = [text.get_text() for ax in figures["maps"].axes for text in ax.texts]
     assert len(texts) == 3 * 6 and sum(text.startswith("(") for text in texts) == 3 * 2
 
@@ -188,7 +182,7 @@ def test_engine_and_reference_agree_on_the_mean_of_many_turns():
 
 def ensemble(**given):
     p = clearance_speed.Parameters(**given)
-    return measure(p, p.bars())
+    return measure(p, [p.bars()])[0]
 
 
 def test_pin_at_the_frame_decides_how_often_the_rocker_strikes():
