@@ -27,11 +27,13 @@ from ..mechanism import Mechanism
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
+from ..spectral.dense import refined
 from ..spectral.output import Output
-from ..spectral.run import State, integrate
+from ..spectral.run import State, explicitly, integrate
 from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
 from ..spectral.statistics import Accumulator
+from ..spectral.tables import JOURNAL, KIND
 from ..validate import one_of, positive, whole
 from .members import Members, split
 from .readings import Reading, columns, formulas_of, values_of
@@ -41,6 +43,8 @@ CHUNK = 16
 """Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
 
 
+WITHIN = 3
+"""States within each implicit step of joints with clearance."""
 Curve = Callable[[Array], Array]
 """Given signal: values at times [s], both of shape (times,)."""
 
@@ -93,10 +97,11 @@ class Task:
     def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
         nothing = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
         formulas = formulas_of(self.readings)
-        found = Accumulator.over(self.edges, len(formulas))
+        found, last = Accumulator.over(self.edges, len(formulas)), list[Output]()
 
         def take(out: Output) -> None:
             """Accumulate the formulas' values at the rows of a run."""
+            last[:], out = [out], fill(scene, self.solver, last, out)
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             found.add(out.time, columns(formulas, signals))
@@ -110,6 +115,19 @@ class Task:
         if failure is not None:
             return nothing, f"{failure[0]}: {failure[1]}"
         return values_of(self.readings, formulas, found), ""
+
+
+def fill(scene: CompiledScene, solver: Spectral, last: Sequence[Output], out: Output) -> Output:
+    """Look within the implicit steps of joints with clearance, which go over the peaks of impacts; begin with the last row.
+
+    Forces of strips, which are stiffer than their interpolated places are true, are left at the rows.
+    """
+    tables = scene.tables
+    if explicitly(scene, solver) or len(tables.strips) or not (tables.forces[:, KIND] == JOURNAL).any():
+        return out
+    first = [Output(*(column[-1:] for column in each)) for each in last]
+    joined = Output(*(np.concatenate(columns) for columns in zip(*first, out, strict=True)))
+    return refined(scene, joined, WITHIN) if len(joined.time) > 1 else joined
 
 
 def ensemble(

@@ -18,8 +18,8 @@ from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.statistics import Accumulator
 
 
-def rattling(speed=10 * pi, rocker=None):
-    law, friction = Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), AdamsFriction(0.3, 0.1)
+def rattling(speed=10 * pi, rocker=None, law=Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5)):  # noqa: B008
+    friction = AdamsFriction(0.3, 0.1)
     return crank_rocker(
         rocker or mbs.Rigid(mbs.Section(0.02, 0.005)), speed=speed,
         play=lambda point, a, b: mbs.Clearance(point, a, b, pin=5e-3, gap=2.5e-4, law=law, friction=friction),
@@ -118,3 +118,13 @@ def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():
     exact = 3.0 - np.trapezoid(np.abs(3 * np.cos(angle) - 1), angle) / pi
     assert set(given.signals) == set(signals)
     assert given.value(found.found, order, np.array([pi])) == pytest.approx(exact, rel=1e-5)
+
+
+def test_loose_implicit_steps_of_closed_joints_are_looked_into():
+    """Root mean squares of accelerations and peaks as with steps a hundred times as tight; of rows alone 1.3 % are missing."""
+    given = {"of": ["rms(rocker.ax)", "max(B.normal_force)"], "each": 0.1, "progress": False}
+    closed = rattling(law=Impact(2.53e5 * 1e3**1.5, 253.0e3, 1e-5))
+    solvers = (mbs.Spectral(mbs.Controlled(1e-6)), mbs.Spectral(mbs.Controlled(1e-8), method="explicit"))
+    loose, tight = (mbs.ensemble(closed, 0.2, 1, solver=solver, **given) for solver in solvers)
+    assert loose.mean("rms(rocker.ax)") == pytest.approx(tight.mean("rms(rocker.ax)"), rel=4e-3)
+    assert loose.mean("max(B.normal_force)") == pytest.approx(tight.mean("max(B.normal_force)"), rel=0.02)

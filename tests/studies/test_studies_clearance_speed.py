@@ -46,7 +46,7 @@ def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
     """
     p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
     (turn,) = measure(p, [p.bars()])
-    assert turn.notes == () and turn.impacts < 3
+    assert turn.notes == () and turn.impacts < 3 and (turn.error < 0.02 * turn.mean).all()
     engine = on_engine(p, p.seed)
     assert engine == pytest.approx(turn.mean, rel=0.02) and engine[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
 
@@ -56,9 +56,9 @@ def test_sections_of_a_motion_that_repeats_are_one_point_near_that_of_ideal_join
     p = parameters(damping_unit="N.s/mm", sections=2, settle=2)
     ideal_joints = p.bars(gap=0.0, rocker=None)
     free = simulate(ideal_joints, period(ideal_joints))["B.vx"][-1]
-    found = sections(p, np.array([2e-5, 1e-4]))
-    assert found.shape == (2, 2) and np.ptp(found, axis=1).max() < 1e-3 * abs(free)
-    assert found[0] == pytest.approx(free, rel=0.01) and found[1] == pytest.approx(free, rel=0.05)
+    found = sections(p, np.array([1e-4, 1.2e-4]))
+    assert found.shape == (2, 2) and np.ptp(found, axis=1).max() < 2e-3 * abs(free)
+    assert found == pytest.approx(free, rel=0.06)  # B moves in its bush
 
 
 def test_rattling_joints_carry_more_and_dig_in_as_deep_as_the_law_says(small):
