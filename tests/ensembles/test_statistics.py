@@ -96,7 +96,7 @@ def test_columns_are_the_signals_of_a_record():
 
 def test_places_of_a_modal_link_are_those_of_its_motion():
     modal = mbs.Modal(mbs.Section(0.02, 0.005), BarModes(3, 1))
-    scene = Scene.of(rattling(rocker=modal))
+    scene = CompiledScene.of(rattling(rocker=modal))
     channels = Channels.of(scene, [f"rocker.{place}{what}" for place in ("", "middle.") for what in ("x", "vy", "ax")])
     out, failure, _ = integrate(scene, 0.02, mbs.Spectral())
     values, link = channels.values(scene, out), record_of(scene, out).links["rocker"]

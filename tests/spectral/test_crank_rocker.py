@@ -15,15 +15,8 @@ from buckler.mbs import Status
 from buckler.mbs.ensembles.readings import read_windows
 from buckler.mbs.laws import Coulomb, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction, delivered
 from buckler.mbs.library import CLOSED, PAPER_STIFFNESS, RATTLING
-<<<<<<< HEAD
-from buckler.mbs.spectral.run import State
-from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.start import start_rates
-from buckler.studies.rattling.turns import by_turn, resume, solver
-=======
 from buckler.mbs.spectral.run import once
 from buckler.studies.rattling.turns import DEPTHS, FORCE, solver
->>>>>>> 12e85bf (Run studies of the rattling crank-rocker on the library's ensembles)
 
 FAR = np.inf
 """No joint."""
@@ -211,18 +204,6 @@ def test_the_ledger_is_the_integral_of_what_the_samples_show():
     np.testing.assert_allclose(found.taken_friction[-1], rubbed, rtol=2e-3)
     higher = found.peak_force.max(axis=0) / np.hypot(*found.force.T).max(axis=1)
     assert higher.min() >= 1 - 1e-9 and higher.max() < 1.05  # impacts of a microsecond: samples miss their peaks, steps do not
-<<<<<<< HEAD
-    scene = CompiledScene.of(bar.mechanism())
-    start = State(0.0, scene.q0, start_rates(scene), scene.memory())
-    turn = by_turn(resume(scene, bar.period, solver(scene.mechanism, 1e-8), start, between=3).result, bar.period, 1)
-    for column, k in ((0, 2), (1, 5)):
-        square = np.trapezoid(found.q_tt[:, k] ** 2, found.time) / bar.period
-        assert turn["rms_a"][0, column] == pytest.approx(np.sqrt(square), rel=2e-3)
-        assert turn["peak_a"][0, column] == pytest.approx(np.abs(found.q_tt[:, k]).max(), rel=0.05)
-    np.testing.assert_allclose(turn["force"][0], found.peak_force.max(axis=0), rtol=1e-4)
-    np.testing.assert_allclose(turn["depth"][0], found.peak_depth.max(axis=0), rtol=1e-4)
-    assert turn["lost"][0] == pytest.approx(found.taken[-1], rel=1e-4)
-=======
     mechanism, readings = bar.mechanism(), [FORCE.format(joint) for joint in "OABC"]
     readings += [*DEPTHS, "rms(coupler.ax)", "rms(rocker.ax)", "max(abs(coupler.ax))", "max(abs(rocker.ax))"]
     made = once(mechanism, bar.period, solver(mechanism, 1e-8))
@@ -232,7 +213,6 @@ def test_the_ledger_is_the_integral_of_what_the_samples_show():
     np.testing.assert_allclose(turn[10:], np.abs(found.q_tt[:, [2, 5]]).max(axis=0), rtol=0.05)
     np.testing.assert_allclose(turn[:4], found.peak_force.max(axis=0), rtol=2e-3)
     np.testing.assert_allclose(turn[4:8], found.peak_depth.max(axis=0), rtol=2e-3)
->>>>>>> 12e85bf (Run studies of the rattling crank-rocker on the library's ensembles)
 
 
 def test_smaller_clearance_comes_nearer_the_ideal_mechanism():
