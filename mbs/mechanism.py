@@ -29,6 +29,8 @@ from .declare import (
 )  # fmt: skip
 from .declare.spec import Schema
 from .documents import document as documents
+from .documents.document import PARAMETERS
+from .documents.parameters import substitute
 from .documents.shorthand import SHORT, expand
 from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
 from .elements.element import GROUND, Element, Parts, place
@@ -235,8 +237,8 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in expand(name_materials(content)).items() if key not in ASIDE}
-        made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT))
+        described = {key: each for key, each in substitute(expand(name_materials(content))).items() if key not in ASIDE}
+        made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT, PARAMETERS))
         return made
 
     def save(self, path: str | Path) -> Path:

@@ -213,6 +213,19 @@ def measured(text: str) -> float:
     return Measured(value, text.strip(), source.dimension)
 
 
+USUAL = (
+    "1", "m", "rad", "s", "kg", "m/s", "rad/s", "Hz", "m/s^2", "N", "N m", "N/m", "N s/m", "N m/rad", "N m s/rad", "Pa", "kg/m^3",
+    "kg m^2", "W", "V", "A", "Ohm", "m^2", "m^4", "N m^2",
+)  # fmt: skip
+"""SI units of the quantities of mechanisms."""
+
+
+def unit_of(text: str) -> str:
+    """Return the SI unit of a number that is written with a unit; '' without one, or where it has no usual name."""
+    found = measured(text)
+    return next((unit for unit in USUAL if isinstance(found, Measured) and found.fits(unit)), "")
+
+
 def label_with_unit(name: str, unit: str) -> str:
     """Return a quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
     return name if unit in ("", "1") else f"{name} [{unit}]"

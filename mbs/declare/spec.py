@@ -134,7 +134,7 @@ class Quantity(Spec):
             plain["exclusiveMinimum" if self.open_low else "minimum"] = self.low
         if self.high < inf:
             plain["maximum"] = self.high
-        return {"anyOf": [plain, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
+        return {"anyOf": [plain, {"type": "string", "pattern": r"^\s*[-+(]*[\w.]"}]}
 
 
 @dataclass(eq=False, repr=False)

@@ -11,6 +11,10 @@ from typing import Any
 from ..declare.spec import did_you_mean
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
+PARAMETERS = "parameters"
+"""Table of named numbers, which are paths by themselves: `d` is `parameters.d`."""
+TABLES = ("points", "links", "velocities", "run", PARAMETERS)
+"""Tables that never stand on one line."""
 WIDTH = 100
 """Characters of a line: a table that would be longer gets lines of its own."""
 
@@ -48,7 +52,7 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
 
 def _is_table(name: str, each: object) -> bool:
     if isinstance(each, Mapping):
-        return name in ("points", "links", "velocities", "run") or len(_inline(each)) + len(name) > WIDTH or "body" in each
+        return name in TABLES or len(_inline(each)) + len(name) > WIDTH or "body" in each
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
 
@@ -168,6 +172,12 @@ def steps(content: Any, path: str) -> list[str | int]:
     words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
     if not words:
         raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")
+    named = content.get(PARAMETERS, {}) if isinstance(content, Mapping) else {}
+    if len(words) == 1 and path in named and path not in content:
+        words = [PARAMETERS, path]
+    if words[0] == PARAMETERS and len(words) > 1 and words[1] not in named:
+        known = ", ".join(named) or "none"
+        raise ValueError(f"{path}: not in the file{did_you_mean(words[1], named)}; there are: {known}")
     found: list[str | int] = []
     for k, word in enumerate(words):
         where = ".".join(words[: k + 1]).replace(".[", "[")

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..declare import Declared, declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, show
+from .document import PARAMETERS
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
@@ -39,7 +40,9 @@ def schema() -> Schema:
     pins = {"type": "array", "items": {"type": "string", "pattern": "^[^:]+:.+"}, "description": 'As "A: crank coupler".'}
     about = "What links and joints have that do not say otherwise."
     table = {"type": "object", "properties": {key: {"type": "object"} for key in KINDS}, "additionalProperties": False}
-    return {DEFAULTS: {**table, "description": about}, PINS: pins}
+    value = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    named = {"type": "object", "additionalProperties": value, "description": 'Named numbers, as d = "40 mm".'}
+    return {DEFAULTS: {**table, "description": about}, PINS: pins, PARAMETERS: named}
 
 
 def _read_defaults(defaults: object) -> dict[str, Any]:

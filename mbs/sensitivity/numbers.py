@@ -8,9 +8,10 @@ from dataclasses import dataclass, is_dataclass
 from typing import Any, NamedTuple
 
 from ..declare import Declaration, declarations
-from ..documents.document import change, get, steps
+from ..documents.document import PARAMETERS, change, get, steps
+from ..documents.parameters import substitute
 from ..mechanism import Mechanism
-from ..units import parse_quantity
+from ..units import is_measured, parse_quantity, unit_of
 from ..validate import short
 
 DURATION = "duration"
@@ -35,6 +36,7 @@ def standing(document: Mapping[str, object], path: str) -> Standing:
     ValueError
         If there is no such path.
     """
+    way = steps(document, path)
     about = _find_declaration(document, path)
     try:
         now = get(document, path)
@@ -42,7 +44,11 @@ def standing(document: Mapping[str, object], path: str) -> Standing:
         if about is None:
             raise ValueError(f"{path}: not in the file") from None
         now = about.default
-    return Standing(about, now, _fitting(document, steps(document, path), about.spec.unit, now) if about else "")
+    if way[0] == PARAMETERS:
+        return Standing(None, now, unit_of(now) if isinstance(now, str) and is_measured(now) else "")
+    if isinstance(now, str) and PARAMETERS in document:
+        now = get(substitute(document), path)
+    return Standing(about, now, _fitting(document, way, about.spec.unit, now) if about else "")
 
 
 def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str, now: Any) -> str:
@@ -63,7 +69,7 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
     found: Any = Mechanism.from_dict(document)
     about: Declaration | None = None
     way = steps(document, path)
-    for step in way:
+    for step in way if way[0] != PARAMETERS else ():
         if way[0] == "links" and found.__class__ is tuple and isinstance(step, str):
             found = {link.name: link for link in found}
         if isinstance(step, int) or isinstance(found, Mapping):

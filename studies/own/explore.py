@@ -35,7 +35,7 @@ from buckler.mbs.view.report import blank, content, with_ledger
 from buckler.mbs.view.shell import fill_page
 
 from ..kit.words import add_repeated
-from .verbs import Opened, file_command, numbers, read_range
+from .verbs import VARIED, Opened, file_command, read_range, varied_numbers
 
 HOST = "127.0.0.1"
 AROUND = (0.5, 2.0)
@@ -213,7 +213,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
-    add_repeated(parser, "--free", "PATH[=LOW:HIGH]", "a number with a slider; default all that are not zero but places")
+    add_repeated(parser, "--free", "PATH[=LOW:HIGH]", f"a number with a slider; default {VARIED}")
     parser.add_argument("--port", type=int, default=0, help="port of the server; default any that is free")
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
 
@@ -221,8 +221,7 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 def _serve(options: argparse.Namespace, file: Opened) -> int:
     """Serve the page until Ctrl-C."""
     free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
-    document = file.document if free else file.mechanism.to_dict()
-    usual = [path for path in numbers(document) if re.sub(r"\[\d+\]", "", path).rpartition(".")[2] not in OMITTED]
+    document, usual = (file.document, ()) if free else varied_numbers(file, OMITTED)
     explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(usual), file.measures)
     try:
         made, address = server(explorer, options.port)

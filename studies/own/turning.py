@@ -9,8 +9,8 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
-from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
@@ -19,13 +19,13 @@ from buckler.mbs.sensitivity.residuals import TIME_ZERO
 
 from ..kit.options import writable
 from ..kit.words import add_repeated
-from .verbs import Opened, add_json, count_runs, file_command, numbers, print_json, read_quantities, read_range
+from .verbs import VARIED, Opened, add_json, count_runs, file_command, print_json, read_quantities, read_range, varied_numbers
 
 
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
-    add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default all numbers that are not zero but places")
+    add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default {VARIED}")
     about = "a reading, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; default the measures of the file"
     add_repeated(parser, "--of", "READING", about)
 
@@ -34,10 +34,9 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
     readings = list(dict.fromkeys(options.of or file.measures))
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
-    mechanism = file.mechanism
-    by = _spreads(file.document, options.by) if options.by else list(numbers(mechanism.to_dict()))
+    document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
     with count_runs():
-        found = sensitivities(file.document if options.by else mechanism, file.duration, by=by, of=readings)
+        found = sensitivities(document, file.duration, by=by, of=readings)
     if options.json:
         print_json([row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows])
     else:
@@ -89,7 +88,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
             start=options.start, starts=options.starts, profiles=options.profile,
         )  # fmt: skip
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
-    mechanism = Mechanism.from_dict(change(file.document, kept)).save(out / f"{options.file.stem}-fitted.toml")
+    mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
     page = found.write_html(out / "report.html", f"{options.file.stem}: fit to {options.data.name}")
     if options.json:
         print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
@@ -119,8 +118,8 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     with count_runs():
         found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
                          starts=options.starts, budget=options.budget)  # fmt: skip
-    chosen = Mechanism.from_dict(change(file.document, found.values))
-    path = chosen.save(writable(options.out) / f"{options.file.stem}-chosen.toml")
+    chosen = change(file.document, found.values)
+    path = documents.write(chosen, writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         print_json(asdict(found))
     else:

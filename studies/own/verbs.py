@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.mbs.documents.document import change
+from buckler.mbs.documents.parameters import free_parameters
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.sensitivity.numbers import DURATION, standing
@@ -25,6 +27,9 @@ from .places import OPTIONS, name_errors, read_changes, read_file
 
 FIXED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers change only if they are named: whole numbers and places."""
+
+VARIED = "the parameters of the file, or all numbers that are not zero but places"
+"""Numbers that vary unless others are named, in words."""
 
 
 class Opened(NamedTuple):
@@ -121,6 +126,14 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
         return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from None
+
+
+def varied_numbers(file: Opened, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
+    """Return the document and the numbers that vary unless others are named: its parameters, or all but some last words."""
+    if named := free_parameters(file.document):
+        return file.document, named
+    document = file.mechanism.to_dict()
+    return document, [path for path in numbers(document) if re.sub(r"\[\d+\]", "", path).rpartition(".")[2] not in omitted]
 
 
 def numbers(content: object, path: str = "") -> Iterator[str]:
