@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from math import inf
+from math import inf, log
 
 import numpy as np
 
@@ -149,7 +149,7 @@ class _Refinement:
 
     def refine(self, coarse: Trial, fine: Trial) -> Answer:
         """Compare the last two runs, and go finer until the error is allowed."""
-        looked = False
+        looked, needed = False, 0.0
         while True:
             parting = self.find_parting(coarse, fine)
             if parting.at < inf and not looked:
@@ -168,8 +168,17 @@ class _Refinement:
                 return self.best()
             if self.count >= self.levels.runs_at_most or fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(coarse, fine, Status.SENSITIVE) if parting.at < inf else self.best()
+            if parting.at < needed:
+                return self.answer_until(coarse, fine, Status.CHAOTIC)
             self.before, self.ratio_before = now, coarse.level.tolerance / fine.level.tolerance
-            coarse, fine = fine, self.make(self.next_level(fine, self.find_ratio(beyond, parting.at < inf)), self.duration)
+            ratio = self.find_ratio(beyond, parting.at < inf)
+            needed = self.find_share(parting.at, fine.level, ratio) if ratio >= self.levels.ratio**CONFIRMED else 0.0
+            coarse, fine = fine, self.make(self.next_level(fine, ratio), self.duration)
+
+    def find_share(self, parting: float, level: Level, ratio: float) -> float:
+        """Find the time to which a refinement has to move a parting, if those that are left are to move it to the end [s]."""
+        gone = log(ratio) / log(self.levels.ratio)
+        return parting + gone * (self.duration - parting) / max(1.0, self.levels.left(level)) if parting < inf else 0.0
 
     def complete(self, trial: Trial) -> Trial:
         """Make the run of a level up to the end."""
@@ -206,8 +215,7 @@ class _Refinement:
         rattles, last = fine.end < self.duration, fine
         pair = (coarse, fine) if rattles else None
         for _ in range(1 if rattles else CONFIRMED):
-            least = (self.duration - parting.at) / max(1.0, self.levels.left(last.level))
-            end = min(last.end, (parting.at + least) * (1 + LAST / WINDOWS))
+            end = min(last.end, self.find_share(parting.at, last.level, self.levels.ratio) * (1 + LAST / WINDOWS))
             finer = self.make(self.next_level(last, self.levels.ratio), end)
             parting = self.find_parting(last, finer)
             if parting.at == inf:

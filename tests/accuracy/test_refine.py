@@ -130,10 +130,10 @@ def test_energies_that_do_not_add_up_are_an_error_of_the_run():
 # --- chaos ------------------------------------------------------------------------------------------------------------
 
 
-def exponential(rate):
-    """Runs that part from the right one as exp(rate t), to the size of the motion."""
+def exponential(rate, floor=0.0):
+    """Runs that part from the right one as exp(rate t), to the size of the motion; from a tolerance on no later."""
     return lambda tolerance, time: (
-        np.minimum(1e-3 * tolerance**0.75 * np.exp(rate * time), 0.5) * np.cos(20 * time + 7 * np.log(tolerance))
+        np.minimum(1e-3 * max(tolerance, floor) ** 0.75 * np.exp(rate * time), 0.5) * np.cos(20 * time + 7 * np.log(tolerance))
     )
 
 
@@ -143,6 +143,13 @@ def test_chaos_is_named_by_the_third_or_fourth_run():
     assert answer.chaos is Status.CHAOTIC and len(levels) <= 4
     assert 0.02 < answer.errors.until < 0.2 and answer.errors["P.x"] <= 1e-2
     assert "one trajectory to about t = " in answer.errors.notes[0]
+
+
+def test_refinements_that_cease_to_move_a_parting_end_as_chaotic():
+    """The third run moves it by its share; from a tolerance of 3e-6 on none does."""
+    answer, levels = found(exponential(16.0, floor=3e-6))
+    assert answer.chaos is Status.CHAOTIC and len(levels) == 5
+    assert 0.3 < answer.errors.until < 0.9 and answer.errors["P.x"] <= 1e-2
 
 
 def test_a_motion_within_reach_of_the_digits_is_followed_to_its_end():
