@@ -293,7 +293,7 @@ def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
     apart = {link.name: hypot(*np.subtract(points[link.end], points[link.start])) for link in links}
     off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)
-    return ValueError(f"links: out of reach, no pose has these lengths; at best {each}")
+    return ValueError(f"links: out of reach, no pose has these lengths; at best {each}; a plain number is in m")
 
 
 def _check(link: Any, points: Mapping[str, Pair]) -> None:

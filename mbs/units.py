@@ -92,7 +92,7 @@ def _symbol(name: str) -> Unit:
     if prefix in PREFIXES and base in SYMBOLS and base not in NEVER_PREFIXED:
         unit = SYMBOLS[base]
         return unit._replace(power=unit.power + PREFIXES[prefix])
-    raise ValueError(f"unknown unit '{name}'")
+    raise ValueError(f"unknown unit '{name}'; known: {', '.join([*SYMBOLS][2:])}, with prefixes {' '.join(PREFIXES)}")
 
 
 @lru_cache(maxsize=256)

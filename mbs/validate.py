@@ -24,7 +24,8 @@ def number(
         Names the parameter, its value, the allowed range and the unit.
     """
     if isinstance(value, Measured) and not value.fits(unit):
-        raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}")
+        turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if "rad/s" in unit and value.fits("Hz") else ""
+        raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}{turns}")
     checked = _as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:

@@ -101,6 +101,14 @@ def text(content: Mapping[str, object], ending: str) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
+QUOTES = 'a number with a unit, and every name, needs quotes: "0.3 mm"'
+CURES = {
+    "after a statement": QUOTES, "Unclosed": f"a bracket or a comma is missing, or {QUOTES}", "Invalid value": QUOTES,
+    "Cannot overwrite": "a name stands twice there; give each once", "Cannot declare": "a table stands twice; give each once",
+}  # fmt: skip
+"""Cures of mistakes in TOML, by words of the reader's message."""
+
+
 def read(path: Path) -> dict[str, Any]:
     """Read the document in a file, as yet unchecked."""
     import tomllib  # three milliseconds of an import that only files cost
@@ -111,8 +119,8 @@ def read(path: Path) -> dict[str, Any]:
         found = tomllib.loads(content) if ending == ".toml" else json.loads(content, object_pairs_hook=_no_doubles)
     except (ValueError, RecursionError) as error:  # RecursionError: brackets without end
         reason = " ".join(str(error).split())
-        if ending == ".toml" and "after a statement" in reason:
-            reason += '; a number with a unit, and every name, needs quotes: "0.3 mm"'
+        cure = next((cure for sign, cure in CURES.items() if ending == ".toml" and sign in reason), "")
+        reason += f"; {cure}" if cure else ""
         raise ValueError(f"{path}: no valid {ending[1:].upper()}: {reason}") from None
     if not isinstance(found, dict):
         raise ValueError(f"{path}: must be a table, not a {type(found).__name__}")
@@ -195,7 +203,9 @@ def _step(content: object, word: str, where: str, last: bool) -> str | int:
     if not isinstance(content, Mapping):
         raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
     if word not in content and not last:
-        raise ValueError(f"{where}: not in the file{did_you_mean(word, content)}; there are: {', '.join(content)}")
+        home = next((key for key, each in content.items() if isinstance(each, Mapping) and word in each), "")
+        meant = f", did you mean '{home}.{word}'?" if home and word == where else did_you_mean(word, content)
+        raise ValueError(f"{where}: not in the file{meant}; there are: {', '.join(content)}")
     return word
 
 

@@ -24,6 +24,8 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
         In one line that begins with the place.
     """
     found = {key: each for key, each in content.items() if key not in SHORT}
+    if isinstance(content.get("links"), list) and not all("name" in each for each in content["links"]):
+        raise ValueError("links = [...]: must be tables by name, as [links.crank]")
     defaults = _read_defaults(content.get(DEFAULTS, {}))
     if defaults and isinstance(found.get("links"), Mapping):
         found["links"] = {name: _link(link, defaults) for name, link in found["links"].items()}

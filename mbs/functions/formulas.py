@@ -79,10 +79,19 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] =
         raise ValueError(f"a formula of {len(text)} characters; allowed: {LONGEST}")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"'{text}' is no formula") from None
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise ValueError(f"'{text}' is no formula{_syntax(text, error)}") from None
     _check(tree, {*variables, *CONSTANTS}, functions, 0)
     return tree
+
+
+def _syntax(text: str, error: Exception) -> str:
+    """Say what is wrong with the signs of a formula."""
+    if re.search(r"\d\s+[A-Za-z%]", text):
+        return "; a formula has plain numbers, in SI, as 6.28 for 60 rpm"
+    if re.search(r"[\d)]\s*[A-Za-z(]", text) and "never closed" not in str(error):
+        return "; a product is written with *"
+    return f": {error.msg.partition('. ')[0]}" if isinstance(error, SyntaxError) else ""
 
 
 def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth: int) -> None:
@@ -115,8 +124,8 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
 
 
 def _not_allowed(node: ast.expr) -> str:
-    comma = "; decimals are written with a point" if isinstance(node, ast.Tuple) else ""
-    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{comma}"
+    cures = {ast.Tuple: "; decimals are written with a point", ast.Call: "; a product is written with *"}
+    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{cures.get(type(node), '')}"
 
 
 def _hint(word: str, known: Iterable[str]) -> str:

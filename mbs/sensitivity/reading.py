@@ -19,7 +19,6 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from math import nan
 from typing import Any, NamedTuple
 
@@ -28,6 +27,7 @@ import numpy as np
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..record.lookup import unknown
 from .curve import Curve
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
@@ -124,9 +124,7 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
         longest = sorted(map(re.escape, signals), key=len, reverse=True)
         left = re.sub(rf"(?<![\w.])(?:{'|'.join(longest)})(?![\w.])", replace, text)
     for name in TOKEN.findall(left):
-        close = get_close_matches(name, list(signals), n=1)
-        hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(signals)}"
-        raise WrongReadingError(f"{text}: no signal '{name}'; {hint}")
+        raise WrongReadingError(f"{text}: {unknown(name, list(signals))}")
     if "frequency" in text:
         raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:

@@ -10,11 +10,10 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.lookup import between
+from ..record.lookup import between, unknown
 from ..record.run import Run
 from ..solvers import Controlled, Spectral
 from ..units import fits
-from ..validate import near
 from .curve import Smooth
 from .data import Experiment
 from .numbers import Family, Source
@@ -180,9 +179,7 @@ def read_run(found: Run, each: Experiment, zero: float = 0.0) -> dict[str, Any]:
     said: dict[str, Any] = {}
     for name in each.signals:
         if name not in values:
-            close = near(name, values)
-            hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(values)}"
-            raise WrongReadingError(f"no signal '{name}'; {hint}")
+            raise WrongReadingError(str(unknown(name, list(values))))
         if (given := each.units.get(name)) and not fits(given, units[name]):
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = found.traits[name].rate

@@ -65,6 +65,8 @@ def entry(name: str) -> Entry:
     """Look a study up; an UnknownStudyError names the closest one."""
     studies = STUDIES if name in STUDIES else everything()
     if name not in studies:
+        if "." in name or Path(name).exists():
+            raise UnknownStudyError(f"{name}: no mechanism's file, whose name ends in .toml or .json, and no study's, in .py")
         here = next(
             (f"did you mean {name}{ending}?" for ending in (".toml", ".json", ".py") if Path(f"{name}{ending}").is_file()), ""
         )

@@ -33,7 +33,8 @@ class Parser(argparse.ArgumentParser):
         """Raise the message, to be printed as one line without the usage."""
         if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
             known = [name for action in self._actions for name in action.choices or ()]
-            message = f"unknown command '{found[1]}'; {registry.hint(found[1], known) or 'see --help'}"
+            meant = registry.hint(found[1], known) or f"there are: {', '.join(known)}"
+            message = f"unknown command '{found[1]}'; {meant}"
         raise ValueError(message)
 
     def read(self, argv: Sequence[str]) -> argparse.Namespace:

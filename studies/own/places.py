@@ -33,6 +33,9 @@ def name_errors(path: Path) -> Iterator[None]:
         yield
     except (ValueError, OSError, ImportError) as error:
         text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        if isinstance(error, FileNotFoundError) and not path.exists():
+            there = ", ".join(sorted(each.name for each in path.parent.glob("*.toml"))[:8])
+            text += f"; there are: {there}" if there else "; `buckler new` writes an example"
         raise ValueError(text if text.startswith((str(path), "--")) else f"{path}: {text}") from None
 
 

@@ -85,7 +85,7 @@ def test_measures(text, value, unit):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("max(B.y)", "max(B.y): no signal 'B.y'; did you mean B.x?"),
+        ("max(B.y)", "max(B.y): no signal 'B.y'; near it: B.x"),
         ("B.x", "B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
         ("mx(B.x)", "mx(B.x): unknown function 'mx', did you mean max?"),
         ("max(B.x", "max(B.x: '"),
