@@ -58,57 +58,57 @@ def motor(t, speed, p, address):
 
 
 @inner
-def value_along(s, k, t, value, rate, mem, since, reaction):
+def value_along(tables, k, t, value, rate, mem, since, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
-    kind, number = s.forces[k, KIND], s.forces[k, NUMBERS]
-    p = s.data[number : number + 8]
+    kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
+    p = tables.data[number : number + 8]
     if kind == LINE_SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
     if kind == CONTACT:
         depth = p[0] * (value - p[1])
-        return -p[0] * normal_force(s, s.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET]) if depth > 0.0 else 0.0
+        return -p[0] * normal_force(tables, tables.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET]) if depth > 0.0 else 0.0
     if kind == DRY:
         return -dry(rate, p)
     if kind == SEAT:
-        return -rubbing(s, s.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
+        return -rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
     if kind == STRUT:
-        return -strut(value, rate, p, s.laws[s.forces[k, LAW_OF], CALL])
+        return -strut(value, rate, p, tables.laws[tables.forces[k, LAW_OF], CALL])
     if kind == GIVEN:
-        address = s.laws[s.forces[k, LAW_OF], CALL] if s.forces[k, LAW_OF] >= 0 else 0
+        address = tables.laws[tables.forces[k, LAW_OF], CALL] if tables.forces[k, LAW_OF] >= 0 else 0
         return p[0] if address == 0 else call1(address, t)
     if kind == MOTOR:
-        return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], CALL] if s.forces[k, LAW_OF] >= 0 else 0)
+        return motor(t, rate, p, tables.laws[tables.forces[k, LAW_OF], CALL] if tables.forces[k, LAW_OF] >= 0 else 0)
     if p[0] == 1.0:  # a spring's law
-        return -call2(s.laws[s.forces[k, LAW_OF], CALL], value - p[2], rate)
-    return call3(s.laws[s.forces[k, LAW_OF], CALL], t, value - p[2], rate)
+        return -call2(tables.laws[tables.forces[k, LAW_OF], CALL], value - p[2], rate)
+    return call3(tables.laws[tables.forces[k, LAW_OF], CALL], t, value - p[2], rate)
 
 
 @aside
-def slopes_along(s, k, t, value, rate, mem, since, reaction):
+def slopes_along(tables, k, t, value, rate, mem, since, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
-    kind, number = s.forces[k, KIND], s.forces[k, NUMBERS]
-    p = s.data[number : number + 8]
+    kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
+    p = tables.data[number : number + 8]
     if kind == LINE_SPRING:
         return -p[0], -p[1]
     if kind == CONTACT:
         depth = p[0] * (value - p[1])
         if depth <= 0.0:
             return 0.0, 0.0
-        by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET])
+        by_depth, by_rate = normal_slopes(tables, tables.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET])
         return -by_depth, -by_rate
     if kind == GIVEN:
         return 0.0, 0.0
     if kind == SEAT:
-        return 0.0, -rubbing_slope(s, s.forces[k, FRICTION_OF], rate, mem, since) * abs(reaction)
+        return 0.0, -rubbing_slope(tables, tables.forces[k, FRICTION_OF], rate, mem, since) * abs(reaction)
     by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == MOTOR else 1e-3)
     if kind == STRUT or kind == LAW:
         hv = 1e-6 * max(abs(value), 1e-3) if kind == LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
         by_value = (
-            value_along(s, k, t, value + hv, rate, mem, since, reaction)
-            - value_along(s, k, t, value - hv, rate, mem, since, reaction)
+            value_along(tables, k, t, value + hv, rate, mem, since, reaction)
+            - value_along(tables, k, t, value - hv, rate, mem, since, reaction)
         ) / (2.0 * hv)
     by_rate = (
-        value_along(s, k, t, value, rate + hr, mem, since, reaction)
-        - value_along(s, k, t, value, rate - hr, mem, since, reaction)
+        value_along(tables, k, t, value, rate + hr, mem, since, reaction)
+        - value_along(tables, k, t, value, rate - hr, mem, since, reaction)
     ) / (2.0 * hr)
     return by_value, by_rate

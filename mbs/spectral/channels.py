@@ -34,36 +34,36 @@ PLAIN, MAGNITUDE, POSITIVE = range(3)
 
 
 @jit
-def evaluate(s, w, out, columns, scales, values):
+def evaluate(tables, work, out, columns, scales, values):
     """Fill values (times, columns) from the rows of a run."""
-    _evaluate(lend(s), lend(w), lend(out), columns, scales, values)
+    _evaluate(lend(tables), lend(work), lend(out), columns, scales, values)
 
 
 @aside
-def _evaluate(s, w, out, columns, scales, values):
-    f, needed = np.zeros(out.q.shape[1]), np.zeros(s.forces.shape[0], dtype=np.bool_)
+def _evaluate(tables, work, out, columns, scales, values):
+    f, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
         if columns[c, 0] == REPORT:
             needed[columns[c, 1]] = True
     for i in range(out.time.size):
         t, lam, memory = out.time[i], out.lam[i], out.memory[i]
-        place_markers(s, w, out.q[i], out.v[i])
+        place_markers(tables, work, out.q[i], out.v[i])
         for k in range(needed.size):
             if needed[k]:
-                add_one(s, w, k, t, lam, memory, t - memory[0, FASTEST], f)
+                add_one(tables, work, k, t, lam, memory, t - memory[0, FASTEST], f)
         for c in range(columns.shape[0]):
             source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
             if source == REPORT:
-                value = w.reports[index, component]
+                value = work.reports[index, component]
             elif source == MARKER:
-                value = w.state[index, component]
+                value = work.state[index, component]
             elif source == MULTIPLIER:
                 value = lam[index]
             else:
-                value = w.state[index, AX + component]
-                first, count = s.markers[index, FIRST], s.markers[index, COUNT]
+                value = work.state[index, AX + component]
+                first, count = tables.markers[index, FIRST], tables.markers[index, COUNT]
                 for j in range(first, first + count):
-                    value += w.slope[component, j] * out.a[i, s.places[j]]
+                    value += work.slope[component, j] * out.a[i, tables.places[j]]
             value *= scales[c]
             if transform == MAGNITUDE:
                 value = abs(value)

@@ -19,31 +19,31 @@ from .tables import (
 
 
 @inner
-def touches(s, k):
+def touches(tables, k):
     """Whether force k is a contact."""
-    return s.forces[k, KIND] == CONTACT or s.forces[k, KIND] == JOURNAL
+    return tables.forces[k, KIND] == CONTACT or tables.forces[k, KIND] == JOURNAL
 
 
 @inner
-def begins_smoothly(s, k):
+def begins_smoothly(tables, k):
     """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
-    law = s.forces[k, LAW_OF]
-    return s.laws[law, KIND] == IMPACT and s.law_numbers[law, 1] > 1.0
+    law = tables.forces[k, LAW_OF]
+    return tables.laws[law, KIND] == IMPACT and tables.law_numbers[law, 1] > 1.0
 
 
 @inner
-def depth_of(s, reports, k):
+def depth_of(tables, reports, k):
     """Depth of contact k, from its report."""
-    if s.forces[k, KIND] == JOURNAL:
+    if tables.forces[k, KIND] == JOURNAL:
         return reports[k, LENGTH]
-    side, face = s.data[s.forces[k, NUMBERS]], s.data[s.forces[k, NUMBERS] + 1]
+    side, face = tables.data[tables.forces[k, NUMBERS]], tables.data[tables.forces[k, NUMBERS] + 1]
     return side * (reports[k, LENGTH] - face)
 
 
 @inner
-def rate_of_depth(s, reports, k):
+def rate_of_depth(tables, reports, k):
     """Its rate."""
-    return reports[k, RATE] if s.forces[k, KIND] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, RATE]
+    return reports[k, RATE] if tables.forces[k, KIND] == JOURNAL else tables.data[tables.forces[k, NUMBERS]] * reports[k, RATE]
 
 
 @inner
@@ -82,7 +82,7 @@ def crossing(h, d0, v0, d1, v1):
 
 
 @inner
-def first_onset(s, before, reports, h, landing, outside, smooth):
+def first_onset(tables, before, reports, h, landing, outside, smooth):
     """Fraction of the step at which the first open contact closes; 2 if none does.
 
     The step is to end `outside` of the face, and may miss that by as much: one that ended a rounding error inside would have
@@ -90,104 +90,107 @@ def first_onset(s, before, reports, h, landing, outside, smooth):
     count if `smooth`, or where they also end within the step: its stages may have missed them.
     """
     first, miss = 2.0, outside if outside > 0.0 else landing
-    for k in range(s.forces.shape[0]):
-        if touches(s, k):
-            d0, d1 = depth_of(s, before, k), depth_of(s, reports, k)
-            counts = smooth or d1 <= 0.0 or not begins_smoothly(s, k)
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k):
+            d0, d1 = depth_of(tables, before, k), depth_of(tables, reports, k)
+            counts = smooth or d1 <= 0.0 or not begins_smoothly(tables, k)
             if counts and d0 < -landing and abs(d1 + outside) > miss:
-                rates = rate_of_depth(s, before, k), rate_of_depth(s, reports, k)
+                rates = rate_of_depth(tables, before, k), rate_of_depth(tables, reports, k)
                 first = min(first, crossing(h, d0 + outside, rates[0], d1 + outside, rates[1]))
     return first
 
 
 @inner
-def time_to_faces(s, reports, near):
+def time_to_faces(tables, reports, near):
     """Time after which all contacts that are about to close, and as near, are a tenth of that inside."""
     time = 0.0
-    for k in range(s.forces.shape[0]):
-        if touches(s, k):
-            depth, rate = depth_of(s, reports, k), rate_of_depth(s, reports, k)
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k):
+            depth, rate = depth_of(tables, reports, k), rate_of_depth(tables, reports, k)
             if -near <= depth <= 0.0 and rate > 0.0:
                 time = max(time, (0.1 * near - depth) / rate)
     return time
 
 
 @inner
-def lets_go(s, before, reports, largest, share, landing):
+def lets_go(tables, before, reports, largest, share, landing):
     """Whether a contact pushes no more that pushed with a share of its largest force so far, or was passed through.
 
     There is a kink to be cut out.
     """
-    for k in range(s.forces.shape[0]):
-        if touches(s, k):
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k):
             if reports[k, VALUE] == 0.0 and abs(before[k, VALUE]) > share * largest[k]:
                 return True
             if (
-                abs(depth_of(s, before, k)) <= landing
-                and depth_of(s, reports, k) < -landing
-                and rate_of_depth(s, before, k) > 0.0
+                abs(depth_of(tables, before, k)) <= landing
+                and depth_of(tables, reports, k) < -landing
+                and rate_of_depth(tables, before, k) > 0.0
             ):
                 return True
     return False
 
 
 @inner
-def remember_onset(s, before, reports, k, m, floor, graze, near):
+def remember_onset(tables, before, reports, k, m, floor, graze, near):
     """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
 
     A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face. It counts as
     closed, too, where it comes as near as `near` and is about to close.
     """
-    old, new, rate = depth_of(s, before, k), depth_of(s, reports, k), rate_of_depth(s, reports, k)
+    old, new, rate = depth_of(tables, before, k), depth_of(tables, reports, k), rate_of_depth(tables, reports, k)
     if new > -old >= 0.0:
-        rate = rate_of_depth(s, before, k)
+        rate = rate_of_depth(tables, before, k)
     if new <= 0.0 or old <= 0.0:
         m[ONSET] = max(rate, floor, graze * m[FASTEST])
     if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
-        if s.forces[k, KIND] == CONTACT:
+        if tables.forces[k, KIND] == CONTACT:
             m[FASTEST] = max(m[FASTEST], m[ONSET])
         return 1
     return -1 if reports[k, VALUE] == 0.0 and before[k, VALUE] != 0.0 else 0
 
 
 @inner
-def closing(s, before, reports, least):
+def closing(tables, before, reports, least):
     """Time from a step's start, or, negative, from its end, to where a contact that closes is as far beyond its face as there.
 
     0 if none closes.
     """
-    for k in range(s.forces.shape[0]):
-        if touches(s, k):
-            old, new = depth_of(s, before, k), depth_of(s, reports, k)
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k):
+            old, new = depth_of(tables, before, k), depth_of(tables, reports, k)
             if new > 0.0 >= old:
                 near = new > -old
-                rate = rate_of_depth(s, before if near else reports, k)
+                rate = rate_of_depth(tables, before if near else reports, k)
                 if rate > 0.0:
                     return (least if near else -least) - 2.0 * (old if near else new) / rate
     return 0.0
 
 
 @inner
-def bend_of_depths(s, before, reports, h):
+def bend_of_depths(tables, before, reports, h):
     """How far depths of closed contacts are from straight lines over a step, of each."""
     most = 0.0
-    for k in range(s.forces.shape[0]):
-        if touches(s, k):
-            deep = max(depth_of(s, before, k), depth_of(s, reports, k))
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k):
+            deep = max(depth_of(tables, before, k), depth_of(tables, reports, k))
             if deep > 0.0:
-                most = max(most, 0.125 * h * abs(rate_of_depth(s, reports, k) - rate_of_depth(s, before, k)) / deep)
+                most = max(most, 0.125 * h * abs(rate_of_depth(tables, reports, k) - rate_of_depth(tables, before, k)) / deep)
     return most
 
 
 @inner
-def error_of_depth(s, before, reports, shifted, h, k, least, noise):
+def error_of_depth(tables, before, reports, shifted, h, k, least, noise):
     """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
 
     `shifted` are reports at the error's end.
     """
-    old, new = depth_of(s, before, k), depth_of(s, reports, k)
+    old, new = depth_of(tables, before, k), depth_of(tables, reports, k)
     deep = max(old, new)
     if deep <= 0.0:
         return 0.0
-    way, off = h * max(abs(rate_of_depth(s, before, k)), abs(rate_of_depth(s, reports, k))), abs(depth_of(s, shifted, k) - new)
+    way, off = (
+        h * max(abs(rate_of_depth(tables, before, k)), abs(rate_of_depth(tables, reports, k))),
+        abs(depth_of(tables, shifted, k) - new),
+    )
     return off / max(deep, way, least) if off > noise else 0.0

@@ -15,77 +15,77 @@ from .strips import carry_stresses
 
 
 @jit
-def place(s, w, q, v):
+def place(tables, work, q, v):
     """Place the markers."""
-    place_markers(lend(s), lend(w), q, v)
+    place_markers(lend(tables), lend(work), q, v)
 
 
 @jit
-def measured(s, w, k, grad, hess):
+def measured(tables, work, k, grad, hess):
     """Length or angle k, its gradient and Hessian. Markers are placed."""
-    return _measured(lend(s), lend(w), k, grad, hess)
+    return _measured(lend(tables), lend(work), k, grad, hess)
 
 
 @aside
-def _measured(s, w, k, grad, hess):
-    value, _ = measure(s, w, k, grad)
-    curve(s, w, k, grad, hess)
+def _measured(tables, work, k, grad, hess):
+    value, _ = measure(tables, work, k, grad)
+    curve(tables, work, k, grad, hess)
     return value
 
 
 @jit
-def mass_at(s, w, q, mass):
+def mass_at(tables, work, q, mass):
     """Fill mass with M(q)."""
-    mass_matrix(lend(s), lend(w), q, mass)
+    mass_matrix(lend(tables), lend(work), q, mass)
 
 
 @jit
-def assemble(s, w, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
+def assemble(tables, work, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
     """Forces, residuals g, right sides of G v = speed and G a = change, and matrices by their entries.
 
     Those (4, slots + 1) are -df/dlambda, damping, stiffness, and G and its transpose; where they are only the last one, it is
     filled alone.
     """
-    _assemble(lend(s), lend(w), t, q, v, lam, memory, since, matrices, force, residual, speed, change)
+    _assemble(lend(tables), lend(work), t, q, v, lam, memory, since, matrices, force, residual, speed, change)
 
 
 @aside
-def _assemble(s, w, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
-    forces(s, w, t, q, v, lam, memory, since, force)
-    every, jacobian = matrices.shape[0] > 1, np.zeros(s.members.size)
+def _assemble(tables, work, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
+    forces(tables, work, t, q, v, lam, memory, since, force)
+    every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if every:
-        tangents(s, w, t, q, v, lam, memory, since, matrices[0], matrices[1], matrices[2])
-    constraints(s, w, t, jacobian, residual, speed, change)
+        tangents(tables, work, t, q, v, lam, memory, since, matrices[0], matrices[1], matrices[2])
+    constraints(tables, work, t, jacobian, residual, speed, change)
     if every:
-        add_multipliers(s, w, q, lam, matrices[2])
-    add_rows(s, jacobian, matrices[matrices.shape[0] - 1])
+        add_multipliers(tables, work, q, lam, matrices[2])
+    add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
 
 
 @jit
-def carry(s, w, dq):
+def carry(tables, work, dq):
     """Carry the strips' stresses, unknowns of their own, over a change of the coordinates since forces were last assembled."""
-    _carry(lend(s), lend(w), dq)
+    _carry(lend(tables), lend(work), dq)
 
 
 @aside
-def _carry(s, w, dq):
-    carry_stresses(s, w, dq, np.zeros(dq.size), w.stress, w.slack)
+def _carry(tables, work, dq):
+    carry_stresses(tables, work, dq, np.zeros(dq.size), work.stress, work.slack)
 
 
 @jit
-def held(s, e, w, q, x):
+def held(tables, order, work, q, x):
     """Solve M a + G^T lambda = force, G a = change at coordinates q in place, for x = (force, change)."""
-    _held(lend(s), lend(e), lend(w), q, x)
+    _held(lend(tables), lend(order), lend(work), q, x)
 
 
 @aside
-def _held(s, e, w, q, x):
-    r, values = s.rows.shape[0], np.zeros(s.mass.size)
-    jacobian, unused = np.zeros(s.members.size), np.zeros((3, r))
-    place_markers(s, w, q, np.zeros(q.size))
-    constraints(s, w, 0.0, jacobian, unused[0], unused[1], unused[2])
-    mass_matrix(s, w, q, values)
-    add_rows(s, jacobian, values)
-    factors, swaps = np.zeros(e.fronts[-1, 3] + e.fronts[-1, 1] ** 2), np.zeros(e.unknowns.size, np.int64)
-    factor(e, values, factors, swaps, np.zeros(x.size), False)
-    solve(e, factors, swaps, x, np.zeros(x.size))
+def _held(tables, order, work, q, x):
+    r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
+    jacobian, unused = np.zeros(tables.members.size), np.zeros((3, r))
+    place_markers(tables, work, q, np.zeros(q.size))
+    constraints(tables, work, 0.0, jacobian, unused[0], unused[1], unused[2])
+    mass_matrix(tables, work, q, values)
+    add_rows(tables, jacobian, values)
+    factors, swaps = np.zeros(order.fronts[-1, 3] + order.fronts[-1, 1] ** 2), np.zeros(order.unknowns.size, np.int64)
+    factor(order, values, factors, swaps, np.zeros(x.size), False)
+    solve(order, factors, swaps, x, np.zeros(x.size))

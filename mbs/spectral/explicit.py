@@ -92,117 +92,117 @@ def flight_for(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> 
 
 
 @close
-def _has_changed(s, x):
+def _has_changed(tables, flight):
     """Tell whether the matrix is another than the one factored last: it has modal links, or other gradients of constraints."""
-    changed = s.modal.shape[0] > 0 or x.begun[0] == 0
-    for i in range(x.jacobian.size):
-        changed = changed or x.jacobian[i] != x.factored[i]
-        x.factored[i] = x.jacobian[i]
+    changed = tables.modal.shape[0] > 0 or flight.begun[0] == 0
+    for i in range(flight.jacobian.size):
+        changed = changed or flight.jacobian[i] != flight.factored[i]
+        flight.factored[i] = flight.jacobian[i]
     return changed
 
 
 @inner
-def rates_at(s, e, w, x, t, y, out):
+def rates_at(tables, order, work, flight, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
-    n, r = x.force.size, x.lam.size
+    n, r = flight.force.size, flight.lam.size
     q, v = y[:n], y[n : 2 * n]
-    for k in range(s.forces.shape[0]):
-        x.memory[k, BRISTLE] = y[2 * n + k]
-    for m in range(s.markers.shape[0]):
-        place_marker(s, w, m, q, v)
+    for k in range(tables.forces.shape[0]):
+        flight.memory[k, BRISTLE] = y[2 * n + k]
+    for m in range(tables.markers.shape[0]):
+        place_marker(tables, work, m, q, v)
     for i in range(n):
-        x.right[i] = s.factors[-1] * s.weight[i]
-    if s.strips.shape[0] > 0:
-        add_strips(s, w, q, v, x.right)
-    if s.modal.shape[0] > 0:
-        add_modal(s, q, v, x.right)
-    for k in range(s.forces.shape[0]):
-        add_one(s, w, k, t, x.lam, x.memory, -1.0, x.right)
+        flight.right[i] = tables.factors[-1] * tables.weight[i]
+    if tables.strips.shape[0] > 0:
+        add_strips(tables, work, q, v, flight.right)
+    if tables.modal.shape[0] > 0:
+        add_modal(tables, q, v, flight.right)
+    for k in range(tables.forces.shape[0]):
+        add_one(tables, work, k, t, flight.lam, flight.memory, -1.0, flight.right)
     for k in range(r):
-        constraint(s, w, k, t, x.residual, x.jacobian, x.speed, x.change)
-        x.right[n + k] = x.change[k]
-    if _has_changed(s, x):
-        renew_mass(s, w, q, x.jacobian, x.matrix)
-        factor(e, x.matrix, x.factors, x.swaps, x.amount, x.begun[0] > 0)
-        x.begun[0] = 1
-    solve(e, x.factors, x.swaps, x.right, x.part)
+        constraint(tables, work, k, t, flight.residual, flight.jacobian, flight.speed, flight.change)
+        flight.right[n + k] = flight.change[k]
+    if _has_changed(tables, flight):
+        renew_mass(tables, work, q, flight.jacobian, flight.matrix)
+        factor(order, flight.matrix, flight.factors, flight.swaps, flight.amount, flight.begun[0] > 0)
+        flight.begun[0] = 1
+    solve(order, flight.factors, flight.swaps, flight.right, flight.part)
     for i in range(n):
-        out[i], out[n + i] = v[i], x.right[i]
+        out[i], out[n + i] = v[i], flight.right[i]
     for k in range(r):
-        x.lam[k] = x.right[n + k]
-    for k in range(s.forces.shape[0]):
-        kind, law = s.forces[k, KIND], s.forces[k, FRICTION_OF]
+        flight.lam[k] = flight.right[n + k]
+    for k in range(tables.forces.shape[0]):
+        kind, law = tables.forces[k, KIND], tables.forces[k, FRICTION_OF]
         out[2 * n + k] = 0.0
-        if law >= 0 and (kind == SEAT or (kind == JOURNAL and w.reports[k, LENGTH] > 0.0)):
-            out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, SLIP])
+        if law >= 0 and (kind == SEAT or (kind == JOURNAL and work.reports[k, LENGTH] > 0.0)):
+            out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, SLIP])
 
 
 @jit
-def look(s, e, w, x, time, q, v, memory, a, lam, speed, reports):
+def look(tables, order, work, flight, time, q, v, memory, a, lam, speed, reports):
     """Fill a (times, n), lam and drives' speeds (times, r), and reports (times, forces, 8) at given states."""
-    _look(lend(s), lend(e), lend(w), lend(x), time, q, v, memory, a, lam, speed, reports)
+    _look(lend(tables), lend(order), lend(work), lend(flight), time, q, v, memory, a, lam, speed, reports)
 
 
 @aside
-def _look(s, e, w, x, time, q, v, memory, a, lam, speed, reports):
-    n = x.force.size
+def _look(tables, order, work, flight, time, q, v, memory, a, lam, speed, reports):
+    n = flight.force.size
     for i in range(time.size):
         for j in range(n):
-            x.trial[j], x.trial[n + j] = q[i, j], v[i, j]
-        for k in range(s.forces.shape[0]):
-            x.memory[k, ONSET] = memory[i, k, ONSET]
-            x.trial[2 * n + k] = memory[i, k, BRISTLE]
-        rates_at(s, e, w, x, time[i], x.trial, x.rates[1])
+            flight.trial[j], flight.trial[n + j] = q[i, j], v[i, j]
+        for k in range(tables.forces.shape[0]):
+            flight.memory[k, ONSET] = memory[i, k, ONSET]
+            flight.trial[2 * n + k] = memory[i, k, BRISTLE]
+        rates_at(tables, order, work, flight, time[i], flight.trial, flight.rates[1])
         for j in range(n):
-            a[i, j] = x.rates[1, n + j]
-        copy(x.lam, lam[i]), copy(x.speed, speed[i]), copy(w.reports, reports[i])
+            a[i, j] = flight.rates[1, n + j]
+        copy(flight.lam, lam[i]), copy(flight.speed, speed[i]), copy(work.reports, reports[i])
 
 
 @close
-def _is_off(s, x, allowed):
+def _is_off(tables, flight, allowed):
     """Whether the new state is off its constraints by more than is allowed, of the units of coordinates and of their rates."""
-    n, worst = x.force.size, 0.0
-    for k in range(x.lam.size):
-        slip = row_times(s, k, x.jacobian, x.new[n : 2 * n]) - x.speed[k]
-        worst = max(worst, abs(x.residual[k]), abs(slip) / x.pace[0])
-    return worst > allowed * x.units.min()
+    n, worst = flight.force.size, 0.0
+    for k in range(flight.lam.size):
+        slip = row_times(tables, k, flight.jacobian, flight.new[n : 2 * n]) - flight.speed[k]
+        worst = max(worst, abs(flight.residual[k]), abs(slip) / flight.pace[0])
+    return worst > allowed * flight.units.min()
 
 
 @close
-def _put_back(s, e, x):
+def _put_back(tables, order, flight):
     """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
-    n, r = x.force.size, x.lam.size
+    n, r = flight.force.size, flight.lam.size
     for level in range(2):
-        y = x.new[level * n : level * n + n]
-        x.right[:] = 0.0
+        y = flight.new[level * n : level * n + n]
+        flight.right[:] = 0.0
         for k in range(r):
-            x.right[n + k] = x.residual[k] if level == 0 else row_times(s, k, x.jacobian, y) - x.speed[k]
-        solve(e, x.factors, x.swaps, x.right, x.part)
+            flight.right[n + k] = flight.residual[k] if level == 0 else row_times(tables, k, flight.jacobian, y) - flight.speed[k]
+        solve(order, flight.factors, flight.swaps, flight.right, flight.part)
         for i in range(n):
-            y[i] -= x.right[i]
+            y[i] -= flight.right[i]
 
 
 @close
-def _stages(s, e, w, x, t, h):
+def _stages(tables, order, work, flight, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     for stage in range(1, 7):
-        target, f, c = x.new if stage == 6 else x.trial, x.rates, WEIGHTS[stage]
-        for i in range(x.y.size):  # in one go, weights of zero and all: rates are finite, see _try
-            target[i] = x.y[i] + h * (
+        target, f, c = flight.new if stage == 6 else flight.trial, flight.rates, WEIGHTS[stage]
+        for i in range(flight.y.size):  # in one go, weights of zero and all: rates are finite, see _try
+            target[i] = flight.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
-        rates_at(s, e, w, x, t + NODES[stage] * h, target, x.rates[stage])
+        rates_at(tables, order, work, flight, t + NODES[stage] * h, target, flight.rates[stage])
 
 
 @close
-def _error(x, h, tolerance):
+def _error(flight, h, tolerance):
     """Embedded error over what is allowed: of coordinates, in their units, and of rates, in units a largest rate so far."""
-    n, worst = x.force.size, 0.0
+    n, worst = flight.force.size, 0.0
     for i in range(2 * n):
         e = 0.0
         for j in range(7):
-            e += ERRORS[j] * x.rates[j, i]
-        share = abs(h * e) / (x.units[i] if i < n else x.units[i - n] * x.pace[0])
+            e += ERRORS[j] * flight.rates[j, i]
+        share = abs(h * e) / (flight.units[i] if i < n else flight.units[i - n] * flight.pace[0])
         if not share < math.inf:
             return math.inf  # not a number is larger than nothing
         worst = max(worst, share)
@@ -218,19 +218,21 @@ def _next_stop(clock, controls, stops):
 
 
 @aside
-def _try(s, e, w, x, clock, h, last, controls, counts):
+def _try(tables, order, work, flight, clock, h, last, controls, counts):
     """Whether a step of length h, the last before a stop or not, stands: error, contacts. If not, the next one is shorter."""
-    _stages(s, e, w, x, clock.time, h * (1.0 - 1e-15) if last else h)
+    _stages(tables, order, work, flight, clock.time, h * (1.0 - 1e-15) if last else h)
     counts.iterations += 6
-    clock.error = error = _error(x, h, controls.tolerance)
+    clock.error = error = _error(flight, h, controls.tolerance)
     if not error <= 1.0 and not (controls.fixed and error < 1e300):
         clock.wanted = h * (max(0.2, SAFETY * error**-ORDER) if error < 1e300 else 0.2)
         if not error < 1e300:
-            x.rates[1:] = 0.0
+            flight.rates[1:] = 0.0
         if clock.wanted < controls.shortest:
             counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
         return False
-    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max(), 0.0, controls.located)
+    first = first_onset(
+        tables, flight.before, work.reports, h, max(1e-3 * controls.tolerance, 1e-12) * flight.units.max(), 0.0, controls.located
+    )
     if first < 1.0 and h * first > controls.shortest:
         clock.held, clock.wanted = max(clock.held, h), h * first
         return False
@@ -238,42 +240,42 @@ def _try(s, e, w, x, clock, h, last, controls, counts):
 
 
 @aside
-def _accept(s, e, w, x, clock, at, stop, controls, out, counts):
+def _accept(tables, order, work, flight, clock, at, stop, controls, out, counts):
     """Take over a step to the time `at`, put back onto the constraints, and write its row."""
-    n, before, clock.time = x.force.size, clock.time, at
-    changed = _remember(s, w, x, controls, counts)
-    off = _is_off(s, x, STAYS * controls.tolerance)
+    n, before, clock.time = flight.force.size, clock.time, at
+    changed = _remember(tables, work, flight, controls, counts)
+    off = _is_off(tables, flight, STAYS * controls.tolerance)
     if off:
-        _put_back(s, e, x)
+        _put_back(tables, order, flight)
     if off or changed or at == stop:
-        copy(x.new, x.y)
-        rates_at(s, e, w, x, at, x.y, x.rates[0])
+        copy(flight.new, flight.y)
+        rates_at(tables, order, work, flight, at, flight.y, flight.rates[0])
     else:
-        for i in range(x.y.size):
-            x.y[i], x.rates[0, i] = x.new[i], x.rates[6, i]
+        for i in range(flight.y.size):
+            flight.y[i], flight.rates[0, i] = flight.new[i], flight.rates[6, i]
     for i in range(n):
-        x.pace[0] = max(x.pace[0], abs(x.y[n + i]) / x.units[i])
-    copy(w.reports, x.before)
+        flight.pace[0] = max(flight.pace[0], abs(flight.y[n + i]) / flight.units[i])
+    copy(work.reports, flight.before)
     counts.steps += 1
     clock.skipped += 1
     if clock.skipped >= controls.every or changed or at >= controls.end - controls.shortest:
-        _write(x, out, counts, at, before)
+        _write(flight, out, counts, at, before)
         clock.skipped = 0
 
 
 @jit
-def run_explicit(s, e, w, x, clock, controls, stops, out, counts):
+def run_explicit(tables, order, work, flight, clock, controls, stops, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    _run(lend(s), lend(e), lend(w), lend(x), clock, controls, stops, lend(out), counts)
+    _run(lend(tables), lend(order), lend(work), lend(flight), clock, controls, stops, lend(out), counts)
 
 
 @aside
-def _run(s, e, w, x, clock, controls, stops, out, counts):
+def _run(tables, order, work, flight, clock, controls, stops, out, counts):
     counts.samples = 0
     if counts.steps == 0:
-        rates_at(s, e, w, x, clock.time, x.y, x.rates[0])
-        copy(w.reports, x.before)
-        _write(x, out, counts, clock.time, clock.time)
+        rates_at(tables, order, work, flight, clock.time, flight.y, flight.rates[0])
+        copy(work.reports, flight.before)
+        _write(flight, out, counts, clock.time, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < out.time.size:
         stop = _next_stop(clock, controls, stops)
         h = min(clock.wanted, controls.longest)
@@ -284,10 +286,10 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
         last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY
-        if not _try(s, e, w, x, clock, h, last, controls, counts):
+        if not _try(tables, order, work, flight, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
-        _accept(s, e, w, x, clock, stop if last else clock.time + h, stop, controls, out, counts)
+        _accept(tables, order, work, flight, clock, stop if last else clock.time + h, stop, controls, out, counts)
         if controls.fixed:
             clock.wanted = controls.first_step
         else:
@@ -296,32 +298,32 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
 
 
 @close
-def _remember(s, w, x, controls, counts):
+def _remember(tables, work, flight, controls, counts):
     """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
     changed = False
-    n = x.force.size
-    for k in range(s.forces.shape[0]):
-        m = x.memory[k]
-        if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, 0.0)
-            changed = changed or (event != 0 and (controls.located or not begins_smoothly(s, k)))
+    n = flight.force.size
+    for k in range(tables.forces.shape[0]):
+        m = flight.memory[k]
+        if touches(tables, k):
+            event = remember_onset(tables, flight.before, work.reports, k, m, controls.floor, controls.graze, 0.0)
+            changed = changed or (event != 0 and (controls.located or not begins_smoothly(tables, k)))
             if event > 0:
                 counts.onsets += 1
             elif event < 0:
-                x.new[2 * n + k] = 0.0
-        m[SLIDING] = w.reports[k, SLIP]
+                flight.new[2 * n + k] = 0.0
+        m[SLIDING] = work.reports[k, SLIP]
     return changed
 
 
 @close
-def _write(x, out, counts, t, before):
+def _write(flight, out, counts, t, before):
     """Write the state as a row; bristles as they stand, with no time since."""
-    n, i = x.force.size, counts.samples
+    n, i = flight.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t
     for j in range(n):
-        out.q[i, j], out.v[i, j], out.a[i, j] = x.y[j], x.y[n + j], x.rates[0, n + j]
-    copy(x.lam, out.lam[i])
-    for k in range(x.memory.shape[0]):
+        out.q[i, j], out.v[i, j], out.a[i, j] = flight.y[j], flight.y[n + j], flight.rates[0, n + j]
+    copy(flight.lam, out.lam[i])
+    for k in range(flight.memory.shape[0]):
         m = out.memory[i, k]
-        m[ONSET], m[BRISTLE], m[SLIDING], m[FASTEST] = x.memory[k, ONSET], x.y[2 * n + k], 0.0, t
+        m[ONSET], m[BRISTLE], m[SLIDING], m[FASTEST] = flight.memory[k, ONSET], flight.y[2 * n + k], 0.0, t

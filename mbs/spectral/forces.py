@@ -62,66 +62,66 @@ from .tables import (
 
 
 @close
-def _along(s, w, k, t, lam, mem, since, f):
+def _along(tables, work, k, t, lam, mem, since, f):
     """A force along a measure."""
-    number, grad, row = s.forces[k, A], w.grad, s.forces[k, ROW_OF]
-    value, rate = measure(s, w, number, grad)
+    number, grad, row = tables.forces[k, A], work.grad, tables.forces[k, ROW_OF]
+    value, rate = measure(tables, work, number, grad)
     reaction = lam[row] if row >= 0 else 0.0
-    force = s.factors[k] * value_along(s, k, t, value, rate, mem[k], since, reaction)
-    out = w.reports[k]
+    force = tables.factors[k] * value_along(tables, k, t, value, rate, mem[k], since, reaction)
+    out = work.reports[k]
     out[VALUE], out[LENGTH], out[RATE], out[SLIP] = force, value, rate, rate
-    if s.forces[k, KIND] == SEAT:
-        out[BENT] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
-    add_gradient(s, w, number, grad, force, f)
+    if tables.forces[k, KIND] == SEAT:
+        out[BENT] = rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem[k], since)[1]
+    add_gradient(tables, work, number, grad, force, f)
 
 
 @aside
-def _bend_along(s, w, k, t, q, lam, mem, since, mass):
+def _bend_along(tables, work, k, t, q, lam, mem, since, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
-    number, grad, hess, row = s.forces[k, A], w.grad, w.hess, s.forces[k, ROW_OF]
-    a, b, factor, force = s.measures[number, A], s.measures[number, B], s.factors[k], w.reports[k, VALUE]
+    number, grad, hess, row = tables.forces[k, A], work.grad, work.hess, tables.forces[k, ROW_OF]
+    a, b, factor, force = tables.measures[number, A], tables.measures[number, B], tables.factors[k], work.reports[k, VALUE]
     reaction = lam[row] if row >= 0 else 0.0
-    value, rate = measure(s, w, number, grad)
-    curve(s, w, number, grad, hess)
-    by_value, by_rate = slopes_along(s, k, t, value, rate, mem[k], since, reaction)
-    h, c = w.by_place, w.by_rate
+    value, rate = measure(tables, work, number, grad)
+    curve(tables, work, number, grad, hess)
+    by_value, by_rate = slopes_along(tables, k, t, value, rate, mem[k], since, reaction)
+    h, c = work.by_place, work.by_rate
     for i in range(6):
         bend = 0.0
         for j in range(6):
-            bend += hess[i, j] * rate_of(w, a, b, j)
-        w.sway[i] = bend
+            bend += hess[i, j] * rate_of(work, a, b, j)
+        work.sway[i] = bend
     for i in range(6):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
-            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.sway[j]) + force * hess[i, j]
-    add_pair(s, w, a, b, h, -1.0, w.slope, w.stiff, 0)
-    add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], w.stiff, 0)
-    add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], w.stiff, s.markers[a, COUNT])
+            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.sway[j]) + force * hess[i, j]
+    add_pair(tables, work, a, b, h, -1.0, work.slope, work.stiff, 0)
+    add_geometric(tables, work, a, q, -force * grad[0], -force * grad[1], -force * grad[2], work.stiff, 0)
+    add_geometric(tables, work, b, q, -force * grad[3], -force * grad[4], -force * grad[5], work.stiff, tables.markers[a, COUNT])
     if by_rate != 0.0:
-        add_pair(s, w, a, b, c, -1.0, w.slope, w.damp, 0)
-        add_pair(s, w, a, b, c, -1.0, w.drift, w.stiff, 0)
-    if s.forces[k, KIND] == SEAT and reaction != 0.0:
-        _add_cross(s, w, k, number, grad, -force / reaction, mass)
+        add_pair(tables, work, a, b, c, -1.0, work.slope, work.damp, 0)
+        add_pair(tables, work, a, b, c, -1.0, work.drift, work.stiff, 0)
+    if tables.forces[k, KIND] == SEAT and reaction != 0.0:
+        _add_cross(tables, work, k, number, grad, -force / reaction, mass)
 
 
 @inner
-def _add_cross(s, w, k, number, grad, factor, mass):
+def _add_cross(tables, work, k, number, grad, factor, mass):
     """Add factor times the gradient of a measure to the column of the multiplier that force k follows."""
-    block = s.rows.shape[0] + k
-    _, m, slot = s.blocks[block]
-    put_gradient(s, w, number, grad, factor, w.element, 0)
+    block = tables.rows.shape[0] + k
+    _, m, slot = tables.blocks[block]
+    put_gradient(tables, work, number, grad, factor, work.element, 0)
     for i in range(m - 1):
-        mass[s.slots[slot + i * m + m - 1]] += w.element[i]
+        mass[tables.slots[slot + i * m + m - 1]] += work.element[i]
 
 
 @close
-def touch(s, w, k, mem, since, out):
+def touch(tables, work, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
     e = r_pin - r_bush, n = e/|e|; both bodies feel the force at the pin's surface r_pin + R n, so that force and moment balance.
     """
-    a, b, number = w.state[s.forces[k, A]], w.state[s.forces[k, B]], s.forces[k, NUMBERS]
-    radius, gap = s.data[number], s.data[number + 1]
+    a, b, number = work.state[tables.forces[k, A]], work.state[tables.forces[k, B]], tables.forces[k, NUMBERS]
+    radius, gap = tables.data[number], tables.data[number + 1]
     ex, ey, ux, uy = a[X] - b[X], a[Y] - b[Y], a[VX] - b[VX], a[VY] - b[VY]
     e = np.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
@@ -130,51 +130,51 @@ def touch(s, w, k, mem, since, out):
     out[VALUE], out[FRICTION], out[BENT], out[FX], out[FY] = 0.0, 0.0, 0.0, nx, ny
     out[LENGTH], out[RATE], out[SLIP] = depth, rate, sliding
     if depth > 0.0:
-        out[VALUE] = normal_force(s, s.forces[k, LAW_OF], depth, rate, mem[ONSET])
-        coefficient, out[BENT] = rubbing(s, s.forces[k, FRICTION_OF], sliding, mem, since)
+        out[VALUE] = normal_force(tables, tables.forces[k, LAW_OF], depth, rate, mem[ONSET])
+        coefficient, out[BENT] = rubbing(tables, tables.forces[k, FRICTION_OF], sliding, mem, since)
         out[FRICTION] = coefficient * out[VALUE]
     elif since < 0.0:
         out[BENT] = mem[BRISTLE]
 
 
 @close
-def _pressed(s, k, number, out):
+def _pressed(tables, k, number, out):
     """Pin's radius, eccentricity, friction's force, and all force on the pin, of a contact that is closed."""
-    nx, ny, push, drag = out[FX], out[FY], s.factors[k] * out[VALUE], s.factors[k] * out[FRICTION]
-    return s.data[number], out[LENGTH] + s.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
+    nx, ny, push, drag = out[FX], out[FY], tables.factors[k] * out[VALUE], tables.factors[k] * out[FRICTION]
+    return tables.data[number], out[LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
 
 
 @close
-def _journal(s, w, k, mem, since, f):
+def _journal(tables, work, k, mem, since, f):
     """A pin in a bush."""
-    ma, mb, number, out = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], w.reports[k]
-    touch(s, w, k, mem[k], since, out)
+    ma, mb, number, out = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], work.reports[k]
+    touch(tables, work, k, mem[k], since, out)
     if out[LENGTH] <= 0.0:
         return
-    radius, e, drag, fx, fy = _pressed(s, k, number, out)
-    add_force(s, w, ma, fx, fy, -radius * drag, f)
-    add_force(s, w, mb, -fx, -fy, (e + radius) * drag, f)
+    radius, e, drag, fx, fy = _pressed(tables, k, number, out)
+    add_force(tables, work, ma, fx, fy, -radius * drag, f)
+    add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
 @aside
-def _bend_journal(s, w, k, q, mem, since):
+def _bend_journal(tables, work, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
-    ma, mb, number, out = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], w.reports[k]
+    ma, mb, number, out = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], work.reports[k]
     if out[LENGTH] <= 0.0:
         return
-    factor, tx, ty = s.factors[k], -out[FY], out[FX]
-    (radius, e, drag, fx, fy), nx, ny, push = _pressed(s, k, number, out), out[FX], out[FY], factor * out[VALUE]
-    by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[LENGTH], out[RATE], mem[k, ONSET])
+    factor, tx, ty = tables.factors[k], -out[FY], out[FX]
+    (radius, e, drag, fx, fy), nx, ny, push = _pressed(tables, k, number, out), out[FX], out[FY], factor * out[VALUE]
+    by_depth, by_rate = normal_slopes(tables, tables.forces[k, LAW_OF], out[LENGTH], out[RATE], mem[k, ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[SLIP], mem[k], since)
-    sway = (w.state[ma, VX] - w.state[mb, VX]) * tx + (w.state[ma, VY] - w.state[mb, VY]) * ty
-    h, c = w.by_place, w.by_rate
+    by_slide = push * rubbing_slope(tables, tables.forces[k, FRICTION_OF], out[SLIP], mem[k], since)
+    sway = (work.state[ma, VX] - work.state[mb, VX]) * tx + (work.state[ma, VY] - work.state[mb, VY]) * ty
+    h, c = work.by_place, work.by_rate
     for j in range(6):
         # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        slide_x = -out[RATE] * across / e - w.state[mb, SPIN] * along
+        slide_x = -out[RATE] * across / e - work.state[mb, SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
         push_x = factor * (by_depth * along + by_rate * sway * across / e)
         push_v = factor * by_rate * along
@@ -188,87 +188,87 @@ def _bend_journal(s, w, k, q, mem, since):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(s, w, ma, mb, h, -1.0, w.slope, w.stiff, 0)
-    add_pair(s, w, ma, mb, c, -1.0, w.slope, w.damp, 0)
-    add_pair(s, w, ma, mb, c, -1.0, w.drift, w.stiff, 0)
-    add_geometric(s, w, ma, q, -fx, -fy, radius * drag, w.stiff, 0)
-    add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, w.stiff, s.markers[ma, COUNT])
+    add_pair(tables, work, ma, mb, h, -1.0, work.slope, work.stiff, 0)
+    add_pair(tables, work, ma, mb, c, -1.0, work.slope, work.damp, 0)
+    add_pair(tables, work, ma, mb, c, -1.0, work.drift, work.stiff, 0)
+    add_geometric(tables, work, ma, q, -fx, -fy, radius * drag, work.stiff, 0)
+    add_geometric(tables, work, mb, q, fx, fy, -(e + radius) * drag, work.stiff, tables.markers[ma, COUNT])
 
 
 @inner
-def _moment(s, w, k, fx, fy):
+def _moment(tables, work, k, fx, fy):
     """Of a push about its marker, where its line of action stays in the plane."""
-    a, number = s.forces[k, A], s.forces[k, NUMBERS]
-    rx, ry = s.data[number + 4] - w.state[a, X], s.data[number + 5] - w.state[a, Y]
-    return s.data[number + 3] * (rx * fy - ry * fx)
+    a, number = tables.forces[k, A], tables.forces[k, NUMBERS]
+    rx, ry = tables.data[number + 4] - work.state[a, X], tables.data[number + 5] - work.state[a, Y]
+    return tables.data[number + 3] * (rx * fy - ry * fx)
 
 
 @close
-def _push(s, w, k, t, f):
+def _push(tables, work, k, t, f):
     """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
-    a, b, number, law = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
-    px, py = s.data[number], s.data[number + 1]
+    a, b, number, law = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], tables.forces[k, LAW_OF]
+    px, py = tables.data[number], tables.data[number + 1]
     if law >= 0:
-        px, py = call1(s.laws[law, CALL], t), call1(s.laws[law, CALL_TOO], t)
-    angle = w.state[b, TURN] - s.data[number + 2]
+        px, py = call1(tables.laws[law, CALL], t), call1(tables.laws[law, CALL_TOO], t)
+    angle = work.state[b, TURN] - tables.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
-    fx, fy = s.factors[k] * (c * px - sn * py), s.factors[k] * (sn * px + c * py)
-    w.reports[k, VALUE], w.reports[k, FX], w.reports[k, FY] = np.sqrt(fx * fx + fy * fy), fx, fy
-    add_force(s, w, a, fx, fy, _moment(s, w, k, fx, fy), f)
+    fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)
+    work.reports[k, VALUE], work.reports[k, FX], work.reports[k, FY] = np.sqrt(fx * fx + fy * fy), fx, fy
+    add_force(tables, work, a, fx, fy, _moment(tables, work, k, fx, fy), f)
 
 
 @aside
-def _bend_push(s, w, k, q):
+def _bend_push(tables, work, k, q):
     """Derivatives of a force at a marker."""
-    a, b, fx, fy, h = s.forces[k, A], s.forces[k, B], w.reports[k, FX], w.reports[k, FY], w.by_place
-    add_geometric(s, w, a, q, -fx, -fy, -_moment(s, w, k, fx, fy), w.stiff, 0)
+    a, b, fx, fy, h = tables.forces[k, A], tables.forces[k, B], work.reports[k, FX], work.reports[k, FY], work.by_place
+    add_geometric(tables, work, a, q, -fx, -fy, -_moment(tables, work, k, fx, fy), work.stiff, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
-    held = s.data[s.forces[k, NUMBERS] + 3]
-    h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(s, w, k, -fy, fx)
+    held = tables.data[tables.forces[k, NUMBERS] + 3]
+    h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -held * fy, held * fx
-    add_pair(s, w, a, b, h, -1.0, w.slope, w.stiff, 0)
+    add_pair(tables, work, a, b, h, -1.0, work.slope, work.stiff, 0)
 
 
 @close
-def add_one(s, w, k, t, lam, mem, since, f):
+def add_one(tables, work, k, t, lam, mem, since, f):
     """Add force k; see `add_forces`."""
-    kind, t = s.forces[k, KIND], s.pace[0] * t
+    kind, t = tables.forces[k, KIND], tables.pace[0] * t
     if kind == JOURNAL:
-        _journal(s, w, k, mem, since, f)
+        _journal(tables, work, k, mem, since, f)
     elif kind == PUSH:
-        _push(s, w, k, t, f)
+        _push(tables, work, k, t, f)
     elif kind == STATEFUL:
-        add_stateful(s, w, k, t, f)
+        add_stateful(tables, work, k, t, f)
     else:
-        _along(s, w, k, t, lam, mem, since, f)
+        _along(tables, work, k, t, lam, mem, since, f)
 
 
 @inner
-def add_forces(s, w, t, lam, mem, since, f):
+def add_forces(tables, work, t, lam, mem, since, f):
     """Add all forces between markers to f.
 
     `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are
     placed.
     """
-    for k in range(s.forces.shape[0]):
-        add_one(s, w, k, t, lam, mem, since, f)
+    for k in range(tables.forces.shape[0]):
+        add_one(tables, work, k, t, lam, mem, since, f)
 
 
 @aside
-def bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff):
+def bend_forces(tables, work, t, q, lam, mem, since, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
-    for k in range(s.forces.shape[0]):
-        kind, block = s.forces[k, KIND], s.rows.shape[0] + k
-        clear_block(s, w, block)
+    for k in range(tables.forces.shape[0]):
+        kind, block = tables.forces[k, KIND], tables.rows.shape[0] + k
+        clear_block(tables, work, block)
         if kind == JOURNAL:
-            _bend_journal(s, w, k, q, mem, since)
+            _bend_journal(tables, work, k, q, mem, since)
         elif kind == PUSH:
-            _bend_push(s, w, k, q)
+            _bend_push(tables, work, k, q)
         elif kind == STATEFUL:
-            bend_stateful(s, w, k, s.pace[0] * t, q)
+            bend_stateful(tables, work, k, tables.pace[0] * t, q)
         else:
-            _bend_along(s, w, k, s.pace[0] * t, q, lam, mem, since, mass)
-        add_entries(s, block, w.stiff, stiff)
-        add_entries(s, block, w.damp, damp)
+            _bend_along(tables, work, k, tables.pace[0] * t, q, lam, mem, since, mass)
+        add_entries(tables, block, work.stiff, stiff)
+        add_entries(tables, block, work.damp, damp)

@@ -30,30 +30,30 @@ class Orders(NamedTuple):
 
 
 @aside
-def factor(e, a, lu, swaps, amount, again):
+def factor(order, a, lu, swaps, amount, again):
     """Factor the matrix of entries a (slots,): fill lu (entries of fronts) and swaps (unknowns of fronts).
 
     `again`: fronts that never change are there from before.
     """
-    start, entry = (e.steady[0], e.steady[1]) if again else (0, 0)
-    count, amount[:] = e.fronts.shape[0], 0.0
+    start, entry = (order.steady[0], order.steady[1]) if again else (0, 0)
+    count, amount[:] = order.fronts.shape[0], 0.0
     if start < count:
-        lu[e.fronts[start, 3] :] = 0.0
-    for k in range(entry, e.entries.size):
-        lu[e.position[k]] = a[e.entries[k]]
+        lu[order.fronts[start, 3] :] = 0.0
+    for k in range(entry, order.entries.size):
+        lu[order.position[k]] = a[order.entries[k]]
     for f in range(count):
         if f >= start:
-            _eliminate(e, lu, swaps, amount, f)
-        if e.fronts[f, 4] >= start:
-            _hand_over(e, lu, amount, f)
+            _eliminate(order, lu, swaps, amount, f)
+        if order.fronts[f, 4] >= start:
+            _hand_over(order, lu, amount, f)
 
 
 @inner
-def _hand_over(e, lu, amount, f):
+def _hand_over(order, lu, amount, f):
     """Add what is left of a front to the one that takes over."""
-    pivots, size, first, at, parent, places, row = e.fronts[f]
-    large, start, count = e.fronts[parent, 1], e.fronts[parent, 3], size - pivots
-    to, unknowns = part(e.places, places, count), part(e.unknowns, first + pivots, count)
+    pivots, size, first, at, parent, places, row = order.fronts[f]
+    large, start, count = order.fronts[parent, 1], order.fronts[parent, 3], size - pivots
+    to, unknowns = part(order.places, places, count), part(order.unknowns, first + pivots, count)
     for i in range(count):
         left, sum = part(lu, at + (pivots + i) * size + pivots, count), part(lu, start + to[i] * large, large)
         for j in range(count):
@@ -63,9 +63,15 @@ def _hand_over(e, lu, amount, f):
 
 
 @inner
-def _eliminate(e, lu, swaps, amount, f):
+def _eliminate(order, lu, swaps, amount, f):
     """Eliminate a front's pivots; in place of each stands its reciprocal then."""
-    pivots, size, first, at, row = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3], e.fronts[f, 6]
+    pivots, size, first, at, row = (
+        order.fronts[f, 0],
+        order.fronts[f, 1],
+        order.fronts[f, 2],
+        order.fronts[f, 3],
+        order.fronts[f, 6],
+    )
     for c in range(pivots):
         upper = part(lu, at + c * size, size)
         p, largest = c, abs(upper[c])
@@ -78,7 +84,7 @@ def _eliminate(e, lu, swaps, amount, f):
             other = part(lu, at + p * size, size)
             for j in range(size):
                 upper[j], other[j] = other[j], upper[j]
-        if row > 0 and largest <= ROUNDED * amount[e.unknowns[first + c]]:
+        if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):
@@ -97,13 +103,13 @@ def _eliminate(e, lu, swaps, amount, f):
 
 
 @aside
-def solve(e, lu, swaps, x, room):
+def solve(order, lu, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
-    for f in range(e.fronts.shape[0]):
-        pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
+    for f in range(order.fronts.shape[0]):
+        pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
         if size == 1:
             continue
-        unknowns, swap = part(e.unknowns, first, size), part(swaps, first, pivots)
+        unknowns, swap = part(order.unknowns, first, size), part(swaps, first, pivots)
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots):
@@ -116,9 +122,9 @@ def solve(e, lu, swaps, x, room):
             room[i] = total
         for i in range(size):
             x[unknowns[i]] = room[i]
-    for f in range(e.fronts.shape[0] - 1, -1, -1):
-        pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
-        unknowns = part(e.unknowns, first, size)
+    for f in range(order.fronts.shape[0] - 1, -1, -1):
+        pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
+        unknowns = part(order.unknowns, first, size)
         if size == 1:
             x[unknowns[0]] *= lu[at]
             continue

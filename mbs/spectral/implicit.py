@@ -65,145 +65,148 @@ ROOM = 1e-2
 
 
 @aside
-def _begin(s, e, w, x, t, tolerance):
+def _begin(tables, orders, work, state, t, tolerance):
     """Fill in what the first step needs to know of the start."""
-    elastic_stresses(s, w, x.q, x.v, x.stress)
-    w.mixed[0], w.held[:] = MIXED, 0.0
-    copy(x.stress, w.stress)
-    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
-    rows_at(s, w, t, x.gap, x.base, x.speed)
-    renew_heavy(s, e, w, x, x.q, x.base, False)
-    copy(w.reports, x.before)
-    for i in range(x.q.size):
-        x.weight[i] = 1.0 / x.whole[i]
-    for k in range(s.elastic.shape[0]):
-        i, j = s.elastic[k, 0], s.elastic[k, 1]
-        x.rest[k] = deformed(x, s.elastic, k)
+    elastic_stresses(tables, work, state.q, state.v, state.stress)
+    work.mixed[0], work.held[:] = MIXED, 0.0
+    copy(state.stress, work.stress)
+    forces(tables, work, t, state.q, state.v, state.lam, state.memory, 0.0, state.force)
+    rows_at(tables, work, t, state.gap, state.base, state.speed)
+    renew_heavy(tables, orders, work, state, state.q, state.base, False)
+    copy(work.reports, state.before)
+    for i in range(state.q.size):
+        state.weight[i] = 1.0 / state.whole[i]
+    for k in range(tables.elastic.shape[0]):
+        i, j = tables.elastic[k, 0], tables.elastic[k, 1]
+        state.rest[k] = deformed(state, tables.elastic, k)
         if j >= 0:
-            x.weight[i] = x.weight[j] = 0.0
-    follow_units(x, s.elastic, tolerance)
+            state.weight[i] = state.weight[j] = 0.0
+    follow_units(state, tables.elastic, tolerance)
 
 
 @aside
-def _restart(s, e, w, x, t):
+def _restart(tables, orders, work, state, t):
     """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
-    n, r = x.q.size, x.lam.size
-    w.held[:] = 0.0
-    copy(x.stress, w.stress)
-    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
-    rows_at(s, w, t, x.gap, x.base, x.speed)
-    changes_at(s, w, t, AFTER, x.change)
+    n, r = state.q.size, state.lam.size
+    work.held[:] = 0.0
+    copy(state.stress, work.stress)
+    forces(tables, work, t, state.q, state.v, state.lam, state.memory, 0.0, state.force)
+    rows_at(tables, work, t, state.gap, state.base, state.speed)
+    changes_at(tables, work, t, AFTER, state.change)
     for i in range(n):
-        x.right[i] = x.force[i]
+        state.right[i] = state.force[i]
     for k in range(r):
-        x.right[n + k] = x.change[k]
-    renew_heavy(s, e, w, x, x.q, x.base, True)
-    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+        state.right[n + k] = state.change[k]
+    renew_heavy(tables, orders, work, state, state.q, state.base, True)
+    solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
     for i in range(n):
-        x.a[i] = x.right[i]
+        state.a[i] = state.right[i]
     for k in range(r):
-        x.lam[k] = x.right[n + k]
-    copy(w.reports, x.before)
+        state.lam[k] = state.right[n + k]
+    copy(work.reports, state.before)
 
 
 @aside
-def _error(s, e, w, x, t, h, controls, least):
+def _error(tables, orders, work, state, t, h, controls, least):
     """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
     steps.
 
     Reports are those of the end.
     """
-    error, allowed = 0.0 if controls.fixed else error_of(s, e, x, h) / controls.tolerance, controls.contact_tolerance
-    put_back(s, e, w, x, t, h)
-    if s.forces.shape[0] == 0:
+    error, allowed = (
+        0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance,
+        controls.contact_tolerance,
+    )
+    put_back(tables, orders, work, state, t, h)
+    if tables.forces.shape[0] == 0:
         return error
-    n, q, v = x.q.size, x.places[2], x.rates[2]
-    add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
+    n, q, v = state.q.size, state.places[2], state.rates[2]
+    add_forces(tables, work, t, state.multipliers[2], state.memory, h, state.force)
     if controls.fixed:
         return error
     closed = False
-    for k in range(s.forces.shape[0]):
-        if touches(s, k) and (depth_of(s, w.reports, k) > 0.0 or depth_of(s, x.before, k) > 0.0):
+    for k in range(tables.forces.shape[0]):
+        if touches(tables, k) and (depth_of(tables, work.reports, k) > 0.0 or depth_of(tables, state.before, k) > 0.0):
             closed = True
     if closed:
-        copy(w.reports, x.shifted)
+        copy(work.reports, state.shifted)
         for i in range(n):  # the first row of the error's equation gives that of the rates
-            x.dv[0, i], x.dq[0, i] = v[i] + REAL / h * x.step[i] - x.dq[0, i], q[i] + x.step[i]
-        place_markers(s, w, x.dq[0], x.dv[0])
-        add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
-        for k in range(s.forces.shape[0]):
-            if touches(s, k):
-                deep = error_of_depth(s, x.before, x.shifted, w.reports, h, k, least, NOISE * x.whole.max())
-                push = max(abs(x.before[k, VALUE]), abs(x.shifted[k, VALUE]), LIGHT * x.largest[k], 1e-300)
+            state.dv[0, i], state.dq[0, i] = v[i] + REAL / h * state.step[i] - state.dq[0, i], q[i] + state.step[i]
+        place_markers(tables, work, state.dq[0], state.dv[0])
+        add_forces(tables, work, t, state.multipliers[2], state.memory, h, state.force)
+        for k in range(tables.forces.shape[0]):
+            if touches(tables, k):
+                deep = error_of_depth(tables, state.before, state.shifted, work.reports, h, k, least, NOISE * state.whole.max())
+                push = max(abs(state.before[k, VALUE]), abs(state.shifted[k, VALUE]), LIGHT * state.largest[k], 1e-300)
                 error = max(error, deep / allowed)
                 if deep > 0.0:
-                    error = max(error, abs(w.reports[k, VALUE] - x.shifted[k, VALUE]) / (push * HARDER * allowed))
-        copy(x.shifted, w.reports)
+                    error = max(error, abs(work.reports[k, VALUE] - state.shifted[k, VALUE]) / (push * HARDER * allowed))
+        copy(state.shifted, work.reports)
     return error
 
 
 @inner
-def _landing(x, controls):
+def _landing(state, controls):
     """Depth up to which a contact is at its face."""
-    return LANDING * controls.tolerance * x.whole.max()
+    return LANDING * controls.tolerance * state.whole.max()
 
 
 @inner
-def _outside(x, controls):
+def _outside(state, controls):
     """Distance from its face at which a step to an onset ends."""
-    return max(OUTSIDE * _landing(x, controls), ROUNDING * x.whole.max())
+    return max(OUTSIDE * _landing(state, controls), ROUNDING * state.whole.max())
 
 
 @aside
-def _remember(s, w, x, controls, counts):
+def _remember(tables, work, state, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed, near = False, 2.0 * _outside(x, controls)
-    for k in range(s.forces.shape[0]):
-        kind, m = s.forces[k, KIND], x.memory[k]
-        copy(m, x.old[k])
-        x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
-        if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, near)
+    changed, near = False, 2.0 * _outside(state, controls)
+    for k in range(tables.forces.shape[0]):
+        kind, m = tables.forces[k, KIND], state.memory[k]
+        copy(m, state.old[k])
+        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, VALUE]))
+        if touches(tables, k):
+            event = remember_onset(tables, state.before, work.reports, k, m, controls.floor, controls.graze, near)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1
         if kind == JOURNAL or kind == SEAT:
-            m[BRISTLE], m[SLIDING] = w.reports[k, BENT], w.reports[k, SLIP]
+            m[BRISTLE], m[SLIDING] = work.reports[k, BENT], work.reports[k, SLIP]
     return changed
 
 
 @aside
-def _take_over(x):
+def _take_over(state):
     """Make the step's end the present state."""
-    for i in range(x.q.size):
-        x.past[0, i] = x.v[i]
-        x.past[1, i], x.past[2, i], x.past[3, i] = x.rates[0, i], x.rates[1, i], x.rates[2, i]
-        x.q[i], x.v[i], x.a[i] = x.places[2, i], x.rates[2, i], x.seconds[2, i]
-    copy(x.multipliers[1], x.past_lam), copy(x.stresses[1], x.past_stress)
-    copy(x.multipliers[2], x.lam), copy(x.stresses[2], x.stress), copy(x.jacobian, x.base)
+    for i in range(state.q.size):
+        state.past[0, i] = state.v[i]
+        state.past[1, i], state.past[2, i], state.past[3, i] = state.rates[0, i], state.rates[1, i], state.rates[2, i]
+        state.q[i], state.v[i], state.a[i] = state.places[2, i], state.rates[2, i], state.seconds[2, i]
+    copy(state.multipliers[1], state.past_lam), copy(state.stresses[1], state.past_stress)
+    copy(state.multipliers[2], state.lam), copy(state.stresses[2], state.stress), copy(state.jacobian, state.base)
 
 
 @aside
-def _jump(s, e, w, x, clock, controls, out, counts):
+def _jump(tables, orders, work, state, clock, controls, out, counts):
     """Start anew after a jump of accelerations and multipliers; contacts that are about to close are moved past their faces."""
-    past = min(time_to_faces(s, x.before, 2.0 * _outside(x, controls)), NEARLY * clock.previous)
-    for i in range(x.q.size):
-        x.q[i] += past * x.v[i]
+    past = min(time_to_faces(tables, state.before, 2.0 * _outside(state, controls)), NEARLY * clock.previous)
+    for i in range(state.q.size):
+        state.q[i] += past * state.v[i]
     clock.previous, clock.fresh = 0.0, True
-    _restart(s, e, w, x, clock.time)
+    _restart(tables, orders, work, state, clock.time)
     if dense(controls):
-        write_after_jump(x, clock, controls, out, counts)
+        write_after_jump(state, clock, controls, out, counts)
 
 
 @aside
-def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
+def _next_stop(tables, orders, work, state, clock, controls, stops, out, counts):
     """The next time at which a step must end. At a kink that has come, accelerations jump."""
     while clock.stop < stops.size:
         due = stops[clock.stop]
         if due > clock.time + controls.shortest:
             return min(controls.end, due)
         if due > clock.time - controls.shortest and not controls.fixed:
-            _jump(s, e, w, x, clock, controls, out, counts)
+            _jump(tables, orders, work, state, clock, controls, out, counts)
         clock.stop += 1
     return controls.end
 
@@ -221,28 +224,28 @@ def _length(clock, controls, stop):
 
 
 @aside
-def _try(s, e, w, x, clock, h, at, controls, counts):
+def _try(tables, orders, work, state, clock, h, at, controls, counts):
     """Whether a step of length h to the time `at` stands: Newton's method, error, contacts. If not, the next one is shorter."""
-    shortest, landing = controls.shortest, _landing(x, controls)
+    shortest, landing = controls.shortest, _landing(state, controls)
     fresh = clock.fresh or abs(h - clock.made) > 1e-9 * h
-    predict(x, h, clock.previous)
-    integrate(x, h)
-    ratio = newton(s, e, w, x, clock.time, h, controls.close * controls.tolerance, fresh, counts)
+    predict(state, h, clock.previous)
+    integrate(state, h)
+    ratio = newton(tables, orders, work, state, clock.time, h, controls.close * controls.tolerance, fresh, counts)
     clock.made, clock.fresh = h, ratio > SLOW
     if ratio > 1.0:
         clock.wanted, clock.previous, clock.grow = 0.5 * h, 0.0, 1.0
         if clock.wanted < shortest:
-            counts.status = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
+            counts.status = UNDERFLOW if np.isfinite(state.residual.sum()) else NOT_FINITE
         return False
-    clock.error = _error(s, e, w, x, at, h, controls, landing)
-    part = first_onset(s, x.before, w.reports, h, landing, _outside(x, controls), True)
+    clock.error = _error(tables, orders, work, state, at, h, controls, landing)
+    part = first_onset(tables, state.before, work.reports, h, landing, _outside(state, controls), True)
     if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False
     if controls.fixed:
         return True
     if h > 10.0 * shortest:
-        if lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance, landing):
+        if lets_go(tables, state.before, work.reports, state.largest, controls.contact_tolerance, landing):
             clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
@@ -251,27 +254,27 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 
 
 @aside
-def _accept(s, e, w, x, clock, h, target, controls, out, counts):
+def _accept(tables, orders, work, state, clock, h, target, controls, out, counts):
     """Take over a step of length h to the time `target`, and write its rows."""
-    changed, before = _remember(s, w, x, controls, counts), clock.time
+    changed, before = _remember(tables, work, state, controls, counts), clock.time
     if dense(controls):
-        moment = closing(s, x.before, w.reports, JUMP * controls.shortest)
-        parts = samples_in(x, s.elastic, h, controls, bend_of_depths(s, x.before, w.reports, h))
+        moment = closing(tables, state.before, work.reports, JUMP * controls.shortest)
+        parts = samples_in(state, tables.elastic, h, controls, bend_of_depths(tables, state.before, work.reports, h))
         if 0.0 < moment < 0.5 * h / parts:
-            write_at_face(x, out, counts, before, h, moment)
-        write_between(x, out, counts, before, h, parts)
+            write_at_face(state, out, counts, before, h, moment)
+        write_between(state, out, counts, before, h, parts)
         if 0.0 < -moment < 0.5 * h / parts:
-            write_at_face(x, out, counts, before, h, moment)
-    _take_over(x)
-    follow_units(x, s.elastic, controls.tolerance)
-    copy(w.reports, x.before)
+            write_at_face(state, out, counts, before, h, moment)
+    _take_over(state)
+    follow_units(state, tables.elastic, controls.tolerance)
+    copy(work.reports, state.before)
     counts.steps += 1
     clock.time, clock.previous, clock.reach, clock.skipped = target, h, REACH, clock.skipped + 1
     if clock.skipped >= controls.every or changed or target >= controls.end - controls.shortest:
-        write(x, out, counts, target, before)
+        write(state, out, counts, target, before)
         clock.skipped = 0
     if changed:
-        _jump(s, e, w, x, clock, controls, out, counts)
+        _jump(tables, orders, work, state, clock, controls, out, counts)
 
 
 @aside
@@ -287,35 +290,35 @@ def _lengthen(clock, h, shortest):
 
 
 @jit
-def run_implicit(s, e, w, x, clock, controls, stops, out, counts):
+def run_implicit(tables, orders, work, state, clock, controls, stops, out, counts):
     """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    _run(lend(s), lend(e), lend(w), lend(x), clock, controls, stops, lend(out), counts)
+    _run(lend(tables), lend(orders), lend(work), lend(state), clock, controls, stops, lend(out), counts)
 
 
 @aside
-def _run(s, e, w, x, clock, controls, stops, out, counts):
+def _run(tables, orders, work, state, clock, controls, stops, out, counts):
     counts.samples = 0
     if counts.steps == 0:
         clock.fresh, clock.grow, clock.reach = True, GROW, REACH
-        _begin(s, e, w, x, clock.time, controls.tolerance)
-        write(x, out, counts, clock.time, clock.time)
-    w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
+        _begin(tables, orders, work, state, clock.time, controls.tolerance)
+        write(state, out, counts, clock.time, clock.time)
+    work.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
-        stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)
+        stop = _next_stop(tables, orders, work, state, clock, controls, stops, out, counts)
         h = _length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY
         last = h >= stop - clock.time
         at = stop * (1.0 - 4e-16) if last else clock.time + h  # just before a drive's kink
-        if not _try(s, e, w, x, clock, h, at, controls, counts):
+        if not _try(tables, orders, work, state, clock, h, at, controls, counts):
             counts.rejected += 1
             continue
-        _accept(s, e, w, x, clock, h, stop if last else clock.time + h, controls, out, counts)
+        _accept(tables, orders, work, state, clock, h, stop if last else clock.time + h, controls, out, counts)
         if controls.fixed:
             clock.wanted = controls.first_step
         else:
             _lengthen(clock, h, controls.shortest)
-    w.mixed[0] = PLAIN
+    work.mixed[0] = PLAIN

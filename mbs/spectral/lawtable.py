@@ -14,56 +14,56 @@ AFTER, BEFORE = 1e-6, -1e-6
 
 
 @aside
-def normal_slopes(s, law, depth, rate, onset):
+def normal_slopes(tables, law, depth, rate, onset):
     """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
-    by_depth = normal_force(s, law, depth + hd, rate, onset) - normal_force(s, law, depth - hd, rate, onset)
-    by_rate = normal_force(s, law, depth, rate + hr, onset) - normal_force(s, law, depth, rate - hr, onset)
+    by_depth = normal_force(tables, law, depth + hd, rate, onset) - normal_force(tables, law, depth - hd, rate, onset)
+    by_rate = normal_force(tables, law, depth, rate + hr, onset) - normal_force(tables, law, depth, rate - hr, onset)
     return by_depth / (2.0 * hd), by_rate / (2.0 * hr)
 
 
 @inner
-def rubbing(s, law, speed, mem, since):
+def rubbing(tables, law, speed, mem, since):
     """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
-    kind = s.laws[law, KIND]
+    kind = tables.laws[law, KIND]
     if kind != LUGRE and kind != BRISTLE_CALLED:
-        return friction(s, law, speed, 0.0), 0.0
+        return friction(tables, law, speed, 0.0), 0.0
     bristle = mem[BRISTLE]
     if since >= 0.0:
-        bristle = bristle_after(s, law, mem[BRISTLE], 0.5 * (mem[SLIDING] + speed), since)
-    return friction(s, law, speed, bristle), bristle
+        bristle = bristle_after(tables, law, mem[BRISTLE], 0.5 * (mem[SLIDING] + speed), since)
+    return friction(tables, law, speed, bristle), bristle
 
 
 @aside
-def rubbing_slope(s, law, speed, mem, since):
+def rubbing_slope(tables, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)
-    return (rubbing(s, law, speed + h, mem, since)[0] - rubbing(s, law, speed - h, mem, since)[0]) / (2.0 * h)
+    return (rubbing(tables, law, speed + h, mem, since)[0] - rubbing(tables, law, speed - h, mem, since)[0]) / (2.0 * h)
 
 
 @inner
-def motion(s, k, t):
+def motion(tables, k, t):
     """Travel of drive k at time t, and its speed."""
-    kind, pace = s.motions[k, KIND], s.pace[0]
+    kind, pace = tables.motions[k, KIND], tables.pace[0]
     t = pace * t
     if kind == RAMP:
-        start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
+        start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         r, slope = min(t, duration), (end - start) / duration
         return start * r + 0.5 * slope * r * r + end * (t - r), pace * (start + slope * r)
     if kind == STEADY:
         return 0.0, 0.0
-    return call1(s.motions[k, CALL], t), pace * call1(s.motions[k, CALL_TOO], t)
+    return call1(tables.motions[k, CALL], t), pace * call1(tables.motions[k, CALL_TOO], t)
 
 
 @inner
-def second_rate(s, k, t, side):
+def second_rate(tables, k, t, side):
     """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
-    kind, pace = s.motions[k, KIND], s.pace[0]
+    kind, pace = tables.motions[k, KIND], tables.pace[0]
     t = pace * t
     if kind == RAMP:
-        start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
+        start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         return pace * pace * (end - start) / duration if t < duration else 0.0
     if kind == STEADY:
         return 0.0
-    speed, h = s.motions[k, CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
+    speed, h = tables.motions[k, CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
     return pace * pace * (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)

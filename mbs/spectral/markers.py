@@ -39,18 +39,24 @@ from .tables import (
 
 
 @close
-def _place_frame(s, w, m, q, v):
+def _place_frame(tables, work, m, q, v):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
-    o, size, first, d = s.markers[m, OFFSET], s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
-    lx, ly, angle, rx, ry, turn = s.data[d], s.data[d + 1], q[o + 2] + s.data[d + 2], 0.0, 0.0, 0.0
+    o, size, first, d = tables.markers[m, OFFSET], tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
+    lx, ly, angle, rx, ry, turn = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2], 0.0, 0.0, 0.0
     for k in range(size):
-        px, py, pa, eta, rate = s.data[d + 3 + 3 * k], s.data[d + 4 + 3 * k], s.data[d + 5 + 3 * k], q[o + 3 + k], v[o + 3 + k]
+        px, py, pa, eta, rate = (
+            tables.data[d + 3 + 3 * k],
+            tables.data[d + 4 + 3 * k],
+            tables.data[d + 5 + 3 * k],
+            q[o + 3 + k],
+            v[o + 3 + k],
+        )
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
-    p, j, dj, spin = w.state[m], w.slope, w.drift, v[o + 2]
-    twin = s.markers[m, TWIN]
+    p, j, dj, spin = work.state[m], work.slope, work.drift, v[o + 2]
+    twin = tables.markers[m, TWIN]
     if twin >= 0:
-        p[COS], p[SIN] = w.state[twin, COS], w.state[twin, SIN]
+        p[COS], p[SIN] = work.state[twin, COS], work.state[twin, SIN]
     else:
         p[COS], p[SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
     c, sn = p[COS], p[SIN]
@@ -61,31 +67,31 @@ def _place_frame(s, w, m, q, v):
     j[0, first + 2], j[1, first + 2] = -ay, ax
     dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):
-        px, py, i = s.data[d + 3 + 3 * k], s.data[d + 4 + 3 * k], first + 3 + k
-        j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, s.data[d + 5 + 3 * k]
+        px, py, i = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], first + 3 + k
+        j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, tables.data[d + 5 + 3 * k]
         dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
 @close
-def _place_linear(s, w, m, q, v):
+def _place_linear(tables, work, m, q, v):
     """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
-    size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
+    size, first, d = tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
     for row in range(3):
         value, rate = 0.0, 0.0
         for i in range(size):
-            k, n = s.places[first + row * size + i], s.data[d + row * size + i]
+            k, n = tables.places[first + row * size + i], tables.data[d + row * size + i]
             value, rate = value + n * q[k], rate + n * v[k]
-        w.state[m, row], w.state[m, VX + row] = value, rate
+        work.state[m, row], work.state[m, VX + row] = value, rate
 
 
 @close
-def _place_curve(s, w, m, q, v):
+def _place_curve(tables, work, m, q, v):
     """Place x = sum N_i x_i, y likewise; the angle is that of (x', y'), the one nearest to what it was last."""
-    size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
-    p, j, dj = w.state[m], w.slope, w.drift
+    size, first, d = tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
+    p, j, dj = work.state[m], work.slope, work.drift
     x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(size):
-        a, b, n, dn = s.places[first + i], s.places[first + size + i], s.data[d + i], s.data[d + size + i]
+        a, b, n, dn = tables.places[first + i], tables.places[first + size + i], tables.data[d + i], tables.data[d + size + i]
         x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
         ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
     square = ux * ux + uy * uy
@@ -96,61 +102,61 @@ def _place_curve(s, w, m, q, v):
     hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
     p[TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
     for i in range(size):
-        n, dn = s.data[d + i], s.data[d + size + i]
+        n, dn = tables.data[d + i], tables.data[d + size + i]
         j[0, first + i], j[1, first + size + i] = n, n
         j[2, first + i], j[2, first + size + i] = -uy / square * dn, ux / square * dn
         dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
 
 
 @close
-def place_marker(s, w, m, q, v):
+def place_marker(tables, work, m, q, v):
     """State of marker m and its derivatives, at coordinates q and rates v."""
-    kind = s.markers[m, KIND]
+    kind = tables.markers[m, KIND]
     if kind == FRAME:
-        _place_frame(s, w, m, q, v)
+        _place_frame(tables, work, m, q, v)
     elif kind == LINEAR:
-        _place_linear(s, w, m, q, v)
+        _place_linear(tables, work, m, q, v)
     elif kind == CURVE:
-        _place_curve(s, w, m, q, v)
+        _place_curve(tables, work, m, q, v)
 
 
 @aside
-def place_markers(s, w, q, v):
+def place_markers(tables, work, q, v):
     """The same of all markers, in their order."""
-    for m in range(s.markers.shape[0]):
-        place_marker(s, w, m, q, v)
+    for m in range(tables.markers.shape[0]):
+        place_marker(tables, work, m, q, v)
 
 
 @close
-def add_force(s, w, m, fx, fy, turning, out):
+def add_force(tables, work, m, fx, fy, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
-    first = s.markers[m, FIRST]
-    for i in range(first, first + s.markers[m, COUNT]):
-        out[s.places[i]] += fx * w.slope[0, i] + fy * w.slope[1, i] + turning * w.slope[2, i]
+    first = tables.markers[m, FIRST]
+    for i in range(first, first + tables.markers[m, COUNT]):
+        out[tables.places[i]] += fx * work.slope[0, i] + fy * work.slope[1, i] + turning * work.slope[2, i]
 
 
 @aside
-def add_geometric(s, w, m, q, fx, fy, turning, out, at):
+def add_geometric(tables, work, m, q, fx, fy, turning, out, at):
     """Add to out, from row and column `at` on, the second derivatives of fx x + fy y + turning angle of a marker."""
-    kind, first, size, d = s.markers[m, KIND], s.markers[m, FIRST], s.markers[m, SIZE], s.markers[m, DATA]
+    kind, first, size, d = tables.markers[m, KIND], tables.markers[m, FIRST], tables.markers[m, SIZE], tables.markers[m, DATA]
     if kind == FRAME:
         t = at + 2
-        out[t, t] += -fx * w.slope[1, first + 2] + fy * w.slope[0, first + 2]
+        out[t, t] += -fx * work.slope[1, first + 2] + fy * work.slope[0, first + 2]
         for k in range(size):
             i = first + 3 + k
-            h = -fx * w.slope[1, i] + fy * w.slope[0, i]
+            h = -fx * work.slope[1, i] + fy * work.slope[0, i]
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
     elif kind == CURVE and turning != 0.0:
         ux, uy = 0.0, 0.0
         for i in range(size):
-            dn = s.data[d + size + i]
-            ux, uy = ux + dn * q[s.places[first + i]], uy + dn * q[s.places[first + size + i]]
+            dn = tables.data[d + size + i]
+            ux, uy = ux + dn * q[tables.places[first + i]], uy + dn * q[tables.places[first + size + i]]
         square = ux * ux + uy * uy
         hxx, hxy = turning * 2.0 * ux * uy / square**2, turning * (uy * uy - ux * ux) / square**2
         for i in range(size):
             for k in range(size):
-                dd = s.data[d + size + i] * s.data[d + size + k]
+                dd = tables.data[d + size + i] * tables.data[d + size + k]
                 out[at + i, at + k] += hxx * dd
                 out[at + i, at + size + k] += hxy * dd
                 out[at + size + i, at + k] += hxy * dd
@@ -158,20 +164,20 @@ def add_geometric(s, w, m, q, fx, fy, turning, out, at):
 
 
 @inner
-def _add_block(s, w, a, b, h, row, column, factor, right, out, to, across):
+def _add_block(tables, work, a, b, h, row, column, factor, right, out, to, across):
     """Add factor J_a^T h R_b to out from (to, across) on, h the 3 x 3 block at row and column, R_b b's columns of `right`."""
-    fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
-    for i in range(s.markers[a, COUNT]):
-        tx, ty, ta = _row_times(w, fa + i, h, row, column, factor)
+    fa, fb = tables.markers[a, FIRST], tables.markers[b, FIRST]
+    for i in range(tables.markers[a, COUNT]):
+        tx, ty, ta = _row_times(work, fa + i, h, row, column, factor)
         if tx != 0.0 or ty != 0.0 or ta != 0.0:
-            for j in range(s.markers[b, COUNT]):
+            for j in range(tables.markers[b, COUNT]):
                 out[to + i, across + j] += tx * right[0, fb + j] + ty * right[1, fb + j] + ta * right[2, fb + j]
 
 
 @inner
-def _row_times(w, i, h, row, column, factor):
+def _row_times(work, i, h, row, column, factor):
     """Factor times row i of J^T times the 3 x 3 block of h at row and column."""
-    jx, jy, ja = factor * w.slope[0, i], factor * w.slope[1, i], factor * w.slope[2, i]
+    jx, jy, ja = factor * work.slope[0, i], factor * work.slope[1, i], factor * work.slope[2, i]
     return (
         jx * h[row, column] + jy * h[row + 1, column] + ja * h[row + 2, column],
         jx * h[row, column + 1] + jy * h[row + 1, column + 1] + ja * h[row + 2, column + 1],
@@ -180,16 +186,16 @@ def _row_times(w, i, h, row, column, factor):
 
 
 @close
-def measure(s, w, k, grad):
+def measure(tables, work, k, grad):
     """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
-    kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, A]], w.state[s.measures[k, B]]
+    kind, pa, pb = tables.measures[k, KIND], work.state[tables.measures[k, A]], work.state[tables.measures[k, B]]
     if kind == ANGLE:
         for i in range(6):
             grad[i] = 0.0
         grad[2], grad[5] = 1.0, -1.0
         return pa[TURN] - pb[TURN], pa[SPIN] - pb[SPIN]
     ex, ey = pa[X] - pb[X], pa[Y] - pb[Y]
-    dx, dy = s.directions[k, 0], s.directions[k, 1]
+    dx, dy = tables.directions[k, 0], tables.directions[k, 1]
     grad[2], grad[5] = 0.0, 0.0
     if kind == DISTANCE:
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
@@ -203,9 +209,15 @@ def measure(s, w, k, grad):
 
 
 @inner
-def curve(s, w, k, grad, hess):
+def curve(tables, work, k, grad, hess):
     """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
-    kind, pa, pb, dx, dy = s.measures[k, KIND], w.state[s.measures[k, A]], w.state[s.measures[k, B]], grad[0], grad[1]
+    kind, pa, pb, dx, dy = (
+        tables.measures[k, KIND],
+        work.state[tables.measures[k, A]],
+        work.state[tables.measures[k, B]],
+        grad[0],
+        grad[1],
+    )
     for i in range(6):
         for j in range(6):
             hess[i, j] = 0.0
@@ -224,76 +236,76 @@ def curve(s, w, k, grad, hess):
 
 
 @close
-def add_gradient(s, w, k, grad, factor, out):
+def add_gradient(tables, work, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
-    add_force(s, w, s.measures[k, A], factor * grad[0], factor * grad[1], factor * grad[2], out)
-    add_force(s, w, s.measures[k, B], factor * grad[3], factor * grad[4], factor * grad[5], out)
+    add_force(tables, work, tables.measures[k, A], factor * grad[0], factor * grad[1], factor * grad[2], out)
+    add_force(tables, work, tables.measures[k, B], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
 @close
-def put_gradient(s, w, k, grad, factor, out, at):
+def put_gradient(tables, work, k, grad, factor, out, at):
     """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on.
 
     Returns the place after them.
     """
     for side in range(2):
-        m = s.measures[k, A + side]
+        m = tables.measures[k, A + side]
         fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
-        first = s.markers[m, FIRST]
-        for i in range(s.markers[m, COUNT]):
-            out[at] = fx * w.slope[0, first + i] + fy * w.slope[1, first + i] + turning * w.slope[2, first + i]
+        first = tables.markers[m, FIRST]
+        for i in range(tables.markers[m, COUNT]):
+            out[at] = fx * work.slope[0, first + i] + fy * work.slope[1, first + i] + turning * work.slope[2, first + i]
             at += 1
     return at
 
 
 @aside
-def add_pair(s, w, a, b, h, factor, right, out, at):
+def add_pair(tables, work, a, b, h, factor, right, out, at):
     """Add factor J^T h R of two markers, h of shape (6, 6), to the block of their coordinates, that begins at `at`.
 
     R is J itself, w.slope, or the derivatives of the markers' rates by the coordinates, w.drift.
     """
     for i in range(2):
         for j in range(2):
-            to, across = at + i * s.markers[a, COUNT], at + j * s.markers[a, COUNT]
-            _add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, right, out, to, across)
+            to, across = at + i * tables.markers[a, COUNT], at + j * tables.markers[a, COUNT]
+            _add_block(tables, work, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, right, out, to, across)
 
 
 @inner
-def clear_block(s, w, block):
+def clear_block(tables, work, block):
     """Make room for a block's entries."""
-    m = s.blocks[block, WIDTH]
+    m = tables.blocks[block, WIDTH]
     for i in range(m):
         for j in range(m):
-            w.stiff[i, j] = 0.0
-            w.damp[i, j] = 0.0
+            work.stiff[i, j] = 0.0
+            work.damp[i, j] = 0.0
 
 
 @inner
-def add_entries(s, block, entries, values):
+def add_entries(tables, block, entries, values):
     """Add a block's entries to the matrix they are a part of."""
-    _, m, slot = s.blocks[block]
+    _, m, slot = tables.blocks[block]
     for i in range(m):
         for j in range(m):
-            values[s.slots[slot]] += entries[i, j]
+            values[tables.slots[slot]] += entries[i, j]
             slot += 1
 
 
 @close
-def rate_of(w, a, b, k):
+def rate_of(work, a, b, k):
     """Component k of the six rates of markers a and b."""
-    return w.state[a, VX + k] if k < 3 else w.state[b, VX + k - 3]
+    return work.state[a, VX + k] if k < 3 else work.state[b, VX + k - 3]
 
 
 @close
-def bias_of(s, w, k, grad, hess):
+def bias_of(tables, work, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
-    a, b, total = s.measures[k, A], s.measures[k, B], 0.0
+    a, b, total = tables.measures[k, A], tables.measures[k, B], 0.0
     for i in range(3):
-        total += grad[i] * w.state[a, AX + i] + grad[3 + i] * w.state[b, AX + i]
-    if s.measures[k, KIND] in (TURNING, DISTANCE) and curve(s, w, k, grad, hess):
+        total += grad[i] * work.state[a, AX + i] + grad[3 + i] * work.state[b, AX + i]
+    if tables.measures[k, KIND] in (TURNING, DISTANCE) and curve(tables, work, k, grad, hess):
         for i in range(6):
             for j in range(6):
-                total += rate_of(w, a, b, i) * hess[i, j] * rate_of(w, a, b, j)
+                total += rate_of(work, a, b, i) * hess[i, j] * rate_of(work, a, b, j)
     return total
 
 

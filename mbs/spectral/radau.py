@@ -57,16 +57,16 @@ FAR = 100.0
 
 
 @aside
-def size_of(x, elastic, u):
+def size_of(state, elastic, u):
     """Largest component of a change u of the coordinates, in their units."""
     worst = 0.0
     for i in range(u.size):
-        worst = max(worst, abs(u[i]) * x.weight[i])
+        worst = max(worst, abs(u[i]) * state.weight[i])
     for k in range(elastic.shape[0]):
         i, j = elastic[k, 0], elastic[k, 1]
         if j >= 0:
-            c, sn = x.turn[k, 0], x.turn[k, 1]
-            worst = max(worst, abs(c * u[i] + sn * u[j]) / x.whole[i], abs(c * u[j] - sn * u[i]) / x.across[k])
+            c, sn = state.turn[k, 0], state.turn[k, 1]
+            worst = max(worst, abs(c * u[i] + sn * u[j]) / state.whole[i], abs(c * u[j] - sn * u[i]) / state.across[k])
     return worst
 
 
@@ -81,53 +81,53 @@ def lagrange(at, j):
 
 
 @aside
-def predict(x, h, before):
+def predict(state, h, before):
     """First guess at the nodes: rates by the last step's polynomial, or where there is none, or a tiny one, by the present
     acceleration; multipliers and stresses by the line through the last step's last two nodes, or as they are.
     """
-    n, known = x.q.size, h < FAR * before
+    n, known = state.q.size, h < FAR * before
     for i in range(3):
-        rates, stress, slope = x.rates[i], x.stresses[i], 0.0
+        rates, stress, slope = state.rates[i], state.stresses[i], 0.0
         if known:
             slope = NODES[i] * h / (before * (1.0 - NODES[1]))
-        for k in range(x.lam.size):
-            x.multipliers[i, k] = x.lam[k] + slope * (x.lam[k] - x.past_lam[k])
-        for p in range(x.stress.size):
-            stress.flat[p] = x.stress.flat[p] + slope * (x.stress.flat[p] - x.past_stress.flat[p])
+        for k in range(state.lam.size):
+            state.multipliers[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
+        for p in range(state.stress.size):
+            stress.flat[p] = state.stress.flat[p] + slope * (state.stress.flat[p] - state.past_stress.flat[p])
         if not known:
             for k in range(n):
-                rates[k] = x.v[k] + NODES[i] * h * x.a[k]
+                rates[k] = state.v[k] + NODES[i] * h * state.a[k]
             continue
         at = 1.0 + NODES[i] * h / before
         for k in range(n):
-            rates[k] = x.v[k] - x.past[3, k]
+            rates[k] = state.v[k] - state.past[3, k]
         for j in range(4):
-            factor, past = lagrange(at, j), x.past[j]
+            factor, past = lagrange(at, j), state.past[j]
             for k in range(n):
                 rates[k] += factor * past[k]
 
 
 @aside
-def integrate(x, h):
+def integrate(state, h):
     """Places and accelerations at the nodes from the rates there."""
     for i in range(3):
-        for k in range(x.q.size):
-            r0, r1, r2, v = x.rates[0, k], x.rates[1, k], x.rates[2, k], x.v[k]
-            x.places[i, k] = x.q[k] + h * (A[i, 0] * r0 + A[i, 1] * r1 + A[i, 2] * r2)
-            x.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
+        for k in range(state.q.size):
+            r0, r1, r2, v = state.rates[0, k], state.rates[1, k], state.rates[2, k], state.v[k]
+            state.places[i, k] = state.q[k] + h * (A[i, 0] * r0 + A[i, 1] * r1 + A[i, 2] * r2)
+            state.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
 
 
 @aside
-def renew_heavy(s, e, w, x, q, jacobian, again):
+def renew_heavy(tables, orders, work, state, q, jacobian, again):
     """Factor [M G^T; G 0] with these rows."""
-    renew_mass(s, w, q, jacobian, x.bare)
-    factor(e.mass, x.bare, x.heavy, x.heavy_swaps, x.amount_of_row, again)
+    renew_mass(tables, work, q, jacobian, state.bare)
+    factor(orders.mass, state.bare, state.heavy, state.heavy_swaps, state.amount_of_row, again)
 
 
 @inner
-def solve_real(e, x, right):
+def solve_real(orders, state, right):
     """Solve with the real Newton matrix, in place."""
-    solve(e.newton, x.real, x.real_swaps, right, x.part)
+    solve(orders.newton, state.real, state.real_swaps, right, state.part)
 
 
 @inner
@@ -137,27 +137,27 @@ def _embedded(nodes, start, k):
 
 
 @aside
-def error_of(s, e, x, h):
+def error_of(tables, orders, state, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
-    n, r, k1 = x.q.size, x.lam.size, h / REAL
-    moved, pushed = x.dq[0], x.dv[0]
+    n, r, k1 = state.q.size, state.lam.size, h / REAL
+    moved, pushed = state.dq[0], state.dv[0]
     for k in range(n):
-        moved[k] = x.v[k] + _embedded(x.places, x.q, k) / h
-        pushed[k] = x.a[k] + moved[k] / k1 + _embedded(x.rates, x.v, k) / h
-    mass_times(s, x.q, pushed, x.step[:n])
-    for k in range(s.row.size):
-        if s.row[k] < n and s.col[k] < n:
-            x.step[s.row[k]] += x.damping[k] * moved[s.col[k]]
+        moved[k] = state.v[k] + _embedded(state.places, state.q, k) / h
+        pushed[k] = state.a[k] + moved[k] / k1 + _embedded(state.rates, state.v, k) / h
+    mass_times(tables, state.q, pushed, state.step[:n])
+    for k in range(tables.row.size):
+        if tables.row[k] < n and tables.col[k] < n:
+            state.step[tables.row[k]] += state.damping[k] * moved[tables.col[k]]
     for i in range(n):
-        x.step[i] *= k1 * k1
+        state.step[i] *= k1 * k1
     for k in range(r):
-        x.step[n + k] = k1 * row_times(s, k, x.base, moved)
-    solve_real(e, x, x.step)
-    return size_of(x, s.elastic, x.step[:n])
+        state.step[n + k] = k1 * row_times(tables, k, state.base, moved)
+    solve_real(orders, state, state.step)
+    return size_of(state, tables.elastic, state.step[:n])
 
 
 @aside
-def put_back(s, e, w, x, t, h):
+def put_back(tables, orders, work, state, t, h):
     """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
 
     The constraints' directions of the latter are the present ones: with those of a kept matrix the motion along them would be
@@ -165,54 +165,54 @@ def put_back(s, e, w, x, t, h):
     constraints, and those at the other nodes follow. Newton's method ends by places, which constraints alone may decide. With
     strips it ends by their stresses too, and what it leaves of these would weigh on reactions.
     """
-    n, r, q, v, a, lam = x.q.size, x.lam.size, x.places[2], x.rates[2], x.seconds[2], x.multipliers[2]
+    n, r, q, v, a, lam = state.q.size, state.lam.size, state.places[2], state.rates[2], state.seconds[2], state.multipliers[2]
     if r == 0:
-        place_markers(s, w, q, v)
+        place_markers(tables, work, q, v)
         return
-    lacking, rigid = x.residual[2], x.stress.size == 0
+    lacking, rigid = state.residual[2], state.stress.size == 0
     if rigid:
-        forces(s, w, t, q, v, lam, x.memory, h, x.force)
-        mass_times(s, q, a, lacking[:n])
+        forces(tables, work, t, q, v, lam, state.memory, h, state.force)
+        mass_times(tables, q, a, lacking[:n])
         for i in range(n):
-            lacking[i] -= x.force[i]
+            lacking[i] -= state.force[i]
     for attempt in range(4):
-        place_markers(s, w, q, v)
-        rows_at(s, w, t, x.gap, x.jacobian, x.speed)
+        place_markers(tables, work, q, v)
+        rows_at(tables, work, t, state.gap, state.jacobian, state.speed)
         worst = 0.0
         for k in range(r):
-            worst = max(worst, abs(x.gap[k]))
+            worst = max(worst, abs(state.gap[k]))
         if attempt == 3 or worst <= 1e-13:
             break
-        _fill(x.right, n, x.gap)
-        solve_real(e, x, x.right)
+        _fill(state.right, n, state.gap)
+        solve_real(orders, state, state.right)
         for i in range(n):
-            q[i] -= x.right[i]
-    changes_at(s, w, t, BEFORE, x.change)
+            q[i] -= state.right[i]
+    changes_at(tables, work, t, BEFORE, state.change)
     for k in range(r):
-        x.speed[k] = row_times(s, k, x.jacobian, v) - x.speed[k]
-        x.change[k] = row_times(s, k, x.jacobian, a) - x.change[k]
-    renew_heavy(s, e, w, x, q, x.jacobian, True)
-    _project(e, x, x.speed, v)
-    _project(e, x, x.change, a)
+        state.speed[k] = row_times(tables, k, state.jacobian, v) - state.speed[k]
+        state.change[k] = row_times(tables, k, state.jacobian, a) - state.change[k]
+    renew_heavy(tables, orders, work, state, q, state.jacobian, True)
+    _project(orders, state, state.speed, v)
+    _project(orders, state, state.change, a)
     if rigid:
-        add_reactions(s, x.jacobian, lam, lacking)
+        add_reactions(tables, state.jacobian, lam, lacking)
     for k in range(r):
-        lam[k] -= x.right[n + k]
+        lam[k] -= state.right[n + k]
     if rigid:
         lacking[n:] = 0.0
-        solve(e.mass, x.heavy, x.heavy_swaps, lacking, x.part)
+        solve(orders.mass, state.heavy, state.heavy_swaps, lacking, state.part)
         for k in range(r):
             for i in range(3):
-                x.multipliers[i, k] -= NODES[i] * lacking[n + k]
+                state.multipliers[i, k] -= NODES[i] * lacking[n + k]
 
 
 @inner
-def _project(e, x, rows, y):
+def _project(orders, state, rows, y):
     """Take from y what makes the constraints' rows, with least kinetic energy."""
-    _fill(x.right, y.size, rows)
-    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+    _fill(state.right, y.size, rows)
+    solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
     for i in range(y.size):
-        y[i] -= x.right[i]
+        y[i] -= state.right[i]
 
 
 @inner

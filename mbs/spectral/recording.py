@@ -47,28 +47,28 @@ class Trace(NamedTuple):
 
 
 @jit
-def follow(s, w, time, q, v, a, lam, memory, traces, reports):
+def follow(tables, work, time, q, v, a, lam, memory, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
-    _follow(lend(s), lend(w), time, q, v, a, lam, memory, traces, reports)
+    _follow(lend(tables), lend(work), time, q, v, a, lam, memory, traces, reports)
 
 
 @aside
-def _follow(s, w, time, q, v, a, lam, memory, traces, reports):
+def _follow(tables, work, time, q, v, a, lam, memory, traces, reports):
     f = np.zeros(q.shape[1])
     for i in range(q.shape[0]):
-        place_markers(s, w, q[i], v[i])
-        for m in range(s.markers.shape[0]):
+        place_markers(tables, work, q[i], v[i])
+        for m in range(tables.markers.shape[0]):
             for c in range(6):
-                traces[i, m, c] = w.state[m, c]
-            first, count = s.markers[m, FIRST], s.markers[m, COUNT]
+                traces[i, m, c] = work.state[m, c]
+            first, count = tables.markers[m, FIRST], tables.markers[m, COUNT]
             for c in range(3):
-                total = w.state[m, AX + c]
+                total = work.state[m, AX + c]
                 for j in range(first, first + count):
-                    total += w.slope[c, j] * a[i, s.places[j]]
+                    total += work.slope[c, j] * a[i, tables.places[j]]
                 traces[i, m, 6 + c] = total
         since = time[i] - memory[i, 0, FASTEST] if memory.shape[1] > 0 else 0.0
-        add_forces(s, w, time[i], lam[i], memory[i], since, f)
-        copy(w.reports, reports[i])
+        add_forces(tables, work, time[i], lam[i], memory[i], since, f)
+        copy(work.reports, reports[i])
 
 
 def record_of(scene: CompiledScene, out: Output) -> Record:

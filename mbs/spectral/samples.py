@@ -21,78 +21,82 @@ JUMP = 0.1
 
 
 @aside
-def write(x, out, counts, t, before):
+def write(state, out, counts, t, before):
     """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
     row = counts.samples
     out.time[row] = t
-    copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
-    _write_memory(x, out, row, before)
-    for k in range(x.old.shape[0]):
-        out.memory[row, k, ONSET] = x.memory[k, ONSET]
+    copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
+    _write_memory(state, out, row, before)
+    for k in range(state.old.shape[0]):
+        out.memory[row, k, ONSET] = state.memory[k, ONSET]
     counts.samples += 1
 
 
 @aside
-def write_after_jump(x, clock, controls, out, counts):
+def write_after_jump(state, clock, controls, out, counts):
     """Write a row for the moment after an event, from which accelerations and multipliers may differ."""
     moment = JUMP * controls.shortest
     if clock.time >= controls.end - 2.0 * moment:
         return
-    write(x, out, counts, clock.time + moment, clock.time)
+    write(state, out, counts, clock.time + moment, clock.time)
     row = counts.samples - 1
-    for i in range(x.q.size):
-        out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
+    for i in range(state.q.size):
+        out.q[row, i], out.v[row, i] = state.q[i] + moment * state.v[i], state.v[i] + moment * state.a[i]
 
 
 @aside
-def write_at_face(x, out, counts, t, h, moment):
+def write_at_face(state, out, counts, t, h, moment):
     """Write a row for a moment after a step's start, at time t, or, negative, before its end: a force jumps there."""
     row, end = counts.samples, moment < 0.0
-    q, v, a, lam = (x.places[2], x.rates[2], x.seconds[2], x.multipliers[2]) if end else (x.q, x.v, x.a, x.lam)
+    q, v, a, lam = (
+        (state.places[2], state.rates[2], state.seconds[2], state.multipliers[2])
+        if end
+        else (state.q, state.v, state.a, state.lam)
+    )
     out.time[row] = t + (h if end else 0.0) + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
         out.q[row, i] = q[i] + moment * v[i]
-    _write_memory(x, out, row, t)
+    _write_memory(state, out, row, t)
     counts.samples += 1
 
 
 @aside
-def _write_memory(x, out, row, before):
+def _write_memory(state, out, row, before):
     """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
-    for k in range(x.old.shape[0]):
+    for k in range(state.old.shape[0]):
         m = out.memory[row, k]
-        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.old[k, ONSET], before, x.old[k, BRISTLE], x.old[k, SLIDING]
+        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = state.old[k, ONSET], before, state.old[k, BRISTLE], state.old[k, SLIDING]
 
 
 @aside
-def samples_in(x, elastic, h, controls, deep):
+def samples_in(state, elastic, h, controls, deep):
     """How many parts of the step straight lines need, where depths bend by the share `deep`."""
-    for i in range(x.q.size):
-        x.dq[0, i] = 0.125 * h * h * max(abs(x.a[i]), abs(x.seconds[2, i]))
-    bend = max(size_of(x, elastic, x.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
+    for i in range(state.q.size):
+        state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.seconds[2, i]))
+    bend = max(size_of(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
 
 
 @aside
-def write_between(x, out, counts, t, h, parts):
+def write_between(state, out, counts, t, h, parts):
     """Write rows within the step from the present state to its end, all parts but the last."""
     for part in range(1, parts):
         y, row = part / parts, counts.samples
-        for i in range(x.q.size):
-            v0, a0, v1, a1 = h * x.v[i], h * h * x.a[i], h * x.rates[2, i], h * h * x.seconds[2, i]
+        for i in range(state.q.size):
+            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.rates[2, i], h * h * state.seconds[2, i]
             # c3 y^3 + c4 y^4 + c5 y^5 beside q + v0 y + a0 y^2/2
-            d0, d1, d2 = x.places[2, i] - x.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+            d0, d1, d2 = state.places[2, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
             c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
-            out.q[row, i] = x.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
+            out.q[row, i] = state.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
             out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
             out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
         out.time[row], out.lam[row] = t + y * h, 0.0
         for j in range(4):
-            factor, lam = lagrange(y, j), x.lam if j == 0 else x.multipliers[j - 1]
-            for k in range(x.lam.size):
+            factor, lam = lagrange(y, j), state.lam if j == 0 else state.multipliers[j - 1]
+            for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]
-        _write_memory(x, out, row, t)
+        _write_memory(state, out, row, t)
         counts.samples += 1
 
 

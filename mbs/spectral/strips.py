@@ -135,11 +135,11 @@ def _stress(data, d, free, ng, strain, ez, rate, lag):
 
 
 @close
-def _unbalanced(w, p, ez, n):
+def _unbalanced(work, p, ez, n):
     """The stresses that are unknowns, and B0^T (n - these), n those of the strains."""
-    if w.mixed[0] == RENEWED:
-        copy(ez, w.held[p])
-    b, held, slack = w.stress[p], w.held[p], w.slack[p]
+    if work.mixed[0] == RENEWED:
+        copy(ez, work.held[p])
+    b, held, slack = work.stress[p], work.held[p], work.slack[p]
     slack[0], slack[1], slack[2] = n[0] - b[0], n[1] - b[1], n[2] - b[2]
     return (b[0], b[1], b[2]), (
         slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0],
@@ -150,89 +150,89 @@ def _unbalanced(w, p, ez, n):
 
 
 @inner
-def _add_strip(s, w, strip, point, q, v, ez, f):
+def _add_strip(tables, work, strip, point, q, v, ez, f):
     """Add the forces of a strip, whose Gauss points count from `point`: -A^T weight (B^T n + B0^T slack) at each."""
-    kind, nb, ng, first, d = s.strips[strip]
+    kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
     at, x, rate, local = (
-        s.places[first : first + size],
-        w.element[:size],
-        w.element[size : 2 * size],
-        w.element[2 * size : 3 * size],
+        tables.places[first : first + size],
+        work.element[:size],
+        work.element[size : 2 * size],
+        work.element[2 * size : 3 * size],
     )
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
-    lag, r = (s.data[d + 4], 0.0, s.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
+    lag, r = (tables.data[d + 4], 0.0, tables.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
     ez[:] = 0.0
     for g in range(ng):
-        p, weight, m = point + g, s.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
-        z = _arguments(s.data, m, x, block, nb)
+        p, weight, m = point + g, tables.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
+        z = _arguments(tables.data, m, x, block, nb)
         strain = _slopes(kind, z[0], z[1], z[2], z[3], ez)
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != REISSNER):
-            r = _arguments(s.data, m, rate, block, nb)
+            r = _arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # of a Reissner strip curvature is one of the arguments
-            r = (0.0, 0.0, 0.0, _sum(s.data, m[3], rate, block[3], nb))
-        n, f0 = _stress(s.data, d, d + 5 + ng + g, ng, strain, ez, r, lag), (0.0, 0.0, 0.0, 0.0)
-        if w.mixed[0] != PLAIN:
-            n, f0 = _unbalanced(w, p, ez, n)
+            r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
+        n, f0 = _stress(tables.data, d, d + 5 + ng + g, ng, strain, ez, r, lag), (0.0, 0.0, 0.0, 0.0)
+        if work.mixed[0] != PLAIN:
+            n, f0 = _unbalanced(work, p, ez, n)
         force = (
             weight * (f0[0] + n[0] * ez[0, 0] + n[1] * ez[1, 0] + n[2] * ez[2, 0]),
             weight * (f0[1] + n[0] * ez[0, 1] + n[1] * ez[1, 1] + n[2] * ez[2, 1]),
             weight * (f0[2] + n[0] * ez[0, 2] + n[1] * ez[1, 2] + n[2] * ez[2, 2]),
             weight * (f0[3] + n[2] * ez[2, 3]),
         )
-        _act(s.data, m, force, block, nb, local)
-        w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z
-        w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n[0], weight * n[1], weight * n[2]
+        _act(tables.data, m, force, block, nb, local)
+        work.strain[p, 0], work.strain[p, 1], work.strain[p, 2], work.strain[p, 3] = z
+        work.force[p, 0], work.force[p, 1], work.force[p, 2] = weight * n[0], weight * n[1], weight * n[2]
     for a in range(size):
         f[at[a]] += local[a]
 
 
 @aside
-def add_strips(s, w, q, v, f):
+def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, of the kind that w.mixed says.
 
     Stresses that are unknowns are in w.stress, what they lack in w.slack, B0 in w.held.
     """
     ez, point = np.zeros((3, 4)), 0
-    for strip in range(s.strips.shape[0]):
-        _add_strip(s, w, strip, point, q, v, ez, f)
-        point += s.strips[strip, 2]
+    for strip in range(tables.strips.shape[0]):
+        _add_strip(tables, work, strip, point, q, v, ez, f)
+        point += tables.strips[strip, 2]
 
 
 @inner
-def bend_strips(s, w, v, damp, stiff):
+def bend_strips(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
     point = 0
-    for strip in range(s.strips.shape[0]):
-        _bend_strip(s, w, strip, point, v, damp, stiff)
-        point += s.strips[strip, 2]
+    for strip in range(tables.strips.shape[0]):
+        _bend_strip(tables, work, strip, point, v, damp, stiff)
+        point += tables.strips[strip, 2]
 
 
 @aside
-def _bend_strip(s, w, strip, point, v, damp, stiff):
+def _bend_strip(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents: its arguments and weighted stresses are in w, from this point on."""
-    kind, nb, ng, first, d = s.strips[strip]
+    kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
-    r, lag, number = np.zeros(4), np.zeros(3), s.rows.shape[0] + s.forces.shape[0] + strip
-    lag[0], lag[2] = s.data[d + 4], s.data[d + 3]
-    at, member, rate = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size]
+    r, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
+    lag[0], lag[2] = tables.data[d + 4], tables.data[d + 3]
+    at, member, rate = tables.places[first : first + size], d + 5 + 4 * ng, work.element[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
     damped = lag[0] > 0.0 or lag[2] > 0.0
-    clear_block(s, w, number)
+    clear_block(tables, work, number)
     for g in range(ng):
         p = point + g
-        z = w.strain[p]
+        z = work.strain[p]
         _slopes(kind, z[0], z[1], z[2], z[3], ez)
         _bends(kind, z[0], z[1], z[2], z[3], ez, ezz)
         h[:], b[:] = 0.0, 0.0
         if damped:
             for i in range(4):
-                r[i] = _sum(s.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
+                r[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
-            stress, stiffness = w.force[p, j], s.data[d + 5 + g] * s.data[d + j]
+            stress, stiffness = work.force[p, j], tables.data[d + 5 + g] * tables.data[d + j]
             for i in range(4):
                 for k in range(4):
                     h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
@@ -242,12 +242,12 @@ def _bend_strip(s, w, strip, point, v, damp, stiff):
                     for i in range(4):
                         h[i, k] += stiffness * lag[j] * ez[j, i] * bend
                         b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
-        _spread(s.data, member, order, block, ng, g, nb, h, w.stiff)
+        _spread(tables.data, member, order, block, ng, g, nb, h, work.stiff)
         if damped:
-            _spread(s.data, member, order, block, ng, g, nb, b, w.damp)
-    add_entries(s, number, w.stiff, stiff)
+            _spread(tables.data, member, order, block, ng, g, nb, b, work.damp)
+    add_entries(tables, number, work.stiff, stiff)
     if damped:
-        add_entries(s, number, w.damp, damp)
+        add_entries(tables, number, work.damp, damp)
 
 
 @inner
@@ -267,38 +267,38 @@ def _spread(data, member, order, block, ng, g, nb, h, out):
 
 
 @aside
-def carry_stresses(s, w, dq, dv, stress, slack):
+def carry_stresses(tables, work, dq, dv, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0
-    for strip in range(s.strips.shape[0]):
-        kind, nb, ng, first, d = s.strips[strip]
+    for strip in range(tables.strips.shape[0]):
+        kind, nb, ng, first, d = tables.strips[strip]
         size, block, order = _fields(kind, nb)
-        at, member = s.places[first : first + size], d + 5 + 4 * ng
-        x, axial, bending = w.element[:size], w.element[size : 2 * size], w.element[2 * size : 3 * size]
+        at, member = tables.places[first : first + size], d + 5 + 4 * ng
+        x, axial, bending = work.element[:size], work.element[size : 2 * size], work.element[2 * size : 3 * size]
         for a in range(size):
             x[a] = dq[at[a]]
-            axial[a], bending[a] = x[a] + s.data[d + 4] * dv[at[a]], x[a] + s.data[d + 3] * dv[at[a]]
+            axial[a], bending[a] = x[a] + tables.data[d + 4] * dv[at[a]], x[a] + tables.data[d + 3] * dv[at[a]]
         for g in range(ng):
             p = point + g
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
-                straight, bent = w.held[p, 0, i] != 0.0 or w.held[p, 1, i] != 0.0, w.held[p, 2, i] != 0.0
-                dz = _sum(s.data, m, x, block[i], nb) if straight or s.data[d + 3] == 0.0 else 0.0
-                da = _sum(s.data, m, axial, block[i], nb) if straight and s.data[d + 4] > 0.0 else dz
-                db = _sum(s.data, m, bending, block[i], nb) if bent and s.data[d + 3] > 0.0 else dz
-                stress[p, 0] += s.data[d] * w.held[p, 0, i] * da
-                stress[p, 1] += s.data[d + 1] * w.held[p, 1, i] * dz
-                stress[p, 2] += s.data[d + 2] * w.held[p, 2, i] * db
+                straight, bent = work.held[p, 0, i] != 0.0 or work.held[p, 1, i] != 0.0, work.held[p, 2, i] != 0.0
+                dz = _sum(tables.data, m, x, block[i], nb) if straight or tables.data[d + 3] == 0.0 else 0.0
+                da = _sum(tables.data, m, axial, block[i], nb) if straight and tables.data[d + 4] > 0.0 else dz
+                db = _sum(tables.data, m, bending, block[i], nb) if bent and tables.data[d + 3] > 0.0 else dz
+                stress[p, 0] += tables.data[d] * work.held[p, 0, i] * da
+                stress[p, 1] += tables.data[d + 1] * work.held[p, 1, i] * dz
+                stress[p, 2] += tables.data[d + 2] * work.held[p, 2, i] * db
             for j in range(3):
                 stress[p, j] += slack[p, j]
         point += ng
 
 
 @inner
-def elastic_stresses(s, w, q, v, stress):
+def elastic_stresses(tables, work, q, v, stress):
     """Fill stress (points, 3) with those of this state."""
-    f, mixed = np.zeros(q.size), w.mixed[0]
-    w.stress[:], w.mixed[0] = 0.0, MIXED
-    add_strips(s, w, q, v, f)
-    copy(w.slack, stress)
-    w.mixed[0] = mixed
+    f, mixed = np.zeros(q.size), work.mixed[0]
+    work.stress[:], work.mixed[0] = 0.0, MIXED
+    add_strips(tables, work, q, v, f)
+    copy(work.slack, stress)
+    work.mixed[0] = mixed
