@@ -61,7 +61,7 @@ def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:
     return Grid(s, whole, angles, np.repeat((0.0, 1.0), nodes))
 
 
-def newton(step: Callable[[Array], Array], z: Array) -> Array:
+def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
     """Subtract steps until they are below rounding or no longer shrink there.
 
     Raises
@@ -69,18 +69,18 @@ def newton(step: Callable[[Array], Array], z: Array) -> Array:
     NewtonDivergedError
         If 25 steps were not enough, a matrix was singular, or the angles left all bounds.
     """
-    scale = np.ones_like(z)
+    scale = np.ones_like(unknowns)
     for _ in range(25):
         try:
-            change = step(z)
+            change = step(unknowns)
         except np.linalg.LinAlgError as error:
             raise NewtonDivergedError("the equations are singular here: a branching, or a strip that can move freely") from error
-        size = float(np.max(np.abs(change) / np.maximum(scale, np.abs(z))))
-        z = z - change
+        size = float(np.max(np.abs(change) / np.maximum(scale, np.abs(unknowns))))
+        unknowns = unknowns - change
         if not size < 1e3:
             break
         if size <= 1e-9:
-            return z
+            return unknowns
     raise NewtonDivergedError(f"the last Newton step was still {size:.1e}")
 
 

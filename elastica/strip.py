@@ -202,31 +202,35 @@ class Strip:
         """Unknowns of the stress-free shape."""
         return np.concatenate((self.grid.angle, (0.0, 0.0, 0.0)))
 
-    def at_unknowns(self, load: Load, factor: float, z: Array) -> Equilibrium:
+    def at_unknowns(self, load: Load, factor: float, unknowns: Array) -> Equilibrium:
         """Return shape, forces and residual of solved unknowns."""
-        fields, grid, theta = self.fields(load, factor, z), self.grid, z[:-3]
+        fields, grid, theta = self.fields(load, factor, unknowns), self.grid, unknowns[:-3]
         x, y = grid.J @ fields.dx, grid.J @ fields.dy
         force = np.column_stack((fields.nx, fields.ny))
         half = self.nodes
         inner, end = (float(x[half]), float(y[half])), (float(x[-1]), float(y[-1]), float(theta[-1]))
-        residual = self._residual(load, factor, z)
-        return Equilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, z)
+        residual = self._residual(load, factor, unknowns)
+        return Equilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, unknowns)
 
-    def fields(self, load: Load, factor: float, z: Array) -> Fields:
+    def fields(self, load: Load, factor: float, unknowns: Array) -> Fields:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
-        a, g, grid, theta = 1.0 / self.axial, 1.0 / self.shear, self.grid, z[:-3]
-        b, nx, ny = z[-3], z[-2] - factor * load.inner[0] * grid.beyond, z[-1] - factor * load.inner[1] * grid.beyond
+        a, g, grid, theta = 1.0 / self.axial, 1.0 / self.shear, self.grid, unknowns[:-3]
+        b, nx, ny = (
+            unknowns[-3],
+            unknowns[-2] - factor * load.inner[0] * grid.beyond,
+            unknowns[-1] - factor * load.inner[1] * grid.beyond,
+        )
         sin, cos = np.sin(theta), np.cos(theta)
         dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
         dy = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
         phi, m0 = (0.0, b) if self.start == "clamped" else (b, 0.0)
         return Fields(sin, cos, nx, ny, dx, dy, m0 + grid.J @ (nx * dy - ny * dx), phi)
 
-    def defect(self, load: Load, factor: float, z: Array) -> Array:
+    def defect(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
-        f, J = self.fields(load, factor, z), self.grid.J
-        balance = z[:-3] - self.grid.angle - f.phi - J @ f.m
-        place = (J[-1] @ f.dx, J[-1] @ f.dy, z[-4])
+        f, J = self.fields(load, factor, unknowns), self.grid.J
+        balance = unknowns[:-3] - self.grid.angle - f.phi - J @ f.m
+        place = (J[-1] @ f.dx, J[-1] @ f.dy, unknowns[-4])
         force = (f.nx[-1], f.ny[-1], f.m[-1])
         asked = (*load.end, load.moment)
         ends = [
@@ -235,9 +239,9 @@ class Strip:
         ]
         return np.concatenate((balance, ends))
 
-    def jacobian(self, load: Load, factor: float, z: Array) -> Array:
+    def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Derivative of `defect` by z, with one more column for the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
-        f, J, n = self.fields(load, factor, z), self.grid.J, z.size - 3
+        f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
         slopes = _slope_columns(self, f, load)
         dx, dy = J @ slopes[0], J @ slopes[1]
         ahead = np.zeros((2, n, n + 4))
@@ -262,29 +266,29 @@ class Strip:
         """Solve for the equilibrium next to a guess."""
         return self.at_unknowns(load, factor, self._newton(load, factor, guess))
 
-    def _newton(self, load: Load, factor: float, z: Array) -> Array:
-        def step(z: Array) -> Array:
+    def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
+        def step(unknowns: Array) -> Array:
             """Solve the linearised equations."""
-            return np.linalg.solve(self.jacobian(load, factor, z)[:, :-1], self.defect(load, factor, z))
+            return np.linalg.solve(self.jacobian(load, factor, unknowns)[:, :-1], self.defect(load, factor, unknowns))
 
-        return newton(step, z)
+        return newton(step, unknowns)
 
-    def _nearby(self, load: Load, before: float, after: float, z: Array) -> Array | None:
+    def _nearby(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
         """Return the unknowns at a load factor from those at another; None where they are far from the tangent at z."""
-        matrix = self.jacobian(load, before, z)
+        matrix = self.jacobian(load, before, unknowns)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
-            there = self._newton(load, after, z + change)
+            there = self._newton(load, after, unknowns + change)
         except (np.linalg.LinAlgError, NewtonDivergedError):
             return None
-        turn, off = np.max(np.abs(change[:-3])), np.max(np.abs((there - z - change)[:-3]))
+        turn, off = np.max(np.abs(change[:-3])), np.max(np.abs((there - unknowns - change)[:-3]))
         return there if off <= MOST_CORRECTION * turn + 1e-9 and turn <= MOST_TURN else None
 
-    def _residual(self, load: Load, factor: float, z: Array) -> float:
+    def _residual(self, load: Load, factor: float, unknowns: Array) -> float:
         """Compute the largest defect of the interpolated solution on a grid half as fine again."""
         fine = self.finer
-        pieces = [resample(piece, fine.nodes) for piece in (z[: self.nodes], z[self.nodes : -3])]
-        return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, z[-3:]))))))
+        pieces = [resample(piece, fine.nodes) for piece in (unknowns[: self.nodes], unknowns[self.nodes : -3])]
+        return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))
 
 
 class Fields(NamedTuple):

@@ -189,9 +189,9 @@ class _Poses:
         self.matrix = np.array([end.matrix @ free for end in ends]).reshape(len(ends), 2, free.shape[1])
         self.constant = np.array([end.matrix @ base + end.constant for end in ends]).reshape(len(ends), 2)
 
-    def residual(self, z: Array) -> tuple[Array, Array]:
+    def residual(self, coordinates: Array) -> tuple[Array, Array]:
         """(|v|^2 - L^2) / 2 L, m, and its derivatives, for z of shape (starts, open)."""
-        apart = np.einsum("qid,sd->sqi", self.matrix, z) + self.constant
+        apart = np.einsum("qid,sd->sqi", self.matrix, coordinates) + self.constant
         value = ((apart**2).sum(axis=2) - self.lengths**2) / (2 * self.lengths)
         return value, np.einsum("sqi,qid->sqd", apart, self.matrix) / self.lengths[:, None]
 
@@ -224,23 +224,23 @@ class _Poses:
                 return found or [poses[np.argmin(gaps)]], bool(found)
         return found, True
 
-    def _descend(self, z: Array) -> tuple[Array, Array]:
+    def _descend(self, coordinates: Array) -> tuple[Array, Array]:
         """Levenberg-Marquardt from all starts at once: where they end, and the largest residual there, m."""
-        damping = np.full(len(z), 1e-2)
-        value, slopes = self.residual(z)
+        damping = np.full(len(coordinates), 1e-2)
+        value, slopes = self.residual(coordinates)
         for _ in range(ITERATIONS):
             square = np.einsum("sqi,sqj->sij", slopes, slopes)
-            square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])
+            square += (damping[:, None] + 1e-14)[..., None] * np.eye(coordinates.shape[1])
             right = np.einsum("sqi,sq->si", slopes, value)
-            tried = z - np.linalg.solve(square, right[..., None])[..., 0]
+            tried = coordinates - np.linalg.solve(square, right[..., None])[..., 0]
             new_value, new_slopes = self.residual(tried)
             better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
-            z = np.where(better[:, None], tried, z)
+            coordinates = np.where(better[:, None], tried, coordinates)
             value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
             damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
             if (np.abs(value) < 1e-14 * self.lengths.max()).all():
                 break
-        return z, np.abs(value).max(axis=1)
+        return coordinates, np.abs(value).max(axis=1)
 
     def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
         """Raise a ValueError if places at a pose are no smooth functions of the lengths."""

@@ -21,9 +21,9 @@ def rotate_left(vectors: Array) -> Array:
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
-def cross(a: Array, b: Array) -> Array:
+def cross(one: Array, other: Array) -> Array:
     """Cross products of vectors (..., 2): the moment of forces b at arms a."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
 def unit(vectors: Array) -> tuple[Array, Array]:

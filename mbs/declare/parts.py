@@ -192,8 +192,8 @@ def nameless(name: str, found: object) -> ValueError:
     return ValueError(f"{name}: {what} has no name in a file; take {advice}")
 
 
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, Mapping) or isinstance(b, Mapping):
-        return dict(a) == dict(b)
-    numbers = isinstance(a, int | float) and isinstance(b, int | float)
-    return a is b or ((numbers or type(a) is type(b)) and bool(a == b))
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, Mapping) or isinstance(other, Mapping):
+        return dict(one) == dict(other)
+    numbers = isinstance(one, int | float) and isinstance(other, int | float)
+    return one is other or ((numbers or type(one) is type(other)) and bool(one == other))

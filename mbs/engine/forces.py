@@ -127,7 +127,7 @@ class FreeContact(StopContact):
             rate += self.side * v[k + 2] * swing
         return self.side * (ux * px + uy * py - self.reach), rate, slope
 
-    def forces(self, _system: System, _t: float, _item: int, q: Array, q_t: Array) -> list[float]:
+    def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Engine callback: generalised forces on the element's coordinates, N and N m."""
         depth, rate, slope = self.look(q, q_t)
         force = self.force(depth, rate)
@@ -147,7 +147,7 @@ class StrutSpring(StrutLaw):
         super().__init__(strut, length)
         self.elongation = self.rate = 0.0
 
-    def __call__(self, _system: System, _t: float, _item: int, elongation: float, rate: float, *_: float) -> float:
+    def __call__(self, _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float) -> float:
         """Tension, N."""
         self.elongation, self.rate = elongation, rate
         return self.force(elongation, rate)

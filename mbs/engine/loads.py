@@ -131,7 +131,9 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
     for name, load in loads.items():
         voltage = guard(scene, name, load.voltage)
 
-        def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
+        def torque(
+            t: float, _value: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage
+        ) -> float:
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)

@@ -103,11 +103,11 @@ class RowConstraint:
             given: dict[str, Any] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
 
-        def value(_system: System, _t: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
+        def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
             c, j = forms.system(np.reshape(q, angle.shape) - angle)
             return j @ np.asarray(q_t) if on_speeds else c
 
-        def jacobian(_system: System, _t: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
+        def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
             return forms.system(np.reshape(q, angle.shape) - angle)[1]
 
         given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}

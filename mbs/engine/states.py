@@ -47,7 +47,7 @@ class Turning(NamedTuple):
         """Return angle and speed."""
         return q[2], v[2]
 
-    def forces(self, _q: Array, values: Sequence[float]) -> list[float]:
+    def forces(self, _places: Array, values: Sequence[float]) -> list[float]:
         """Return a torque."""
         return [0.0, 0.0, values[0]]
 
@@ -65,7 +65,7 @@ class Sliding(NamedTuple):
         (x, y), (ax, ay) = self.at, self.along
         return x + ax * q[0], y + ay * q[0], ax * v[0], ay * v[0]
 
-    def forces(self, _q: Array, values: Sequence[float]) -> list[float]:
+    def forces(self, _places: Array, values: Sequence[float]) -> list[float]:
         """Return the component along the guide."""
         return [self.along[0] * values[0] + self.along[1] * values[1]]
 

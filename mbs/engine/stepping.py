@@ -63,7 +63,7 @@ class StepControl(Recorder):
         self.candidate: Array | None = None
         self.error = self.tried = 0.0
 
-    def before_step(self, _system: System, _t: float) -> bool:
+    def before_step(self, _system: System, _time: float) -> bool:
         """Engine callback, where Jacobians are kept: that of a step which did not converge is no good for a shorter one."""
         h = self.engine.it.currentStepSize
         if h < self.tried:
@@ -71,7 +71,7 @@ class StepControl(Recorder):
         self.tried = h
         return True
 
-    def after_newton(self, _system: System, _t: float) -> list[float]:
+    def after_newton(self, _system: System, _time: float) -> list[float]:
         """Engine callback: [error, recommended step]; a large error with a smaller step rejects this one."""
         self.candidate = self.data.GetODE2Coordinates_tt() * self.weights
         h = self.engine.it.currentStepSize
@@ -166,7 +166,7 @@ class _StrutWatch:
         self.accepted = 0.0
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
-    def step_limit(self, _q: Array, _q_t: Array, wanted: float) -> float:
+    def step_limit(self, _places: Array, _q_t: Array, wanted: float) -> float:
         """Come up to the kink in short steps when straightening; resolve the ringing of a strut that snapped taut."""
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
@@ -176,7 +176,7 @@ class _StrutWatch:
         ringing = abs(speed) * self.half_period > self.limit
         return min(wanted, resolved) if ringing else wanted
 
-    def excess(self, h: float, _errors: Array, _q: Array) -> float:
+    def excess(self, h: float, _errors: Array, _places: Array) -> float:
         """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
         before, now = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
@@ -192,13 +192,13 @@ class _StateWatch:
         self.data, self.places, self.tolerance = scene.system.systemData, slice(first, first + count), tolerance
         self.units, self.rates = np.ones(count), np.full(count, np.nan)
 
-    def step_limit(self, _q: Array, q_t: Array, wanted: float) -> float:
+    def step_limit(self, _places: Array, q_t: Array, wanted: float) -> float:
         """Take down the rates and sizes of an accepted step."""
         self.rates = self.data.GetODE2Coordinates_tt()[self.places]
         self.units = np.maximum(self.units, np.abs(q_t[self.places]))
         return wanted
 
-    def excess(self, h: float, _errors: Array, _q: Array) -> float:
+    def excess(self, h: float, _errors: Array, _places: Array) -> float:
         """Error over what is allowed; 0 of the first step."""
         change = np.abs(self.data.GetODE2Coordinates_tt()[self.places] - self.rates) / self.units
         return float(np.nan_to_num(h * h / 12 * change).max()) / self.tolerance

@@ -58,7 +58,7 @@ def _force(k: int, run: History, _record: Record) -> Array:
 def add_stop(scene: EngineScene, contact: StopContact, coordinate: int, ground: int) -> int:
     """Add a stop on a slider's coordinate marker."""
 
-    def spring_force(_system: System, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
+    def spring_force(_system: System, _time: float, _item: int, travel: float, speed: float, *_: float) -> float:
         return contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     return int(

@@ -88,7 +88,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
 
-    def clamp_residual(_system: System, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
+    def clamp_residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
         if velocity_level:
             return [float((row(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
@@ -98,7 +98,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
             markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
             scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
             constraintUserFunction=clamp_residual,
-            jacobianUserFunction=lambda _system, _t, _item, q, _q_t, _velocity_level: row(q),
+            jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: row(q),
         )
     )
     return int(anchor)

@@ -24,15 +24,15 @@ DEEPEST = 60
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
 
-def _step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
+def _step(x: float, begin: float, low: float, end: float, high: float) -> float:
     """ADAMS STEP: a cubic from h0 at x0 to h1 at x1, constant outside."""
-    part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
-    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
+    part = min(max((x - begin) / (end - begin), 0.0), 1.0)
+    return low + (high - low) * part * part * (3.0 - 2.0 * part)
 
 
-def _steps(x: Array, x0: Array, h0: Array, x1: Array, h1: Array) -> Array:
-    part = np.clip((x - x0) / (x1 - x0), 0.0, 1.0)
-    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
+def _steps(x: Array, begin: Array, low: Array, end: Array, high: Array) -> Array:
+    part = np.clip((x - begin) / (end - begin), 0.0, 1.0)
+    return low + (high - low) * part * part * (3.0 - 2.0 * part)
 
 
 def _sign(x: float) -> float:

@@ -76,8 +76,8 @@ class _Bar:
         self.section, self.x, self.weights = section, xi * length / 2, weights
         self.line, self.spin = section.mass_per_length * weights, section.inertia_per_length * weights
 
-    def _gram(self, a: Array, b: Array) -> Array:
-        return a.T @ (self.weights[:, None] * b)
+    def _gram(self, one: Array, other: Array) -> Array:
+        return one.T @ (self.weights[:, None] * other)
 
     def _modes(self, stiffness: Array, rigid: int, count: int) -> tuple[Array, Array]:
         """Frequencies and coefficients, the rigid motions left out."""

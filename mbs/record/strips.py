@@ -43,17 +43,18 @@ class Strain(NamedTuple):
         return self.damping * np.einsum("teg,eg->t", self.rate**2, self.weights)
 
 
-def _lagrange(count: int, xi: Array) -> tuple[Array, Array]:
+def _lagrange(count: int, natural: Array) -> tuple[Array, Array]:
     """Lagrange shape functions on [-1, 1] and their derivatives, shape (points, count)."""
-    xi = np.asarray(xi)[:, None]
+    natural = np.asarray(natural)[:, None]
     if count == 2:
-        return np.hstack([1 - xi, 1 + xi]) / 2, np.hstack([-np.ones_like(xi), np.ones_like(xi)]) / 2
-    return np.hstack([xi * (xi - 1) / 2, 1 - xi * xi, xi * (xi + 1) / 2]), np.hstack([xi - 0.5, -2 * xi, xi + 0.5])
+        return np.hstack([1 - natural, 1 + natural]) / 2, np.hstack([-np.ones_like(natural), np.ones_like(natural)]) / 2
+    values = [natural * (natural - 1) / 2, 1 - natural * natural, natural * (natural + 1) / 2]
+    return np.hstack(values), np.hstack([natural - 0.5, -2 * natural, natural + 0.5])
 
 
-def _hermite(length: Array, xi: Array) -> tuple[Array, Array, Array]:
+def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
     """Cubic Hermite functions of (r, r') at both nodes, with first and second derivatives in s, shape (elements, points, 4)."""
-    z = np.broadcast_to((np.asarray(xi) + 1) / 2, (len(length), len(xi)))
+    z = np.broadcast_to((np.asarray(natural) + 1) / 2, (len(length), len(natural)))
     n = _stack([1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2)])
     d = _stack([(6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z])
     dd = _stack([(12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length])
@@ -136,7 +137,7 @@ class StripMotion:
         """Axial, shear (beams only) and bending strains with their rates."""
         raise NotImplementedError
 
-    def places(self, xi: Array) -> Array:
+    def places(self, natural: Array) -> Array:
         """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
         raise NotImplementedError
 
@@ -180,15 +181,15 @@ class BeamMotion(StripMotion):
         """Return nodes, where loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
         return shares(self.body.step, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
-    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
+    def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
-        n, d = _lagrange(self.body.step + 1, xi)
+        n, d = _lagrange(self.body.step + 1, natural)
         e = self.by_element(nodal)
         return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d, e) * (2 / self.pieces)[:, None, None]
 
-    def places(self, xi: Array) -> Array:
+    def places(self, natural: Array) -> Array:
         """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
-        return self._fields(self.q, xi)[0][..., :2]
+        return self._fields(self.q, natural)[0][..., :2]
 
     def strains(self) -> list[Strain]:
         """Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
@@ -229,16 +230,16 @@ class CableMotion(StripMotion):
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
         return angle - np.arctan2(before[1], before[0]), cross(slope, rate) / (slope**2).sum(axis=1)
 
-    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
+    def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array, Array]:
         """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
         e = self.by_element(nodal)  # times, elements, 2 nodes, 4
         values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
-        n, d, dd = _hermite(self.pieces[:, None], xi)
+        n, d, dd = _hermite(self.pieces[:, None], natural)
         return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
 
-    def places(self, xi: Array) -> Array:
+    def places(self, natural: Array) -> Array:
         """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
-        return self._fields(self.q, xi)[0]
+        return self._fields(self.q, natural)[0]
 
     def strains(self) -> list[Strain]:
         """Stretch |r'| - 1 and kappa = r' x r''/|r'|^2, both less their reference values (as in the engine's ANCF cable)."""

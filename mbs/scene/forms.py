@@ -169,6 +169,6 @@ def _table(table: list[list[Any]]) -> Terms:
     return Terms(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _dot(one: Array, other: Array) -> Array:
     """Scalar product of vectors as complex numbers."""
-    return a.real * b.real + a.imag * b.imag
+    return one.real * other.real + one.imag * other.imag

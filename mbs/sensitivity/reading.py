@@ -199,10 +199,10 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
     return ""
 
 
-def _product(operator: ast.operator, a: str, b: str) -> str:
+def _product(operator: ast.operator, one: str, other: str) -> str:
     """Return the unit of a product or quotient with a number, or of one that cancels; '' otherwise."""
-    if b == "1":
-        return a
+    if other == "1":
+        return one
     if isinstance(operator, ast.Mult):
-        return b if a == "1" else ""
-    return "1" if a == b != "" else ""
+        return other if one == "1" else ""
+    return "1" if one == other != "" else ""

@@ -85,9 +85,9 @@ def _solids(movie: Movie, record: Record | None) -> Iterator[Solid]:
         yield Solid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
 
 
-def _at_height(plane: Array, z: ArrayLike) -> Array:
+def _at_height(plane: Array, height: ArrayLike) -> Array:
     """Places (times, n, 2) as places in space at a height [m]."""
-    return np.concatenate([plane, np.broadcast_to(np.reshape(z, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
+    return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
 
 
 def _prism(movie: Movie, mark: Path) -> Solid:

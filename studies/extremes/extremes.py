@@ -33,35 +33,35 @@ LEAST, MOST = 1e-4, 1e4
 """Errors over what is allowed at which the figure ends; what lies beyond is drawn there."""
 
 
-def strike(d: Dice) -> Made:
+def strike(dice: Dice) -> Made:
     """Draw a slider-crank on its stop from wide ranges of thickness, speed, stiffness, restitution, friction and damping."""
-    section = mbs.Section(STRIP_WIDTH, d.log(5e-5, 1e-3)).damped(d.log(2e-3, 0.5), PAPER.coupler)
-    body = d.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
-    speed, law = d.log(0.1, 60), laws.CarvalhoMartins(d.log(1e3, 1e8), d.uniform(0.1, 1.0), exponent=1.0)
-    friction = mbs.GuideFriction.of_weight(d.uniform(0, 0.9), 0.3)
+    section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
+    body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
+    speed, law = dice.log(0.1, 60), laws.CarvalhoMartins(dice.log(1e3, 1e8), dice.uniform(0.1, 1.0), exponent=1.0)
+    friction = mbs.GuideFriction.of_weight(dice.uniform(0, 0.9), 0.3)
     return slider_crank(body, law=law, mass=0.3, speed=speed, friction=friction), 0.56 * 2 * pi / speed
 
 
-def pass_dead_centre(d: Dice) -> Made:
+def pass_dead_centre(dice: Dice) -> Made:
     """Draw a four-bar whose bars come within 1e-9 to 1e-2 m of one line."""
-    paper, speed = CrankRocker(), d.log(1e-2, 1e5)
-    lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + d.log(1e-9, 1e-2))
-    made = crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=d.one(0.5, -0.3))
+    paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
+    lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
+    made = crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=dice.one(0.5, -0.3))
     return made, 2 * pi / speed
 
 
-def rattle(d: Dice) -> Made:
+def rattle(dice: Dice) -> Made:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
-    gap, stiff, speed = d.log(1e-6, 2e-3), d.log(1e-2, 1e2), d.log(0.1, 500)
+    gap, stiff, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
     law = laws.Impact(RATTLING.stiffness * stiff, 253.0 * sqrt(stiff), 1e-5)
-    friction = d.one(
-        laws.NoFriction(), laws.Coulomb(d.uniform(0, 0.9), d.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
+    friction = dice.one(
+        laws.NoFriction(), laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
     )
 
     def play(point: str, pin: str, bush: str) -> mbs.Clearance:
         return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
-    joints = d.one("B", "BC", "ABC", "OABC")
+    joints = dice.one("B", "BC", "ABC", "OABC")
     made = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
     return made, PREDICTABLE * 10 * pi / max(speed, 10 * pi)
 

@@ -77,16 +77,16 @@ class Parameters(StrikeParameters):
         )  # fmt: skip
 
 
-def check(model: str, d: Design, p: StrikeParameters) -> ModelRun:
+def check(model: str, chosen: Design, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
-    given = d.given
-    section = Section(d.width, d.thickness, Material(float(given.modulus), STEEL.density))
+    given = chosen.given
+    section = Section(chosen.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
     made = striking(
-        model, section, p, stiffness=d.stiffness, restitution=given.restitution, mass=d.mass, friction=given.friction,
-        speed=d.speed, elements=p.elements, stop=d.stop, lengths=given.lengths,
+        model, section, p, stiffness=chosen.stiffness, restitution=given.restitution, mass=chosen.mass, friction=given.friction,
+        speed=chosen.speed, elements=p.elements, stop=chosen.stop, lengths=given.lengths,
     )  # fmt: skip
-    solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / d.speed))
-    return simulate_model(model, made, p.lasts((2 * pi - d.angle + AFTER_RELEASE) / d.speed), solver, p.timeout)
+    solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
+    return simulate_model(model, made, p.lasts((2 * pi - chosen.angle + AFTER_RELEASE) / chosen.speed), solver, p.timeout)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -194,36 +194,36 @@ class Limit(NamedTuple):
         return f"{self.name}: {self.what} {self.value:.4g}, at most {self.most:.4g} allowed"
 
 
-def limits(d: Design) -> list[Limit]:
+def limits(chosen: Design) -> list[Limit]:
     """List the limits of a design, or of an array of them.
 
     A run shows the rest: whether the slider comes to rest before the dead centre, and whether impact and contact are two.
     """
-    u, least = np.clip(d.shortening, 0.0, 1.0), 1e-3 * d.wish.impact_force
-    stress = pinned.surface_stress(u, d.thickness, d.given.coupler, d.given.modulus)
+    u, least = np.clip(chosen.shortening, 0.0, 1.0), 1e-3 * chosen.wish.impact_force
+    stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
-        Limit("shortening", "end shortening over length", d.shortening, 1.0),
-        Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(d.given.yield_strength, 1e6)),
-        Limit("buckling", "compression on the way over the Euler load", _compression(d) / d.euler_load, SWUNG),
-        Limit("push", "push of the strip over the impact's strength", d.push / np.maximum(d.strength, least), HARD),
-        Limit("speed", "crank speed in rad/s", d.speed, d.given.fastest),
+        Limit("shortening", "end shortening over length", chosen.shortening, 1.0),
+        Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
+        Limit("buckling", "compression on the way over the Euler load", _compression(chosen) / chosen.euler_load, SWUNG),
+        Limit("push", "push of the strip over the impact's strength", chosen.push / np.maximum(chosen.strength, least), HARD),
+        Limit("speed", "crank speed in rad/s", chosen.speed, chosen.given.fastest),
     ]
 
 
-def feasible(d: Design) -> Any:
+def feasible(chosen: Design) -> Any:
     """Check that all limits are met."""
-    return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(d)))) <= 1.0, axis=0)
+    return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(chosen)))) <= 1.0, axis=0)
 
 
-def binding(d: Design) -> Limit:
+def binding(chosen: Design) -> Limit:
     """Return the first limit that one design breaks, or if it keeps them all the one it uses most."""
-    found = limits(d)
+    found = limits(chosen)
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 
 
-def _compression(d: Design) -> Any:
+def _compression(chosen: Design) -> Any:
     """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
-    angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(d.angle), int)) * d.angle
-    lean = np.sqrt(1 - (d.given.crank / d.given.coupler * np.sin(angle)) ** 2)
-    inertia = d.mass * np.square(d.speed) * d.given.lengths.slider_second_rate(angle)
-    return np.maximum(((d.given.friction - inertia) / lean).max(axis=0), 0.0)
+    angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
+    lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
+    inertia = chosen.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
+    return np.maximum(((chosen.given.friction - inertia) / lean).max(axis=0), 0.0)

@@ -146,15 +146,15 @@ class _Track(NamedTuple):
         pieces = [np.full(n, part / n) for part in (self.strip.at, 1.0 - self.strip.at)]
         return np.concatenate((*pieces, np.zeros(3), (self.scale**-2,)))
 
-    def at(self, z: Array, factor: float, like: Array | None = None) -> _Point:
+    def at(self, unknowns: Array, factor: float, like: Array | None = None) -> _Point:
         """Return a point of the path with its tangent, which points as `like` does."""
-        last = np.eye(1, z.size + 1, z.size)[0]
+        last = np.eye(1, unknowns.size + 1, unknowns.size)[0]
         row = self.weights * (last if like is None else like)
-        bordered = np.vstack((self.strip.jacobian(self.load, factor, z), row))
+        bordered = np.vstack((self.strip.jacobian(self.load, factor, unknowns), row))
         sign, size = np.linalg.slogdet(bordered)
         # Exactly on a branching the matrix is singular; least squares leave the crossing path's direction alone.
         tangent = np.linalg.solve(bordered, last) if sign else np.linalg.lstsq(bordered, last, rcond=1e-9)[0]
-        return _Point(np.append(z, factor), tangent / np.sqrt(self.weights @ tangent**2), float(sign), float(size))
+        return _Point(np.append(unknowns, factor), tangent / np.sqrt(self.weights @ tangent**2), float(sign), float(size))
 
     def determinant(self, point: _Point) -> float:
         """Compute the bordered determinant over its size at the start of the path."""
