@@ -58,8 +58,9 @@ def motor(t, speed, p, address):
 
 
 @inner
-def value_along(tables, k, t, value, rate, mem, since, reaction):
+def value_along(tables, k, now, value, rate, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
+    t, mem = tables.pace[0] * now.time, now.memory[k]
     kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
     p = tables.data[number : number + 8]
     if kind == LINE_SPRING:
@@ -70,7 +71,7 @@ def value_along(tables, k, t, value, rate, mem, since, reaction):
     if kind == DRY:
         return -dry(rate, p)
     if kind == SEAT:
-        return -rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
+        return -rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem, now.since)[0] * abs(reaction)
     if kind == STRUT:
         return -strut(value, rate, p, tables.laws[tables.forces[k, LAW_OF], CALL])
     if kind == GIVEN:
@@ -84,8 +85,9 @@ def value_along(tables, k, t, value, rate, mem, since, reaction):
 
 
 @aside
-def slopes_along(tables, k, t, value, rate, mem, since, reaction):
+def slopes_along(tables, k, now, value, rate, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
+    mem = now.memory[k]
     kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
     p = tables.data[number : number + 8]
     if kind == LINE_SPRING:
@@ -99,16 +101,14 @@ def slopes_along(tables, k, t, value, rate, mem, since, reaction):
     if kind == GIVEN:
         return 0.0, 0.0
     if kind == SEAT:
-        return 0.0, -rubbing_slope(tables, tables.forces[k, FRICTION_OF], rate, mem, since) * abs(reaction)
+        return 0.0, -rubbing_slope(tables, tables.forces[k, FRICTION_OF], rate, mem, now.since) * abs(reaction)
     by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == MOTOR else 1e-3)
     if kind == STRUT or kind == LAW:
         hv = 1e-6 * max(abs(value), 1e-3) if kind == LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
         by_value = (
-            value_along(tables, k, t, value + hv, rate, mem, since, reaction)
-            - value_along(tables, k, t, value - hv, rate, mem, since, reaction)
+            value_along(tables, k, now, value + hv, rate, reaction) - value_along(tables, k, now, value - hv, rate, reaction)
         ) / (2.0 * hv)
     by_rate = (
-        value_along(tables, k, t, value, rate + hr, mem, since, reaction)
-        - value_along(tables, k, t, value, rate - hr, mem, since, reaction)
+        value_along(tables, k, now, value, rate + hr, reaction) - value_along(tables, k, now, value, rate - hr, reaction)
     ) / (2.0 * hr)
     return by_value, by_rate

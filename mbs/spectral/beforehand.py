@@ -16,7 +16,7 @@ from ..process import COMPILING, compiler
 from ..solvers import Spectral
 
 SHORT = 1e-3
-"""Of the runs that are made for it, s: what they compute does not matter."""
+"""Duration of the runs that compile [s]: their results do not matter."""
 
 
 def compile_all() -> float:
@@ -63,16 +63,16 @@ def _compile_implicit() -> None:
     from ..laws.contact import compile_kernel
     from .fronts import Orders
     from .implicit import run_implicit
+    from .integrators import Radau, radau_state
     from .output import CLOCK, CONTROLS, COUNTS, blank, output_for
-    from .room import room_for
     from .scene import CompiledScene
 
     scene = CompiledScene.of(_strip())
     memory, multipliers = scene.memory(), np.zeros(len(scene.tables.rows))
-    room = room_for(scene, scene.q0, scene.q0, scene.q0, multipliers, memory)
+    room = radau_state(scene, scene.q0, scene.q0, scene.q0, multipliers, memory)
     orders, out = Orders(scene.fronts, scene.heavy_fronts), output_for(1, scene.size, len(multipliers), memory.shape)
-    given = scene.tables, orders, scene.work, room, blank(CLOCK), blank(CONTROLS), np.zeros(1), out, blank(COUNTS)
-    run_implicit.compile(tuple(map(numba.typeof, given)))
+    given = Radau(scene.tables, orders, scene.work, room), blank(CLOCK), blank(CONTROLS), np.zeros(1), out, blank(COUNTS)
+    run_implicit.compile(tuple(map(numba.typeof, given)))  # type: ignore[attr-defined]
     compile_kernel(Impact(1e8, 1e4, 1e-5), Coulomb(0.1, 0.1))
 
 

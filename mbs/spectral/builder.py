@@ -27,7 +27,7 @@ GROUND = "ground"
 
 
 class Body(Protocol):
-    """What a link becomes: a thing that has markers, and knows how it moves as if it were rigid."""
+    """Body of a link in the arrays: it has markers, and knows how it moves as if it were rigid."""
 
     offset: int
 
@@ -224,10 +224,11 @@ class Builder:
         x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(field)) for field in fields)
         return atan2(y, x)
 
-    def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
+    def add_measure(self, kind: int, one: int, other: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b."""
-        a, b = (self._placed(a) if kind != k.ANGLE else a), (self._placed(b) if kind in (k.FIXED, k.DISTANCE) else b)
-        self.measures.append((kind, a, b))
+        one = self._placed(one) if kind != k.ANGLE else one
+        other = self._placed(other) if kind in (k.FIXED, k.DISTANCE) else other
+        self.measures.append((kind, one, other))
         self.directions.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
@@ -248,11 +249,11 @@ class Builder:
         self.rows.append(Row(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
-    def pin(self, name: str, a: int, b: int) -> None:
+    def pin(self, name: str, one: int, other: int) -> None:
         """Hold two markers together."""
-        if a != b:
+        if one != other:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
-                self.add_row(name, [(1.0, self.add_measure(k.FIXED, a, b, direction))], value=0.0)
+                self.add_row(name, [(1.0, self.add_measure(k.FIXED, one, other, direction))], value=0.0)
 
     # --- laws, drives, forces -----------------------------------------------------------------------------------------
 
@@ -303,10 +304,10 @@ class Builder:
         self.add_force(name, k.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
-        self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
+        self, name: str, kind: int, one: int, other: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
-        a = self._placed(a) if kind == k.PUSH and len(numbers) == 3 else a  # with a fixed line it turns, too
-        self.forces.append(Force(name, kind, a, b, law, friction, row, numbers))
+        one = self._placed(one) if kind == k.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
+        self.forces.append(Force(name, kind, one, other, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -25,7 +25,7 @@ from .markers import place_markers
 from .output import Output
 from .recording import record_of
 from .scene import CompiledScene
-from .tables import AX, COUNT, FASTEST, FIRST, FRICTION, LENGTH, SLIP, VALUE, VX, X
+from .tables import AX, COUNT, FASTEST, FIRST, FRICTION, LENGTH, SLIP, VALUE, VX, Instant, X
 
 REPORT, MARKER, ACCELERATION, MULTIPLIER = range(4)
 """Sources of a column."""
@@ -46,11 +46,12 @@ def _evaluate(tables, work, out, columns, scales, values):
         if columns[c, 0] == REPORT:
             needed[columns[c, 1]] = True
     for i in range(out.time.size):
-        t, lam, memory = out.time[i], out.lam[i], out.memory[i]
-        place_markers(tables, work, out.q[i], out.v[i])
+        since = out.time[i] - out.memory[i, 0, FASTEST] if needed.size > 0 else 0.0
+        now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
+        place_markers(tables, work, now.q, now.v)
         for k in range(needed.size):
             if needed[k]:
-                add_one(tables, work, k, t, lam, memory, t - memory[0, FASTEST], f)
+                add_one(tables, work, k, now, f)
         for c in range(columns.shape[0]):
             source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
             if source == REPORT:
@@ -58,7 +59,7 @@ def _evaluate(tables, work, out, columns, scales, values):
             elif source == MARKER:
                 value = work.state[index, component]
             elif source == MULTIPLIER:
-                value = lam[index]
+                value = now.lam[index]
             else:
                 value = work.state[index, AX + component]
                 first, count = tables.markers[index, FIRST], tables.markers[index, COUNT]

@@ -1,4 +1,4 @@
-"""How the kernel is compiled: once for all mechanisms, kept on disk, without the interpreter's lock."""
+"""Compilation of the kernel: once for all mechanisms, kept on disk, without the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ __all__ = ["aside", "call1", "call2", "call3", "call_array", "close", "compile_b
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
-"""What a function with machine code of its own gives: its types, and what writes that code."""
+"""Types of a function with machine code of its own, and the function that writes that code."""
 COMPILED = (
     "compiling", "tables", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
-    "output", "contacts", "room", "radau", "newton", "samples", "doors", "implicit", "explicit", "recording",
+    "output", "contacts", "integrators", "radau", "newton", "samples", "events", "doors", "implicit", "explicit", "recording",
     "channels", "statistics",
 )  # fmt: skip
 """Files that hold compiled functions."""
@@ -130,7 +130,7 @@ def close(function: F) -> F:
 
 
 class Lent(types.Type):
-    """Where the arrays of a named tuple lie, and their shapes: one pointer, handed on in place of some hundred numbers.
+    """Type of a pointer to the places and shapes of a named tuple's arrays: one pointer in place of some hundred numbers.
 
     They have no share in the memory's reference counts: what was lent must outlive the call. `words` is where a field's place
     and shape begin.
@@ -221,13 +221,13 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
 
 @close
 def part(array, first, count):
-    """So many elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
+    """Return elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
     return carray(_place(array, first), (count,))
 
 
 def compile_below(function: F) -> F:
     """Compile a function that stands with the laws, below the kernel, and those that it calls."""
-    return compile_plain(function, inner)  # type: ignore[no-any-return]
+    return compile_plain(function, inner)
 
 
 @inner

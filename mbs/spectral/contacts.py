@@ -20,7 +20,7 @@ from .tables import (
 
 @inner
 def touches(tables, k):
-    """Whether force k is a contact."""
+    """Return True if force k is a contact."""
     return tables.forces[k, KIND] == CONTACT or tables.forces[k, KIND] == JOURNAL
 
 
@@ -47,34 +47,35 @@ def rate_of_depth(tables, reports, k):
 
 
 @inner
-def hermite(x, h, d0, v0, d1, v1):
+def hermite(x, h, start, start_rate, end, end_rate):
     """Cubic with these values and slopes at the ends of a step of length h, at the fraction x."""
-    return (1.0 - x) ** 2 * ((1.0 + 2.0 * x) * d0 + x * h * v0) + x * x * ((3.0 - 2.0 * x) * d1 + (x - 1.0) * h * v1)
+    first, last = (1.0 + 2.0 * x) * start + x * h * start_rate, (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
+    return (1.0 - x) ** 2 * first + x * x * last
 
 
 @aside
-def crossing(h, d0, v0, d1, v1):
+def crossing(h, start, start_rate, end, end_rate):
     """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0
-    if d1 > 0.0:
+    if end > 0.0:
         high = 1.0
-    elif v0 > 0.0 and v1 < 0.0:
+    elif start_rate > 0.0 and end_rate < 0.0:
         # both ends outside, in between perhaps inside: look at the top
         a, b = 0.0, 1.0
         for _ in range(40):
             m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
-            if hermite(m1, h, d0, v0, d1, v1) < hermite(m2, h, d0, v0, d1, v1):
+            if hermite(m1, h, start, start_rate, end, end_rate) < hermite(m2, h, start, start_rate, end, end_rate):
                 a = m1
             else:
                 b = m2
-        if hermite(0.5 * (a + b), h, d0, v0, d1, v1) > 0.0:
+        if hermite(0.5 * (a + b), h, start, start_rate, end, end_rate) > 0.0:
             high = 0.5 * (a + b)
     if high > 1.0:
         return 2.0
     low = 0.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if hermite(middle, h, d0, v0, d1, v1) > 0.0:
+        if hermite(middle, h, start, start_rate, end, end_rate) > 0.0:
             high = middle
         else:
             low = middle
@@ -114,7 +115,7 @@ def time_to_faces(tables, reports, near):
 
 @inner
 def lets_go(tables, before, reports, largest, share, landing):
-    """Whether a contact pushes no more that pushed with a share of its largest force so far, or was passed through.
+    """Return True if a contact lost a share of its largest force so far, or was passed through.
 
     There is a kink to be cut out.
     """
@@ -132,7 +133,7 @@ def lets_go(tables, before, reports, largest, share, landing):
 
 
 @inner
-def remember_onset(tables, before, reports, k, m, floor, graze, near):
+def remember_onset(tables, before, reports, k, m, controls, near):
     """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
 
     A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face. It counts as
@@ -142,7 +143,7 @@ def remember_onset(tables, before, reports, k, m, floor, graze, near):
     if new > -old >= 0.0:
         rate = rate_of_depth(tables, before, k)
     if new <= 0.0 or old <= 0.0:
-        m[ONSET] = max(rate, floor, graze * m[FASTEST])
+        m[ONSET] = max(rate, controls.floor, controls.graze * m[FASTEST])
     if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
         if tables.forces[k, KIND] == CONTACT:
             m[FASTEST] = max(m[FASTEST], m[ONSET])
@@ -169,7 +170,7 @@ def closing(tables, before, reports, least):
 
 @inner
 def bend_of_depths(tables, before, reports, h):
-    """How far depths of closed contacts are from straight lines over a step, of each."""
+    """Largest distance of closed contacts' depths from straight lines over a step, over the depth."""
     most = 0.0
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
@@ -180,11 +181,12 @@ def bend_of_depths(tables, before, reports, h):
 
 
 @inner
-def error_of_depth(tables, before, reports, shifted, h, k, least, noise):
+def error_of_depth(tables, state, shifted, h, k, least, noise):
     """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
 
-    `shifted` are reports at the error's end.
+    `shifted` are the reports where the error leads, `state.shifted` those of the step's end.
     """
+    before, reports = state.before, state.shifted
     old, new = depth_of(tables, before, k), depth_of(tables, reports, k)
     deep = max(old, new)
     if deep <= 0.0:

@@ -14,7 +14,8 @@ import numpy as np
 
 from ..geometry import Array
 from ..record.lookup import hermite, quintic
-from .explicit import flight_for, look
+from .explicit import look
+from .integrators import DormandPrince, dormand_prince_state
 from .output import Output
 from .recording import followed
 from .scene import CompiledScene
@@ -88,10 +89,11 @@ def right_hand_side(scene: CompiledScene) -> Callable[[float, Array], Array]:
 
 def _seen(scene: CompiledScene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
     n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
-    room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
+    flight = dormand_prince_state(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     a, lam, speed, reports = (np.empty((len(time), *shape)) for shape in ((n,), (r,), (r,), (k, 8)))
-    memory = np.ascontiguousarray(memory)
-    look(scene.tables, scene.heavy_fronts, scene.work, room, time, q, v, memory, a, lam, speed, reports)
+    time, q, v, memory = map(np.ascontiguousarray, (time, q, v, memory))
+    out = Output(time, q, v, a, lam, memory)
+    look(DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight), out, speed, reports)
     return Dense(time, q, v, a, lam, speed, reports)
 
 
@@ -100,7 +102,7 @@ SHARES = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 
 
 class Ledger(NamedTuple):
-    """Of the steps of a run, the start first; n forces, r constraints, m watched markers.
+    """Energies at the ends of a run's steps, the start first; n forces, r constraints, m watched markers.
 
     Attributes
     ----------
@@ -126,7 +128,7 @@ class Ledger(NamedTuple):
 
 
 def ledger(scene: CompiledScene, out: Output, watched: Sequence[int]) -> Ledger:
-    """Of a run of the explicit integrator."""
+    """Compute the ledger of a run of the explicit integrator."""
     parts, steps = len(SHARES) - 1, np.diff(out.time)
     between = out.time[:-1, None] + steps[:, None] * np.arange(parts) / parts
     seen = at_times(scene, out, np.append(between, out.time[-1]))

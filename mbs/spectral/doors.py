@@ -1,4 +1,4 @@
-"""What Python calls of the kernel but the integrators: equations of motion at a state, places of markers.
+"""Entry points of the kernel from Python besides the integrators: equations of motion at a state, places of markers.
 
 Each lends its tables to functions that are compiled as often as they are called with other types, which is once: see `compiling`.
 """
@@ -40,36 +40,36 @@ def mass_at(tables, work, q, mass):
 
 
 @jit
-def assemble(tables, work, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
-    """Forces, residuals g, right sides of G v = speed and G a = change, and matrices by their entries.
+def assemble(tables, work, now, matrices, force, sides):
+    """Forces, residuals g, right sides of G v = speed and G a = change as rows of sides, and matrices by their entries.
 
     Those (4, slots + 1) are -df/dlambda, damping, stiffness, and G and its transpose; where they are only the last one, it is
     filled alone.
     """
-    _assemble(lend(tables), lend(work), t, q, v, lam, memory, since, matrices, force, residual, speed, change)
+    _assemble(lend(tables), lend(work), now, matrices, force, sides)
 
 
 @aside
-def _assemble(tables, work, t, q, v, lam, memory, since, matrices, force, residual, speed, change):
-    forces(tables, work, t, q, v, lam, memory, since, force)
+def _assemble(tables, work, now, matrices, force, sides):
+    forces(tables, work, now, force)
     every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if every:
-        tangents(tables, work, t, q, v, lam, memory, since, matrices[0], matrices[1], matrices[2])
-    constraints(tables, work, t, jacobian, residual, speed, change)
+        tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
+    constraints(tables, work, now.time, jacobian, sides[0], sides[1], sides[2])
     if every:
-        add_multipliers(tables, work, q, lam, matrices[2])
+        add_multipliers(tables, work, now.q, now.lam, matrices[2])
     add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
 
 
 @jit
-def carry(tables, work, dq):
+def carry(tables, work, shift):
     """Carry the strips' stresses, unknowns of their own, over a change of the coordinates since forces were last assembled."""
-    _carry(lend(tables), lend(work), dq)
+    _carry(lend(tables), lend(work), shift)
 
 
 @aside
-def _carry(tables, work, dq):
-    carry_stresses(tables, work, dq, np.zeros(dq.size), work.stress, work.slack)
+def _carry(tables, work, shift):
+    carry_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 
 @jit

@@ -1,4 +1,4 @@
-"""In which order the unknowns of a mechanism's matrices are eliminated, found once: fronts for `buckler.mbs.spectral.fronts`.
+"""Order of elimination of the unknowns of a mechanism's matrices, found once: fronts for `buckler.mbs.spectral.fronts`.
 
 Unknowns that meet the same others are eliminated together, the group that meets the fewest first (minimum degree): inner
 coordinates of strips and modes go first and are so condensed onto their ends. A constraint's row goes after all coordinates that
@@ -27,7 +27,7 @@ from ..geometry import Array
 from .tables import Tables
 
 VISIT = 150.0
-"""What a front costs by itself, in multiplications: loops that begin and end, entries that are moved."""
+"""Cost of a front by itself, in multiplications: loops that begin and end, entries that are moved."""
 
 
 class Fronts(NamedTuple):
@@ -78,7 +78,7 @@ class _Front:
 
 
 class Arrays(Protocol):
-    """What the integrators' rooms are made for: a scene's tables, coordinates and orders of elimination."""
+    """Parts of a scene that integrators need: its tables, coordinates and orders of elimination."""
 
     tables: Tables
 
@@ -88,15 +88,15 @@ class Arrays(Protocol):
 
     @property
     def units(self) -> Array:
-        """What counts as a large change of each coordinate."""
+        """Large change of each coordinate."""
 
     @property
     def fronts(self) -> Fronts:
-        """Of Newton's matrices."""
+        """Order for Newton's matrices."""
 
     @property
     def heavy_fronts(self) -> Fronts:
-        """Of the mass matrix and the constraints."""
+        """Order for the mass matrix and the constraints."""
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array, changing: Array) -> Fronts:

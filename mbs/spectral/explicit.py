@@ -13,22 +13,19 @@ J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26, doi 10.1016/
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry import Array
 from .compiling import aside, close, copy, inner, jit, lend
 from .contacts import begins_smoothly, first_onset, remember_onset, touches
-from .elimination import Arrays
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, constraint, renew_mass, row_times
-from .lawtable import bristle_rate
+from .kernel import add_modal, change_at, renew_mass, row_at, row_times
+from .lawtable import AFTER, bristle_rate
 from .markers import place_marker
 from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from .strips import add_strips
-from .tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP
+from .tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP, Instant
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
 WEIGHTS = np.array(
@@ -45,50 +42,12 @@ WEIGHTS = np.array(
 SHORTEST = 1e-15
 """Step, of the end."""
 STAYS = 1e-4
-"""How far off its constraints a state may stay, of the tolerance; further off it is put back."""
-SAFETY, ORDER = 0.9, 0.2
-"""Share of the length that would just do; one over the order of the error."""
+"""Gap of the constraints that may stay, over the tolerance; from a larger one the state is put back."""
+SAFETY = 0.9
+"""Share of the step length that would just do."""
+ORDER = 0.2
+"""One over the order of the local error."""
 ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
-
-
-class Flight(NamedTuple):
-    """State y = (q, v, bristles), its seven rates, and room to work in."""
-
-    y: Array
-    new: Array
-    trial: Array
-    rates: Array
-    lam: Array
-    force: Array
-    residual: Array
-    speed: Array
-    change: Array
-    jacobian: Array
-    factored: Array
-    matrix: Array
-    factors: Array
-    swaps: Array
-    amount: Array
-    part: Array
-    right: Array
-    memory: Array
-    before: Array
-    pace: Array
-    units: Array
-    begun: Array
-
-
-def flight_for(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> Flight:
-    """Make room for a run of a scene from this state."""
-    n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
-    y = np.concatenate([q, v, memory[:, BRISTLE]])
-    pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
-    return Flight(
-        y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
-        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
-        z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
-        scene.units, z(1, dtype=np.int64),
-    )  # fmt: skip
 
 
 @close
@@ -102,8 +61,9 @@ def _has_changed(tables, flight):
 
 
 @inner
-def rates_at(tables, order, work, flight, t, y, out):
+def rates_at(model, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
+    tables, order, work, flight = model.tables, model.order, model.work, model.flight
     n, r = flight.force.size, flight.lam.size
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
@@ -116,10 +76,12 @@ def rates_at(tables, order, work, flight, t, y, out):
         add_strips(tables, work, q, v, flight.right)
     if tables.modal.shape[0] > 0:
         add_modal(tables, q, v, flight.right)
+    now = Instant(t, -1.0, q, v, flight.lam, flight.memory)
     for k in range(tables.forces.shape[0]):
-        add_one(tables, work, k, t, flight.lam, flight.memory, -1.0, flight.right)
+        add_one(tables, work, k, now, flight.right)
     for k in range(r):
-        constraint(tables, work, k, t, flight.residual, flight.jacobian, flight.speed, flight.change)
+        row_at(tables, work, k, t, flight.residual, flight.jacobian, flight.speed)
+        change_at(tables, work, k, t, AFTER, flight.change)
         flight.right[n + k] = flight.change[k]
     if _has_changed(tables, flight):
         renew_mass(tables, work, q, flight.jacobian, flight.matrix)
@@ -138,29 +100,30 @@ def rates_at(tables, order, work, flight, t, y, out):
 
 
 @jit
-def look(tables, order, work, flight, time, q, v, memory, a, lam, speed, reports):
-    """Fill a (times, n), lam and drives' speeds (times, r), and reports (times, forces, 8) at given states."""
-    _look(lend(tables), lend(order), lend(work), lend(flight), time, q, v, memory, a, lam, speed, reports)
+def look(model, out, speed, reports):
+    """Fill accelerations and multipliers of out, drives' speeds (times, r) and reports (times, forces, 8) at its states."""
+    _look(lend(model), lend(out), speed, reports)
 
 
 @aside
-def _look(tables, order, work, flight, time, q, v, memory, a, lam, speed, reports):
+def _look(model, out, speed, reports):
+    flight = model.flight
     n = flight.force.size
-    for i in range(time.size):
+    for i in range(out.time.size):
         for j in range(n):
-            flight.trial[j], flight.trial[n + j] = q[i, j], v[i, j]
-        for k in range(tables.forces.shape[0]):
-            flight.memory[k, ONSET] = memory[i, k, ONSET]
-            flight.trial[2 * n + k] = memory[i, k, BRISTLE]
-        rates_at(tables, order, work, flight, time[i], flight.trial, flight.rates[1])
+            flight.trial[j], flight.trial[n + j] = out.q[i, j], out.v[i, j]
+        for k in range(model.tables.forces.shape[0]):
+            flight.memory[k, ONSET] = out.memory[i, k, ONSET]
+            flight.trial[2 * n + k] = out.memory[i, k, BRISTLE]
+        rates_at(model, out.time[i], flight.trial, flight.rates[1])
         for j in range(n):
-            a[i, j] = flight.rates[1, n + j]
-        copy(flight.lam, lam[i]), copy(flight.speed, speed[i]), copy(work.reports, reports[i])
+            out.a[i, j] = flight.rates[1, n + j]
+        copy(flight.lam, out.lam[i]), copy(flight.speed, speed[i]), copy(model.work.reports, reports[i])
 
 
 @close
 def _is_off(tables, flight, allowed):
-    """Whether the new state is off its constraints by more than is allowed, of the units of coordinates and of their rates."""
+    """Return True if the new state violates its constraints by more than is allowed, in units of coordinates and their rates."""
     n, worst = flight.force.size, 0.0
     for k in range(flight.lam.size):
         slip = row_times(tables, k, flight.jacobian, flight.new[n : 2 * n]) - flight.speed[k]
@@ -183,15 +146,16 @@ def _put_back(tables, order, flight):
 
 
 @close
-def _stages(tables, order, work, flight, t, h):
+def _stages(model, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
+    flight = model.flight
     for stage in range(1, 7):
         target, f, c = flight.new if stage == 6 else flight.trial, flight.rates, WEIGHTS[stage]
         for i in range(flight.y.size):  # in one go, weights of zero and all: rates are finite, see _try
             target[i] = flight.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
-        rates_at(tables, order, work, flight, t + NODES[stage] * h, target, flight.rates[stage])
+        rates_at(model, t + NODES[stage] * h, target, flight.rates[stage])
 
 
 @close
@@ -218,9 +182,10 @@ def _next_stop(clock, controls, stops):
 
 
 @aside
-def _try(tables, order, work, flight, clock, h, last, controls, counts):
-    """Whether a step of length h, the last before a stop or not, stands: error, contacts. If not, the next one is shorter."""
-    _stages(tables, order, work, flight, clock.time, h * (1.0 - 1e-15) if last else h)
+def _try(model, clock, h, last, controls, counts):
+    """Try a step of length h, the last before a stop or not; return False if error or contacts ask for a shorter one."""
+    flight = model.flight
+    _stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
     counts.iterations += 6
     clock.error = error = _error(flight, h, controls.tolerance)
     if not error <= 1.0 and not (controls.fixed and error < 1e300):
@@ -231,7 +196,13 @@ def _try(tables, order, work, flight, clock, h, last, controls, counts):
             counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
         return False
     first = first_onset(
-        tables, flight.before, work.reports, h, max(1e-3 * controls.tolerance, 1e-12) * flight.units.max(), 0.0, controls.located
+        model.tables,
+        flight.before,
+        model.work.reports,
+        h,
+        max(1e-3 * controls.tolerance, 1e-12) * flight.units.max(),
+        0.0,
+        controls.located,
     )
     if first < 1.0 and h * first > controls.shortest:
         clock.held, clock.wanted = max(clock.held, h), h * first
@@ -240,8 +211,9 @@ def _try(tables, order, work, flight, clock, h, last, controls, counts):
 
 
 @aside
-def _accept(tables, order, work, flight, clock, at, stop, controls, out, counts):
+def _accept(model, clock, at, stop, controls, out, counts):
     """Take over a step to the time `at`, put back onto the constraints, and write its row."""
+    tables, order, work, flight = model.tables, model.order, model.work, model.flight
     n, before, clock.time = flight.force.size, clock.time, at
     changed = _remember(tables, work, flight, controls, counts)
     off = _is_off(tables, flight, STAYS * controls.tolerance)
@@ -249,7 +221,7 @@ def _accept(tables, order, work, flight, clock, at, stop, controls, out, counts)
         _put_back(tables, order, flight)
     if off or changed or at == stop:
         copy(flight.new, flight.y)
-        rates_at(tables, order, work, flight, at, flight.y, flight.rates[0])
+        rates_at(model, at, flight.y, flight.rates[0])
     else:
         for i in range(flight.y.size):
             flight.y[i], flight.rates[0, i] = flight.new[i], flight.rates[6, i]
@@ -264,17 +236,18 @@ def _accept(tables, order, work, flight, clock, at, stop, controls, out, counts)
 
 
 @jit
-def run_explicit(tables, order, work, flight, clock, controls, stops, out, counts):
+def run_explicit(model, clock, controls, stops, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    _run(lend(tables), lend(order), lend(work), lend(flight), clock, controls, stops, lend(out), counts)
+    _run(lend(model), clock, controls, stops, lend(out), counts)
 
 
 @aside
-def _run(tables, order, work, flight, clock, controls, stops, out, counts):
+def _run(model, clock, controls, stops, out, counts):
+    flight = model.flight
     counts.samples = 0
     if counts.steps == 0:
-        rates_at(tables, order, work, flight, clock.time, flight.y, flight.rates[0])
-        copy(work.reports, flight.before)
+        rates_at(model, clock.time, flight.y, flight.rates[0])
+        copy(model.work.reports, flight.before)
         _write(flight, out, counts, clock.time, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < out.time.size:
         stop = _next_stop(clock, controls, stops)
@@ -286,10 +259,10 @@ def _run(tables, order, work, flight, clock, controls, stops, out, counts):
         last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY
-        if not _try(tables, order, work, flight, clock, h, last, controls, counts):
+        if not _try(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
-        _accept(tables, order, work, flight, clock, stop if last else clock.time + h, stop, controls, out, counts)
+        _accept(model, clock, stop if last else clock.time + h, stop, controls, out, counts)
         if controls.fixed:
             clock.wanted = controls.first_step
         else:
@@ -305,7 +278,7 @@ def _remember(tables, work, flight, controls, counts):
     for k in range(tables.forces.shape[0]):
         m = flight.memory[k]
         if touches(tables, k):
-            event = remember_onset(tables, flight.before, work.reports, k, m, controls.floor, controls.graze, 0.0)
+            event = remember_onset(tables, flight.before, work.reports, k, m, controls, 0.0)
             changed = changed or (event != 0 and (controls.located or not begins_smoothly(tables, k)))
             if event > 0:
                 counts.onsets += 1

@@ -62,28 +62,28 @@ from .tables import (
 
 
 @close
-def _along(tables, work, k, t, lam, mem, since, f):
+def _along(tables, work, k, now, f):
     """A force along a measure."""
     number, grad, row = tables.forces[k, A], work.grad, tables.forces[k, ROW_OF]
     value, rate = measure(tables, work, number, grad)
-    reaction = lam[row] if row >= 0 else 0.0
-    force = tables.factors[k] * value_along(tables, k, t, value, rate, mem[k], since, reaction)
+    reaction = now.lam[row] if row >= 0 else 0.0
+    force = tables.factors[k] * value_along(tables, k, now, value, rate, reaction)
     out = work.reports[k]
     out[VALUE], out[LENGTH], out[RATE], out[SLIP] = force, value, rate, rate
     if tables.forces[k, KIND] == SEAT:
-        out[BENT] = rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem[k], since)[1]
+        out[BENT] = rubbing(tables, tables.forces[k, FRICTION_OF], rate, now.memory[k], now.since)[1]
     add_gradient(tables, work, number, grad, force, f)
 
 
 @aside
-def _bend_along(tables, work, k, t, q, lam, mem, since, mass):
+def _bend_along(tables, work, k, now, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
     number, grad, hess, row = tables.forces[k, A], work.grad, work.hess, tables.forces[k, ROW_OF]
     a, b, factor, force = tables.measures[number, A], tables.measures[number, B], tables.factors[k], work.reports[k, VALUE]
-    reaction = lam[row] if row >= 0 else 0.0
+    reaction = now.lam[row] if row >= 0 else 0.0
     value, rate = measure(tables, work, number, grad)
     curve(tables, work, number, grad, hess)
-    by_value, by_rate = slopes_along(tables, k, t, value, rate, mem[k], since, reaction)
+    by_value, by_rate = slopes_along(tables, k, now, value, rate, reaction)
     h, c = work.by_place, work.by_rate
     for i in range(6):
         bend = 0.0
@@ -94,12 +94,14 @@ def _bend_along(tables, work, k, t, q, lam, mem, since, mass):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.sway[j]) + force * hess[i, j]
-    add_pair(tables, work, a, b, h, -1.0, work.slope, work.stiff, 0)
-    add_geometric(tables, work, a, q, -force * grad[0], -force * grad[1], -force * grad[2], work.stiff, 0)
-    add_geometric(tables, work, b, q, -force * grad[3], -force * grad[4], -force * grad[5], work.stiff, tables.markers[a, COUNT])
+    add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
+    add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), work.stiff, 0)
+    add_geometric(
+        tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), work.stiff, tables.markers[a, COUNT]
+    )
     if by_rate != 0.0:
-        add_pair(tables, work, a, b, c, -1.0, work.slope, work.damp, 0)
-        add_pair(tables, work, a, b, c, -1.0, work.drift, work.stiff, 0)
+        add_pair(tables, work, (a, b, 0), c, -1.0, work.slope, work.damp)
+        add_pair(tables, work, (a, b, 0), c, -1.0, work.drift, work.stiff)
     if tables.forces[k, KIND] == SEAT and reaction != 0.0:
         _add_cross(tables, work, k, number, grad, -force / reaction, mass)
 
@@ -188,19 +190,19 @@ def _bend_journal(tables, work, k, q, mem, since):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(tables, work, ma, mb, h, -1.0, work.slope, work.stiff, 0)
-    add_pair(tables, work, ma, mb, c, -1.0, work.slope, work.damp, 0)
-    add_pair(tables, work, ma, mb, c, -1.0, work.drift, work.stiff, 0)
-    add_geometric(tables, work, ma, q, -fx, -fy, radius * drag, work.stiff, 0)
-    add_geometric(tables, work, mb, q, fx, fy, -(e + radius) * drag, work.stiff, tables.markers[ma, COUNT])
+    add_pair(tables, work, (ma, mb, 0), h, -1.0, work.slope, work.stiff)
+    add_pair(tables, work, (ma, mb, 0), c, -1.0, work.slope, work.damp)
+    add_pair(tables, work, (ma, mb, 0), c, -1.0, work.drift, work.stiff)
+    add_geometric(tables, work, ma, q, (-fx, -fy, radius * drag), work.stiff, 0)
+    add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), work.stiff, tables.markers[ma, COUNT])
 
 
 @inner
-def _moment(tables, work, k, fx, fy):
-    """Of a push about its marker, where its line of action stays in the plane."""
+def _moment(tables, work, k, push_x, push_y):
+    """Moment of a push about its marker, where its line of action stays in the plane."""
     a, number = tables.forces[k, A], tables.forces[k, NUMBERS]
     rx, ry = tables.data[number + 4] - work.state[a, X], tables.data[number + 5] - work.state[a, Y]
-    return tables.data[number + 3] * (rx * fy - ry * fx)
+    return tables.data[number + 3] * (rx * push_y - ry * push_x)
 
 
 @close
@@ -221,54 +223,50 @@ def _push(tables, work, k, t, f):
 def _bend_push(tables, work, k, q):
     """Derivatives of a force at a marker."""
     a, b, fx, fy, h = tables.forces[k, A], tables.forces[k, B], work.reports[k, FX], work.reports[k, FY], work.by_place
-    add_geometric(tables, work, a, q, -fx, -fy, -_moment(tables, work, k, fx, fy), work.stiff, 0)
+    add_geometric(tables, work, a, q, (-fx, -fy, -_moment(tables, work, k, fx, fy)), work.stiff, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
     held = tables.data[tables.forces[k, NUMBERS] + 3]
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -held * fy, held * fx
-    add_pair(tables, work, a, b, h, -1.0, work.slope, work.stiff, 0)
+    add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
 
 
 @close
-def add_one(tables, work, k, t, lam, mem, since, f):
+def add_one(tables, work, k, now, f):
     """Add force k; see `add_forces`."""
-    kind, t = tables.forces[k, KIND], tables.pace[0] * t
+    kind = tables.forces[k, KIND]
     if kind == JOURNAL:
-        _journal(tables, work, k, mem, since, f)
+        _journal(tables, work, k, now.memory, now.since, f)
     elif kind == PUSH:
-        _push(tables, work, k, t, f)
+        _push(tables, work, k, tables.pace[0] * now.time, f)
     elif kind == STATEFUL:
-        add_stateful(tables, work, k, t, f)
+        add_stateful(tables, work, k, tables.pace[0] * now.time, f)
     else:
-        _along(tables, work, k, t, lam, mem, since, f)
+        _along(tables, work, k, now, f)
 
 
 @inner
-def add_forces(tables, work, t, lam, mem, since, f):
-    """Add all forces between markers to f.
-
-    `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are
-    placed.
-    """
+def add_forces(tables, work, now, f):
+    """Add all forces between markers at an instant to f. Markers are placed."""
     for k in range(tables.forces.shape[0]):
-        add_one(tables, work, k, t, lam, mem, since, f)
+        add_one(tables, work, k, now, f)
 
 
 @aside
-def bend_forces(tables, work, t, q, lam, mem, since, mass, damp, stiff):
+def bend_forces(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):
         kind, block = tables.forces[k, KIND], tables.rows.shape[0] + k
         clear_block(tables, work, block)
         if kind == JOURNAL:
-            _bend_journal(tables, work, k, q, mem, since)
+            _bend_journal(tables, work, k, now.q, now.memory, now.since)
         elif kind == PUSH:
-            _bend_push(tables, work, k, q)
+            _bend_push(tables, work, k, now.q)
         elif kind == STATEFUL:
-            bend_stateful(tables, work, k, tables.pace[0] * t, q)
+            bend_stateful(tables, work, k, tables.pace[0] * now.time, now.q)
         else:
-            _bend_along(tables, work, k, tables.pace[0] * t, q, lam, mem, since, mass)
+            _bend_along(tables, work, k, now, mass)
         add_entries(tables, block, work.stiff, stiff)
         add_entries(tables, block, work.damp, damp)

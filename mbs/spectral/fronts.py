@@ -30,7 +30,7 @@ class Orders(NamedTuple):
 
 
 @aside
-def factor(order, a, lu, swaps, amount, again):
+def factor(order, a, factors, swaps, amount, again):
     """Factor the matrix of entries a (slots,): fill lu (entries of fronts) and swaps (unknowns of fronts).
 
     `again`: fronts that never change are there from before.
@@ -38,24 +38,24 @@ def factor(order, a, lu, swaps, amount, again):
     start, entry = (order.steady[0], order.steady[1]) if again else (0, 0)
     count, amount[:] = order.fronts.shape[0], 0.0
     if start < count:
-        lu[order.fronts[start, 3] :] = 0.0
+        factors[order.fronts[start, 3] :] = 0.0
     for k in range(entry, order.entries.size):
-        lu[order.position[k]] = a[order.entries[k]]
+        factors[order.position[k]] = a[order.entries[k]]
     for f in range(count):
         if f >= start:
-            _eliminate(order, lu, swaps, amount, f)
+            _eliminate(order, factors, swaps, amount, f)
         if order.fronts[f, 4] >= start:
-            _hand_over(order, lu, amount, f)
+            _hand_over(order, factors, amount, f)
 
 
 @inner
-def _hand_over(order, lu, amount, f):
+def _hand_over(order, factors, amount, f):
     """Add what is left of a front to the one that takes over."""
     pivots, size, first, at, parent, places, row = order.fronts[f]
     large, start, count = order.fronts[parent, 1], order.fronts[parent, 3], size - pivots
     to, unknowns = part(order.places, places, count), part(order.unknowns, first + pivots, count)
     for i in range(count):
-        left, sum = part(lu, at + (pivots + i) * size + pivots, count), part(lu, start + to[i] * large, large)
+        left, sum = part(factors, at + (pivots + i) * size + pivots, count), part(factors, start + to[i] * large, large)
         for j in range(count):
             sum[to[j]] += left[j]
         if row == 0:
@@ -63,7 +63,7 @@ def _hand_over(order, lu, amount, f):
 
 
 @inner
-def _eliminate(order, lu, swaps, amount, f):
+def _eliminate(order, factors, swaps, amount, f):
     """Eliminate a front's pivots; in place of each stands its reciprocal then."""
     pivots, size, first, at, row = (
         order.fronts[f, 0],
@@ -73,28 +73,28 @@ def _eliminate(order, lu, swaps, amount, f):
         order.fronts[f, 6],
     )
     for c in range(pivots):
-        upper = part(lu, at + c * size, size)
+        upper = part(factors, at + c * size, size)
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
-            found = abs(lu[at + i * size + c])
+            found = abs(factors[at + i * size + c])
             if found > largest:
                 p, largest = i, found
         swaps[first + c] = p
         if p != c:
-            other = part(lu, at + p * size, size)
+            other = part(factors, at + p * size, size)
             for j in range(size):
                 upper[j], other[j] = other[j], upper[j]
         if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):
-                lu[at + i * size + c] = 0.0
+                factors[at + i * size + c] = 0.0
             continue
         reciprocal, count = 1.0 / upper[c], size - c - 1
         upper[c] = reciprocal
         right = part(upper, c + 1, count)
         for i in range(c + 1, size):
-            lower = part(lu, at + i * size + c, count + 1)
+            lower = part(factors, at + i * size + c, count + 1)
             share = lower[0] * reciprocal
             lower[0] = share
             below = part(lower, 1, count)
@@ -103,7 +103,7 @@ def _eliminate(order, lu, swaps, amount, f):
 
 
 @aside
-def solve(order, lu, swaps, x, room):
+def solve(order, factors, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
     for f in range(order.fronts.shape[0]):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
@@ -116,7 +116,7 @@ def solve(order, lu, swaps, x, room):
             p = swap[c]
             room[c], room[p] = room[p], room[c]
         for i in range(1, size):
-            row, total = part(lu, at + i * size, size), room[i]
+            row, total = part(factors, at + i * size, size), room[i]
             for c in range(min(i, pivots)):
                 total -= row[c] * room[c]
             room[i] = total
@@ -126,12 +126,12 @@ def solve(order, lu, swaps, x, room):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
         unknowns = part(order.unknowns, first, size)
         if size == 1:
-            x[unknowns[0]] *= lu[at]
+            x[unknowns[0]] *= factors[at]
             continue
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots - 1, -1, -1):
-            row, total = part(lu, at + c * size, size), room[c]
+            row, total = part(factors, at + c * size, size), room[c]
             for j in range(c + 1, size):
                 total -= row[j] * room[j]
             room[c] = total * row[c]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, copy, inner, jit, lend
+from .compiling import aside, copy, jit, lend
 from .contacts import (
     bend_of_depths,
     closing,
@@ -12,14 +12,11 @@ from .contacts import (
     error_of_depth,
     first_onset,
     lets_go,
-    remember_onset,
-    time_to_faces,
     touches,
 )
+from .events import jump, landing, outside, remember
 from .forces import add_forces
-from .fronts import solve
-from .kernel import changes_at, forces, rows_at
-from .lawtable import AFTER
+from .kernel import forces, rows_at
 from .markers import place_markers
 from .newton import SLOW, newton
 from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
@@ -30,47 +27,47 @@ from .samples import (
     dense,
     samples_in,
     write,
-    write_after_jump,
     write_at_face,
     write_between,
 )
 from .scaling import deformed, follow_units
 from .strips import MIXED, PLAIN, elastic_stresses
-from .tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
+from .tables import VALUE, Instant
 
 ORDER = 0.25
 """One over the order of the local error."""
-HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
-"""A contact's force may err by so many times the share that its depth may, and by that of at least so much of its largest force,
-of which it forgets a fifth a step: the end of a long push is small beside the blow that began it, and matters no less."""
+HARDER = 2.0
+"""Error allowed of a contact's force, over the one allowed of its depth."""
+LIGHT = 1e-2
+"""Least force with which that error is compared, over the contact's largest: the end of a long push matters, too."""
 NOISE = 1e-15
 """Error of a depth, of the longest link, that is rounding: no shorter step makes it less."""
 SHORTEST = 1e-12
 """Step, of the end."""
 REACH = 1.0001
 """A stop that is nearer than so many step lengths ends the step; not one to an onset, which would be stepped over again."""
-SAFETY, SHORTER, LONGER, GROW = 0.85, 0.9, 1.4, 5.0
-"""Share of the length that would just do, changes of the length between which the old one stays, as it costs no new matrix, and
-the largest change."""
-LANDING = 1e-2
-"""A contact this near to its face, of the tolerance and the longest link, is at it."""
+SAFETY = 0.85
+"""Share of the step length that would just do."""
+SHORTER = 0.9
+"""Ratio of lengths above which the old one stays, as it needs no new matrix."""
+LONGER = 1.4
+"""Ratio of lengths below which the old one stays, as it needs no new matrix."""
+GROW = 5.0
+"""Largest ratio of the lengths of two steps."""
 LETS_GO = 20.0
-"""What counts as the error of a step in which a contact lets go."""
-OUTSIDE, ROUNDING = 1e-2, 1e-15
-"""Distance from a face at which a step to an onset ends, of the landing, and of the longest link at least."""
-NEARLY = 0.1
-"""Share of the last step by which the state is moved past a face at most."""
+"""Error of a step in which a contact lets go, over the one allowed."""
 ROOM = 1e-2
-"""Of the shortest step, by which the end of a step to an onset is moved no more."""
+"""Move of the end of a step to an onset that is none, over the shortest step."""
 
 
 @aside
-def _begin(tables, orders, work, state, t, tolerance):
+def _begin(model, t, tolerance):
     """Fill in what the first step needs to know of the start."""
+    tables, orders, work, state = model.tables, model.orders, model.work, model.state
     elastic_stresses(tables, work, state.q, state.v, state.stress)
     work.mixed[0], work.held[:] = MIXED, 0.0
     copy(state.stress, work.stress)
-    forces(tables, work, t, state.q, state.v, state.lam, state.memory, 0.0, state.force)
+    forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     rows_at(tables, work, t, state.gap, state.base, state.speed)
     renew_heavy(tables, orders, work, state, state.q, state.base, False)
     copy(work.reports, state.before)
@@ -85,34 +82,13 @@ def _begin(tables, orders, work, state, t, tolerance):
 
 
 @aside
-def _restart(tables, orders, work, state, t):
-    """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
-    n, r = state.q.size, state.lam.size
-    work.held[:] = 0.0
-    copy(state.stress, work.stress)
-    forces(tables, work, t, state.q, state.v, state.lam, state.memory, 0.0, state.force)
-    rows_at(tables, work, t, state.gap, state.base, state.speed)
-    changes_at(tables, work, t, AFTER, state.change)
-    for i in range(n):
-        state.right[i] = state.force[i]
-    for k in range(r):
-        state.right[n + k] = state.change[k]
-    renew_heavy(tables, orders, work, state, state.q, state.base, True)
-    solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
-    for i in range(n):
-        state.a[i] = state.right[i]
-    for k in range(r):
-        state.lam[k] = state.right[n + k]
-    copy(work.reports, state.before)
-
-
-@aside
-def _error(tables, orders, work, state, t, h, controls, least):
+def _error(model, t, h, controls, least):
     """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
     steps.
 
     Reports are those of the end.
     """
+    tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error, allowed = (
         0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance,
         controls.contact_tolerance,
@@ -121,7 +97,8 @@ def _error(tables, orders, work, state, t, h, controls, least):
     if tables.forces.shape[0] == 0:
         return error
     n, q, v = state.q.size, state.places[2], state.rates[2]
-    add_forces(tables, work, t, state.multipliers[2], state.memory, h, state.force)
+    now = Instant(t, h, q, v, state.multipliers[2], state.memory)
+    add_forces(tables, work, now, state.force)
     if controls.fixed:
         return error
     closed = False
@@ -133,46 +110,16 @@ def _error(tables, orders, work, state, t, h, controls, least):
         for i in range(n):  # the first row of the error's equation gives that of the rates
             state.dv[0, i], state.dq[0, i] = v[i] + REAL / h * state.step[i] - state.dq[0, i], q[i] + state.step[i]
         place_markers(tables, work, state.dq[0], state.dv[0])
-        add_forces(tables, work, t, state.multipliers[2], state.memory, h, state.force)
+        add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
             if touches(tables, k):
-                deep = error_of_depth(tables, state.before, state.shifted, work.reports, h, k, least, NOISE * state.whole.max())
+                deep = error_of_depth(tables, state, work.reports, h, k, least, NOISE * state.whole.max())
                 push = max(abs(state.before[k, VALUE]), abs(state.shifted[k, VALUE]), LIGHT * state.largest[k], 1e-300)
                 error = max(error, deep / allowed)
                 if deep > 0.0:
                     error = max(error, abs(work.reports[k, VALUE] - state.shifted[k, VALUE]) / (push * HARDER * allowed))
         copy(state.shifted, work.reports)
     return error
-
-
-@inner
-def _landing(state, controls):
-    """Depth up to which a contact is at its face."""
-    return LANDING * controls.tolerance * state.whole.max()
-
-
-@inner
-def _outside(state, controls):
-    """Distance from its face at which a step to an onset ends."""
-    return max(OUTSIDE * _landing(state, controls), ROUNDING * state.whole.max())
-
-
-@aside
-def _remember(tables, work, state, controls, counts):
-    """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed, near = False, 2.0 * _outside(state, controls)
-    for k in range(tables.forces.shape[0]):
-        kind, m = tables.forces[k, KIND], state.memory[k]
-        copy(m, state.old[k])
-        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, VALUE]))
-        if touches(tables, k):
-            event = remember_onset(tables, state.before, work.reports, k, m, controls.floor, controls.graze, near)
-            changed = changed or event != 0
-            if event > 0:
-                counts.onsets += 1
-        if kind == JOURNAL or kind == SEAT:
-            m[BRISTLE], m[SLIDING] = work.reports[k, BENT], work.reports[k, SLIP]
-    return changed
 
 
 @aside
@@ -187,26 +134,14 @@ def _take_over(state):
 
 
 @aside
-def _jump(tables, orders, work, state, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers; contacts that are about to close are moved past their faces."""
-    past = min(time_to_faces(tables, state.before, 2.0 * _outside(state, controls)), NEARLY * clock.previous)
-    for i in range(state.q.size):
-        state.q[i] += past * state.v[i]
-    clock.previous, clock.fresh = 0.0, True
-    _restart(tables, orders, work, state, clock.time)
-    if dense(controls):
-        write_after_jump(state, clock, controls, out, counts)
-
-
-@aside
-def _next_stop(tables, orders, work, state, clock, controls, stops, out, counts):
+def _next_stop(model, clock, controls, stops, out, counts):
     """The next time at which a step must end. At a kink that has come, accelerations jump."""
     while clock.stop < stops.size:
         due = stops[clock.stop]
         if due > clock.time + controls.shortest:
             return min(controls.end, due)
         if due > clock.time - controls.shortest and not controls.fixed:
-            _jump(tables, orders, work, state, clock, controls, out, counts)
+            jump(model, clock, controls, out, counts)
         clock.stop += 1
     return controls.end
 
@@ -224,28 +159,29 @@ def _length(clock, controls, stop):
 
 
 @aside
-def _try(tables, orders, work, state, clock, h, at, controls, counts):
-    """Whether a step of length h to the time `at` stands: Newton's method, error, contacts. If not, the next one is shorter."""
-    shortest, landing = controls.shortest, _landing(state, controls)
+def _try(model, clock, h, at, controls, counts):
+    """Try a step of length h to the time `at`; return False if Newton's method, error or contacts ask for a shorter one."""
+    tables, work, state = model.tables, model.work, model.state
+    shortest, near = controls.shortest, landing(state, controls)
     fresh = clock.fresh or abs(h - clock.made) > 1e-9 * h
     predict(state, h, clock.previous)
     integrate(state, h)
-    ratio = newton(tables, orders, work, state, clock.time, h, controls.close * controls.tolerance, fresh, counts)
+    ratio = newton(model, clock.time, h, controls.close * controls.tolerance, fresh, counts)
     clock.made, clock.fresh = h, ratio > SLOW
     if ratio > 1.0:
         clock.wanted, clock.previous, clock.grow = 0.5 * h, 0.0, 1.0
         if clock.wanted < shortest:
             counts.status = UNDERFLOW if np.isfinite(state.residual.sum()) else NOT_FINITE
         return False
-    clock.error = _error(tables, orders, work, state, at, h, controls, landing)
-    part = first_onset(tables, state.before, work.reports, h, landing, _outside(state, controls), True)
+    clock.error = _error(model, at, h, controls, near)
+    part = first_onset(tables, state.before, work.reports, h, near, outside(state, controls), True)
     if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False
     if controls.fixed:
         return True
     if h > 10.0 * shortest:
-        if lets_go(tables, state.before, work.reports, state.largest, controls.contact_tolerance, landing):
+        if lets_go(tables, state.before, work.reports, state.largest, controls.contact_tolerance, near):
             clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
@@ -254,9 +190,10 @@ def _try(tables, orders, work, state, clock, h, at, controls, counts):
 
 
 @aside
-def _accept(tables, orders, work, state, clock, h, target, controls, out, counts):
+def _accept(model, clock, h, target, controls, out, counts):
     """Take over a step of length h to the time `target`, and write its rows."""
-    changed, before = _remember(tables, work, state, controls, counts), clock.time
+    tables, work, state = model.tables, model.work, model.state
+    changed, before = remember(tables, work, state, controls, counts), clock.time
     if dense(controls):
         moment = closing(tables, state.before, work.reports, JUMP * controls.shortest)
         parts = samples_in(state, tables.elastic, h, controls, bend_of_depths(tables, state.before, work.reports, h))
@@ -274,7 +211,7 @@ def _accept(tables, orders, work, state, clock, h, target, controls, out, counts
         write(state, out, counts, target, before)
         clock.skipped = 0
     if changed:
-        _jump(tables, orders, work, state, clock, controls, out, counts)
+        jump(model, clock, controls, out, counts)
 
 
 @aside
@@ -290,35 +227,36 @@ def _lengthen(clock, h, shortest):
 
 
 @jit
-def run_implicit(tables, orders, work, state, clock, controls, stops, out, counts):
+def run_implicit(model, clock, controls, stops, out, counts):
     """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    _run(lend(tables), lend(orders), lend(work), lend(state), clock, controls, stops, lend(out), counts)
+    _run(lend(model), clock, controls, stops, lend(out), counts)
 
 
 @aside
-def _run(tables, orders, work, state, clock, controls, stops, out, counts):
+def _run(model, clock, controls, stops, out, counts):
+    state, mixed = model.state, model.work.mixed
     counts.samples = 0
     if counts.steps == 0:
         clock.fresh, clock.grow, clock.reach = True, GROW, REACH
-        _begin(tables, orders, work, state, clock.time, controls.tolerance)
+        _begin(model, clock.time, controls.tolerance)
         write(state, out, counts, clock.time, clock.time)
-    work.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
+    mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
-        stop = _next_stop(tables, orders, work, state, clock, controls, stops, out, counts)
+        stop = _next_stop(model, clock, controls, stops, out, counts)
         h = _length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY
         last = h >= stop - clock.time
         at = stop * (1.0 - 4e-16) if last else clock.time + h  # just before a drive's kink
-        if not _try(tables, orders, work, state, clock, h, at, controls, counts):
+        if not _try(model, clock, h, at, controls, counts):
             counts.rejected += 1
             continue
-        _accept(tables, orders, work, state, clock, h, stop if last else clock.time + h, controls, out, counts)
+        _accept(model, clock, h, stop if last else clock.time + h, controls, out, counts)
         if controls.fixed:
             clock.wanted = controls.first_step
         else:
             _lengthen(clock, h, controls.shortest)
-    work.mixed[0] = PLAIN
+    mixed[0] = PLAIN

@@ -1,4 +1,4 @@
-"""What `compiling` offers, without a compiler: functions stay as they are written."""
+"""Functions of `compiling` without a compiler: functions stay as they are written."""
 
 from __future__ import annotations
 
@@ -47,5 +47,5 @@ def copy(source: Array, target: Array) -> None:
 
 
 def part(array: Array, first: int, count: int) -> Array:
-    """So many elements of an array from one on."""
+    """Return elements of an array from one on."""
     return array[first : first + count]

@@ -27,7 +27,7 @@ from .tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, 
 
 @close
 def _numbers(tables, row):
-    """Of a modal link: its first coordinate, that of its modes, their number; where radial, gram, gyration, stiffness begin."""
+    """Places of a modal link: first coordinate, that of its modes, their number; radial, gram, gyration, stiffness begin."""
     o, m, d = tables.modal[row, 0], tables.modal[row, 1], tables.modal[row, 2]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
@@ -121,7 +121,7 @@ def add_modal_mass(tables, work, q, mass):
 
 @inner
 def _coupling(tables, row, q, i):
-    """Of mode i of a modal link: what its amplitude adds to the inertia, and mass between it and the frame's angle."""
+    """Inertia that the amplitude of mode i of a modal link adds, and mass between it and the frame's angle."""
     _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
     return 2.0 * tables.data[radial + i] + _times(tables, gram, i, m, q, e), -_times(tables, gyration, i, m, q, e)
 
@@ -157,30 +157,30 @@ def add_mass_slope(tables, work, q, a, stiff):
 
 
 @aside
-def forces(tables, work, t, q, v, lam, mem, since, f):
+def forces(tables, work, now, f):
     """Fill f with all forces but the constraints', and place the markers."""
-    place_markers(tables, work, q, v)
+    place_markers(tables, work, now.q, now.v)
     gravity = tables.factors[-1]
     for i in range(f.size):
         f[i] = gravity * tables.weight[i]
-    add_strips(tables, work, q, v, f)
+    add_strips(tables, work, now.q, now.v, f)
     if tables.modal.shape[0] > 0:
-        add_modal(tables, q, v, f)
-    add_forces(tables, work, t, lam, mem, since, f)
+        add_modal(tables, now.q, now.v, f)
+    add_forces(tables, work, now, f)
 
 
 @aside
-def tangents(tables, work, t, q, v, lam, mem, since, mass, damp, stiff):
-    """Of the forces that were filled in last: stiff = -df/dq, damp = -df/dv, and add -df/dlambda to mass."""
+def tangents(tables, work, now, mass, damp, stiff):
+    """Derivatives of the forces filled in last: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
-    bend_strips(tables, work, v, damp, stiff)
+    bend_strips(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
-        bend_modal(tables, work, q, v, damp, stiff)
-    bend_forces(tables, work, t, q, lam, mem, since, mass, damp, stiff)
+        bend_modal(tables, work, now.q, now.v, damp, stiff)
+    bend_forces(tables, work, now, mass, damp, stiff)
 
 
 @close
-def row_at(tables, work, r, t, g, jacobian, speed):
+def row_at(tables, work, r, t, residual, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
     grad, at, total = work.grad, tables.blocks[r, MEMBERS], 0.0
     first, drive, count = tables.rows[r, LEAD], tables.rows[r, MOTION_OF], tables.rows[r, TERMS]
@@ -191,9 +191,9 @@ def row_at(tables, work, r, t, g, jacobian, speed):
         value, _ = measure(tables, work, k, grad)
         total += tables.directions[k, SHARE] * value
         at = put_gradient(tables, work, k, grad, tables.directions[k, SHARE], jacobian, at)
-    g[r], speed[r] = total - tables.values[r] - travel, rate
+    residual[r], speed[r] = total - tables.values[r] - travel, rate
     if count == 1 and tables.measures[first, KIND] == ANGLE:
-        g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
+        residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
 @close
@@ -207,10 +207,10 @@ def change_at(tables, work, r, t, side, change):
 
 
 @aside
-def rows_at(tables, work, t, g, jacobian, speed):
+def rows_at(tables, work, t, residual, jacobian, speed):
     """The same of all constraints."""
     for r in range(tables.rows.shape[0]):
-        row_at(tables, work, r, t, g, jacobian, speed)
+        row_at(tables, work, r, t, residual, jacobian, speed)
 
 
 @aside
@@ -220,22 +220,16 @@ def changes_at(tables, work, t, side, change):
         change_at(tables, work, r, t, side, change)
 
 
-@close
-def constraint(tables, work, r, t, g, jacobian, speed, change):
-    """Residual, row of the Jacobian and right sides of constraint r; see `constraints`."""
-    row_at(tables, work, r, t, g, jacobian, speed)
-    change_at(tables, work, r, t, AFTER, change)
-
-
 @aside
-def constraints(tables, work, t, jacobian, g, speed, change):
+def constraints(tables, work, t, jacobian, residual, speed, change):
     """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed.
 
     G's entries stand as the blocks' members do: those of row r from `blocks[r, 0]` on, its own multiplier's, the last, without
     meaning.
     """
     for r in range(tables.rows.shape[0]):
-        constraint(tables, work, r, t, g, jacobian, speed, change)
+        row_at(tables, work, r, t, residual, jacobian, speed)
+        change_at(tables, work, r, t, AFTER, change)
 
 
 @inner
@@ -277,9 +271,9 @@ def add_multipliers(tables, work, q, lam, stiff):
             a, b, push = tables.measures[k, A], tables.measures[k, B], lam[r] * tables.directions[k, SHARE]
             measure(tables, work, k, grad)
             if curve(tables, work, k, grad, hess):
-                add_pair(tables, work, a, b, hess, push, work.slope, work.stiff, at)
-            add_geometric(tables, work, a, q, push * grad[0], push * grad[1], push * grad[2], work.stiff, at)
+                add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)
+            add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.stiff, at)
             at += tables.markers[a, COUNT]
-            add_geometric(tables, work, b, q, push * grad[3], push * grad[4], push * grad[5], work.stiff, at)
+            add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.stiff, at)
             at += tables.markers[b, COUNT]
         add_entries(tables, r, work.stiff, stiff)

@@ -128,16 +128,17 @@ def place_markers(tables, work, q, v):
 
 
 @close
-def add_force(tables, work, m, fx, fy, turning, out):
+def add_force(tables, work, m, push_x, push_y, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
     first = tables.markers[m, FIRST]
     for i in range(first, first + tables.markers[m, COUNT]):
-        out[tables.places[i]] += fx * work.slope[0, i] + fy * work.slope[1, i] + turning * work.slope[2, i]
+        out[tables.places[i]] += push_x * work.slope[0, i] + push_y * work.slope[1, i] + turning * work.slope[2, i]
 
 
 @aside
-def add_geometric(tables, work, m, q, fx, fy, turning, out, at):
-    """Add to out, from row and column `at` on, the second derivatives of fx x + fy y + turning angle of a marker."""
+def add_geometric(tables, work, m, q, push, out, at):
+    """Add to out, from row and column `at` on, the second derivatives of push . (x, y, angle) of a marker."""
+    fx, fy, turning = push
     kind, first, size, d = tables.markers[m, KIND], tables.markers[m, FIRST], tables.markers[m, SIZE], tables.markers[m, DATA]
     if kind == FRAME:
         t = at + 2
@@ -161,17 +162,6 @@ def add_geometric(tables, work, m, q, fx, fy, turning, out, at):
                 out[at + i, at + size + k] += hxy * dd
                 out[at + size + i, at + k] += hxy * dd
                 out[at + size + i, at + size + k] -= hxx * dd
-
-
-@inner
-def _add_block(tables, work, a, b, h, row, column, factor, right, out, to, across):
-    """Add factor J_a^T h R_b to out from (to, across) on, h the 3 x 3 block at row and column, R_b b's columns of `right`."""
-    fa, fb = tables.markers[a, FIRST], tables.markers[b, FIRST]
-    for i in range(tables.markers[a, COUNT]):
-        tx, ty, ta = _row_times(work, fa + i, h, row, column, factor)
-        if tx != 0.0 or ty != 0.0 or ta != 0.0:
-            for j in range(tables.markers[b, COUNT]):
-                out[to + i, across + j] += tx * right[0, fb + j] + ty * right[1, fb + j] + ta * right[2, fb + j]
 
 
 @inner
@@ -259,15 +249,25 @@ def put_gradient(tables, work, k, grad, factor, out, at):
 
 
 @aside
-def add_pair(tables, work, a, b, h, factor, right, out, at):
-    """Add factor J^T h R of two markers, h of shape (6, 6), to the block of their coordinates, that begins at `at`.
+def add_pair(tables, work, pair, slopes, factor, right, out):
+    """Add factor J^T slopes R of two markers to the block of their coordinates, slopes of shape (6, 6).
 
-    R is J itself, w.slope, or the derivatives of the markers' rates by the coordinates, w.drift.
+    R is J itself, work.slope, or the derivatives of the markers' rates by the coordinates, work.drift. The pair is both markers
+    and where the block begins.
     """
+    start = pair[2]
     for i in range(2):
+        one, to = pair[i], start + i * tables.markers[pair[0], COUNT]
+        first = tables.markers[one, FIRST]
         for j in range(2):
-            to, across = at + i * tables.markers[a, COUNT], at + j * tables.markers[a, COUNT]
-            _add_block(tables, work, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, right, out, to, across)
+            other, across = pair[j], start + j * tables.markers[pair[0], COUNT]
+            begin = tables.markers[other, FIRST]
+            for m in range(tables.markers[one, COUNT]):
+                tx, ty, ta = _row_times(work, first + m, slopes, 3 * i, 3 * j, factor)
+                if tx != 0.0 or ty != 0.0 or ta != 0.0:
+                    for n in range(tables.markers[other, COUNT]):
+                        k = begin + n
+                        out[to + m, across + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
 @inner
@@ -291,9 +291,9 @@ def add_entries(tables, block, entries, values):
 
 
 @close
-def rate_of(work, a, b, k):
+def rate_of(work, one, other, k):
     """Component k of the six rates of markers a and b."""
-    return work.state[a, VX + k] if k < 3 else work.state[b, VX + k - 3]
+    return work.state[one, VX + k] if k < 3 else work.state[other, VX + k - 3]
 
 
 @close

@@ -1,4 +1,4 @@
-"""What strips did, as plain arrays: the record's view of the compiled solver's polynomials. Numpy only."""
+"""Motion of strips as plain arrays: the record's view of the compiled solver's polynomials. Numpy only."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Piece:
 
     @property
     def degree(self) -> int:
-        """Of the polynomials."""
+        """Degree of the polynomials."""
         return int(self.places.shape[1]) - 1
 
     @property
@@ -70,12 +70,12 @@ class SpectralStrip:
 
     @property
     def mass(self) -> float:
-        """Of the link, kg."""
+        """Mass of the link [kg]."""
         return self.section.mass_per_length * self.length
 
     @property
     def shears(self) -> bool:
-        """Whether it has an angle of its own."""
+        """True if it has an angle of its own."""
         return self.pieces[0].places.shape[0] == 3
 
     def _at(self, arc: float) -> tuple[Piece, float]:
@@ -156,7 +156,7 @@ class SpectralStrip:
         return w * piece.jacobian, [a - b for a, b in zip(value, free, strict=True)], rate
 
     def stations_of(self) -> tuple[Array, Array, Array]:
-        """Where loads along it act, Gauss's points: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        """Gauss points at which loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
         lengths, fields, rates = [], [], []
         for piece in self.pieces:
             x, w = gauss(piece.degree + 3)
@@ -206,5 +206,5 @@ def _kirchhoff(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]
     return [norm - 1.0, none, bend], [(d * d_t).sum(axis=-1) / norm, none, rate]
 
 
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+def _cross(one: Array, other: Array) -> Array:
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])

@@ -20,6 +20,7 @@ from .kernel import (
 )
 from .radau import BACK, NODES, PAIR, REAL, A, T, integrate, size_of, solve_real
 from .strips import MIXED, RENEWED, carry_stresses
+from .tables import Instant
 
 MOST = 14
 """Newton iterations with one matrix."""
@@ -34,14 +35,15 @@ SLOW = 0.3
 @aside
 def renew(tables, orders, work, state, t, h, counts):
     """Make the Newton matrices anew, at the middle node."""
-    q, v, lam = state.places[1], state.rates[1], state.multipliers[1]
+    q, lam = state.places[1], state.multipliers[1]
     since = NODES[1] * h
     copy(state.stresses[1], work.stress)
     work.mixed[0] = RENEWED
-    forces(tables, work, t + since, q, v, lam, state.memory, since, state.force)
+    now = Instant(t + since, since, q, state.rates[1], lam, state.memory)
+    forces(tables, work, now, state.force)
     work.mixed[0] = MIXED
     mass_matrix(tables, work, q, state.mass)
-    tangents(tables, work, t + since, q, v, lam, state.memory, since, state.mass, state.damping, state.stiffness)
+    tangents(tables, work, now, state.mass, state.damping, state.stiffness)
     rows_at(tables, work, t + since, state.gap, state.jacobian, state.speed)
     add_rows(tables, state.jacobian, state.mass)
     add_multipliers(tables, work, q, lam, state.stiffness)
@@ -62,13 +64,13 @@ def renew(tables, orders, work, state, t, h, counts):
 
 @aside
 def _lacks(tables, work, state, t, h):
-    """What the equations lack at the three nodes."""
+    """Residual of the equations at the three nodes."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
         since, residual, lam = NODES[i] * h, state.residual[i], state.multipliers[i]
         at, q, v = t + NODES[i] * h, state.places[i], state.rates[i]
         copy(state.stresses[i], work.stress)
-        forces(tables, work, at, q, v, lam, state.memory, since, state.force)
+        forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
         copy(work.slack, state.slacks[i])
         rows_at(tables, work, at, state.gap, state.jacobian, state.speed)
         mass_times(tables, q, state.seconds[i], residual[:n])
@@ -114,11 +116,12 @@ def _correct(tables, orders, work, state, h):
 
 
 @aside
-def newton(tables, orders, work, state, t, h, allowed, fresh, counts):
+def newton(model, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 
     Where a kept matrix contracts too slowly, it is made anew from the nodes as they are.
     """
+    tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last, ratio, left = 0.0, 0.0, MOST
     if fresh and not renew(tables, orders, work, state, t, h, counts):
         return 2.0

@@ -1,4 +1,4 @@
-"""What the compiled integrators count, are told and leave: places in their arrays, rows of a run."""
+"""Records of the compiled integrators: controls, clock, counts, rows of a run."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ def _record(**kinds: str) -> np.dtype[np.void]:
 
 
 COUNTS = _record(i8="status steps rejected jacobians iterations samples onsets")
-"""What a run counts: accepted and rejected steps, Newton matrices, Newton iterations or evaluations, rows written, onsets."""
+"""Counts of a run: accepted and rejected steps, Newton matrices, Newton iterations or evaluations, rows written, onsets."""
 CLOCK = _record(
     f8="time wanted held previous made reach error last_error last_step grow", i8="skipped stop", b1="fresh"
 )  # fmt: skip
-"""Where a run stands: time, s; length of the next step, s, and one held back by an onset; of the last step, 0 after a jump; that
+"""Progress of a run: time, s; length of the next step, s, and one held back by an onset; of the last step, 0 after a jump; that
 of which the matrices are, 0 without; how near to a stop, in steps, is at it; local error over what is allowed, of this step and
 of the last one, whose length `last_step` is; how many times longer the next may be; steps since the last row; number of the next
 stop; whether the next step must have new matrices."""
 CONTROLS = _record(
     f8="end shortest tolerance longest first_step budget floor graze contact_tolerance close", i8="every", b1="fixed located"
 )  # fmt: skip
-"""What a run is told: its end and the shortest step, s; local error allowed; longest and first step, s; most steps; slowest onset
+"""Controls of a run: its end and the shortest step, s; local error allowed; longest and first step, s; most steps; slowest onset
 speed, m/s; share of the fastest approach below which onsets are not taken apart; local error allowed of the depth of a contact;
 size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary;
 whether explicit ones end at onsets of all contacts, also of those that begin smoothly."""
@@ -44,7 +44,7 @@ def blank(kind: np.dtype[np.void]) -> Record:
 
 
 class Output(NamedTuple):
-    """What a run leaves at each of its times: time, coordinates, rates, second rates, multipliers; of each force its onset speed,
+    """Rows of a run: time, coordinates, rates, second rates, multipliers; of each force its onset speed,
     bristle and sliding speed at the step before, and that step's time.
     """
 

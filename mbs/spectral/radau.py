@@ -34,6 +34,7 @@ from .fronts import factor, solve
 from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
 from .lawtable import BEFORE
 from .markers import place_markers
+from .tables import Instant
 
 
 def _coefficients() -> tuple[Any, ...]:
@@ -51,7 +52,7 @@ def _coefficients() -> tuple[Any, ...]:
 
 NODES, A, INVERSE, REAL, PAIR, T, BACK, ERROR = _coefficients()
 PAST = np.array([0.0, NODES[0], NODES[1], 1.0])
-"""Where the last step's rates are known."""
+"""Places at which the last step's rates are known, over the step."""
 FAR = 100.0
 """Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
 
@@ -132,7 +133,7 @@ def solve_real(orders, state, right):
 
 @inner
 def _embedded(nodes, start, k):
-    """What the nodes of component k add to its slope at the start, times the length of the step, by the embedded formula."""
+    """Part of the nodes of component k in its slope at the start, times the length of the step, by the embedded formula."""
     return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
 
 
@@ -171,7 +172,7 @@ def put_back(tables, orders, work, state, t, h):
         return
     lacking, rigid = state.residual[2], state.stress.size == 0
     if rigid:
-        forces(tables, work, t, q, v, lam, state.memory, h, state.force)
+        forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
         mass_times(tables, q, a, lacking[:n])
         for i in range(n):
             lacking[i] -= state.force[i]

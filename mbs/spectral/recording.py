@@ -1,4 +1,4 @@
-"""From the compiled solver's coordinates to a Record: motions of links and blocks, channels of elements."""
+"""Record of a run of the compiled solver: motions of links and blocks, channels of elements."""
 
 from __future__ import annotations
 
@@ -35,11 +35,12 @@ from .tables import (
     STATES,
     VALUE,
     B,
+    Instant,
 )  # fmt: skip
 
 
 class Trace(NamedTuple):
-    """Of one marker over time: x, y, angle, each (times, 3), with rates and second rates."""
+    """Motion of one marker: x, y, angle, each (times, 3), with rates and second rates."""
 
     q: Array
     q_t: Array
@@ -47,16 +48,16 @@ class Trace(NamedTuple):
 
 
 @jit
-def follow(tables, work, time, q, v, a, lam, memory, traces, reports):
+def follow(tables, work, out, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
-    _follow(lend(tables), lend(work), time, q, v, a, lam, memory, traces, reports)
+    _follow(lend(tables), lend(work), lend(out), traces, reports)
 
 
 @aside
-def _follow(tables, work, time, q, v, a, lam, memory, traces, reports):
-    f = np.zeros(q.shape[1])
-    for i in range(q.shape[0]):
-        place_markers(tables, work, q[i], v[i])
+def _follow(tables, work, out, traces, reports):
+    f = np.zeros(out.q.shape[1])
+    for i in range(out.q.shape[0]):
+        place_markers(tables, work, out.q[i], out.v[i])
         for m in range(tables.markers.shape[0]):
             for c in range(6):
                 traces[i, m, c] = work.state[m, c]
@@ -64,10 +65,10 @@ def _follow(tables, work, time, q, v, a, lam, memory, traces, reports):
             for c in range(3):
                 total = work.state[m, AX + c]
                 for j in range(first, first + count):
-                    total += work.slope[c, j] * a[i, tables.places[j]]
+                    total += work.slope[c, j] * out.a[i, tables.places[j]]
                 traces[i, m, 6 + c] = total
-        since = time[i] - memory[i, 0, FASTEST] if memory.shape[1] > 0 else 0.0
-        add_forces(tables, work, time[i], lam[i], memory[i], since, f)
+        since = out.time[i] - out.memory[i, 0, FASTEST] if out.memory.shape[1] > 0 else 0.0
+        add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
         copy(work.reports, reports[i])
 
 
@@ -110,7 +111,7 @@ def followed(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
     times = len(out.time)
     traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
-    follow(scene.tables, scene.work, out.time, out.q, out.v, out.a, out.lam, out.memory, traces, reports)
+    follow(scene.tables, scene.work, out, traces, reports)
     return traces, reports
 
 
@@ -144,7 +145,7 @@ def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
-    """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
+    """Channels that elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.given.elements
     for name in dict.fromkeys(scene.row_names):

@@ -18,11 +18,10 @@ from ..record.errors import Status
 from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
-from .elimination import Fronts
 from .fronts import Orders
+from .integrators import DormandPrince, Radau, dormand_prince_state, radau_state
 from .output import Output
 from .recording import record_of
-from .room import Room, room_for
 from .scene import CompiledScene
 from .start import Balance, balance, begin
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
@@ -32,12 +31,12 @@ CLOSE = 1e-4
 CLOSEST = 1e-12
 """The same of equal steps, whose error nothing watches."""
 ARRIVED = 1.1e-12
-"""Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
+"""Distance from the end at which a run is over, relative to it; the integrators themselves stop 1e-12 before it."""
 SHORT = 1e-3
 """First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them, and two runs
 never share their first samples."""
 HELD = 1e-6
-"""Of the longest link, or rad: how far constraints may be off in the end; they are met to 1e-8 at any tolerance."""
+"""Largest gap of constraints at the end, over the longest link, or rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
 """Distance of two ends of steps, of the end, below which they are one: a step between them would be rounding."""
 ROWS = 2000
@@ -99,7 +98,7 @@ def once(
 
 
 def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
-    """That constraints do not hold in the end: Newton's method solves what contradicts itself as well as can be."""
+    """Find constraints that do not hold at the end: Newton's method solves contradicting ones as well as possible."""
     t = float(out.time[-1])
     off = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
     if not off.max(initial=0.0) > HELD * scene.length:
@@ -129,7 +128,7 @@ def integrate(
     stops = np.array([*kinks, end])
     stops = np.unique(stops)
     stops = stops[np.append(np.diff(stops) > DISTINCT * end, True)]
-    run, room, order, shortest = _method(scene, solver, state, rest)
+    run, model, shortest = _method(scene, solver, state, rest)
     controls.located = take is None
     controls.shortest, controls.every = shortest * end, max(every, controls.every)
     if ends is not None:
@@ -142,7 +141,7 @@ def integrate(
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - ARRIVED) and failure is None:
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
-            run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
+            run(model, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
@@ -162,17 +161,19 @@ def integrate(
 
 def _method(
     scene: CompiledScene, solver: Spectral, state: State, rest: Balance
-) -> tuple[Callable[..., None], Room | explicit.Flight, Fronts | Orders, float]:
-    """The integrator that suits a scene, its room, its orders of elimination, its shortest step over the end."""
+) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
+    """Choose the integrator that suits a scene; return it with what it works on and its shortest step over the end."""
     if explicitly(scene, solver):
-        flight = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
-        return explicit.run_explicit, flight, scene.heavy_fronts, explicit.SHORTEST
-    room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
-    return implicit.run_implicit, room, Orders(scene.fronts, scene.heavy_fronts), implicit.SHORTEST
+        flight = dormand_prince_state(scene, state.q, state.v, rest.multipliers, state.memory)
+        model = DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight)
+        return explicit.run_explicit, model, explicit.SHORTEST
+    room = radau_state(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
+    orders = Orders(scene.fronts, scene.heavy_fronts)
+    return implicit.run_implicit, Radau(scene.tables, orders, scene.work, room), implicit.SHORTEST
 
 
 def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
-    """Whether the explicit integrator runs a scene: nothing is stiff but contacts with clearance, not stiffly damped ones.
+    """Return True if the explicit integrator suits: nothing is stiff but contacts with clearance, and these not stiffly damped.
 
     Where they are, the implicit one is 2 to 8 times faster, and its energies add up 30 times better (docs/theory-spectral.md).
     """
@@ -210,7 +211,7 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
 
 
 def _raised(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
-    """What a run left before a function of the user raised an exception, found by bisection; status and sentence.
+    """Find the part of a run before a user's function raised an exception, by bisection; return it with status and sentence.
 
     A ValueError of a strut's law means that it is out of its range.
     """

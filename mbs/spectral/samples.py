@@ -15,7 +15,7 @@ from .tables import BRISTLE, FASTEST, ONSET, SLIDING
 STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
 MOST_SAMPLES = 40
-"""In a step."""
+"""Largest number of rows in a step."""
 JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
@@ -71,7 +71,7 @@ def _write_memory(state, out, row, before):
 
 @aside
 def samples_in(state, elastic, h, controls, deep):
-    """How many parts of the step straight lines need, where depths bend by the share `deep`."""
+    """Number of parts of the step that straight lines need, where depths bend by the share `deep`."""
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.seconds[2, i]))
     bend = max(size_of(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
@@ -102,5 +102,5 @@ def write_between(state, out, counts, t, h, parts):
 
 @inner
 def dense(controls):
-    """Whether as many rows are written within steps as are needed."""
+    """Return True if rows are written within steps."""
     return not controls.fixed and controls.every == 1

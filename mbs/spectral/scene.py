@@ -29,10 +29,10 @@ from .reference import link_of
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import StrutBody, find_hosts, join_strut
-from .tables import Tables, Work, work_for
+from .tables import Instant, Tables, Work, work_for
 
 DEGREE = 8
-"""Of a strip's polynomials, where none is asked for."""
+"""Degree of a strip's polynomials where none is given."""
 
 
 if compiler():
@@ -43,7 +43,7 @@ if compiler():
 
 
 class Place(NamedTuple):
-    """Of a marker: position (2,), velocity (2,), angle, spin."""
+    """State of a marker: position (2,), velocity (2,), angle, spin."""
 
     position: Array
     velocity: Array
@@ -127,7 +127,7 @@ class CompiledScene:
 
     @property
     def units(self) -> Array:
-        """What counts as a large change of each coordinate, shape (n,): the longest link's length, 1 rad."""
+        """Large change of each coordinate, shape (n,): the longest link's length, 1 rad."""
         out = np.full(self.size, self.length)
         for i, unit in self.builder.units.items():
             out[i] = unit
@@ -141,7 +141,7 @@ class CompiledScene:
 
     @cached_property
     def fronts(self) -> Fronts:
-        """In which order the unknowns of Newton's matrices are eliminated, found once."""
+        """Order of elimination of Newton's matrices, found once."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
         return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool), np.ones(unknowns, dtype=bool))
 
@@ -157,7 +157,7 @@ class CompiledScene:
         return fronts_of(s.row, s.col, n, unknowns, filled, changing)
 
     def mass_entries(self, q: Array) -> Array:
-        """Of the mass matrix, over the slots."""
+        """Compute the entries of the mass matrix, over the slots."""
         values = np.empty_like(self.tables.mass)
         doors.mass_at(self.tables, self.work, q, values)
         return values
@@ -180,7 +180,7 @@ class CompiledScene:
         return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
 
     def memory(self) -> Array:
-        """What forces remember of the last accepted step, at the start, shape (forces, 4): see `tables`."""
+        """Memories of forces at the start, shape (forces, 4): see `tables`."""
         out = np.zeros((len(self.tables.forces), 4))
         out[:, k.ONSET] = out[:, k.FASTEST] = SLOWEST_ONSET
         return out
@@ -196,9 +196,10 @@ class CompiledScene:
         n, r, s, w = self.size, len(self.tables.rows), self.tables, self.work
         v, lam = (np.zeros(n) if v is None else v), (np.zeros(r) if lam is None else lam)
         memory = self.memory() if memory is None else memory
-        force, matrices, (residual, speed, change) = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
-        doors.assemble(s, w, t, q, v, lam, memory, since, matrices if tangents else matrices[3:], force, residual, speed, change)
-        return Assembly(force, residual, speed, change, matrices, self._sparse if sparse else self.whole)
+        force, matrices, sides = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
+        now = Instant(float(t), float(since), q, v, lam, memory)
+        doors.assemble(s, w, now, matrices if tangents else matrices[3:], force, sides)
+        return Assembly(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
     def held(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
@@ -222,7 +223,7 @@ class CompiledScene:
         return marker
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
-        """Where a marker is at coordinates q, and its velocity at rates v."""
+        """Compute the place of a marker at coordinates q and its velocity at rates v."""
         doors.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         s = self.work.state[marker]
         return Place(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
@@ -240,7 +241,7 @@ class CompiledScene:
         return float(doors.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def summary(self) -> dict[str, int]:
-        """What was built, part by part, and how many coordinates and constraints it has."""
+        """Count parts, coordinates and constraints."""
         parts = self.given.counts - Counter(dict.fromkeys({type(mass).__name__ for mass in self.mechanism.masses}, 10**9))
         if any(self.mechanism.gravity):
             parts["gravity"] += 1

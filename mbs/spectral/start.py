@@ -78,12 +78,12 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 
 
 def _rubs(scene: CompiledScene) -> bool:
-    """Whether a force depends on a constraint's own."""
+    """Return True if a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())
 
 
 class _Equations:
-    """Of a scene."""
+    """Equations of a scene, linear about its start."""
 
     def __init__(self, scene: CompiledScene) -> None:
         self.scene = scene

@@ -17,19 +17,19 @@ from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 
 SMALL = 1e-3
-"""What derivatives take for the size of a smaller argument of a law."""
+"""Least size of a law's argument in difference quotients."""
 
 
 @inner
 def _counts(tables, k):
-    """Of force k: first column of its marker that it pushes, how many, and how many states it has."""
+    """First column of the marker that force k pushes, number of columns, number of states."""
     number = tables.forces[k, NUMBERS]
     return int(tables.data[number]), int(tables.data[number + 1]), int(tables.data[number + STATES])
 
 
 @inner
 def _value(tables, work, k, r, count):
-    """Component r of the force, or the rate of a state; what its law is a function of stands in w.element."""
+    """Component r of the force, or the rate of a state; what its law is a function of stands in work.element."""
     factor = tables.factors[k] if r < count else 1.0
     return factor * call_array(tables.laws[tables.forces[k, LAW_OF] + r, CALL], work.element)
 
@@ -45,7 +45,7 @@ def _of(tables, k, first, count, component):
 
 @inner
 def _fill(tables, work, k, t):
-    """Put what the law of force k is a function of into w.element: time, places, their rates, states."""
+    """Put what the law of force k is a function of into work.element: time, places, their rates, states."""
     first, count, states = _counts(tables, k)
     a, b, given = tables.forces[k, A], tables.forces[k, B], work.element
     given[0] = t
@@ -99,4 +99,4 @@ def bend_stateful(tables, work, k, t, q):
                         work.damp[down + i, across + j] -= push * work.slope[column, at]
                         work.stiff[down + i, across + j] -= push * work.drift[column, at]
         given[1 + c] = x
-    add_geometric(tables, work, tables.forces[k, A], q, -out[FX], -out[FY], -out[VALUE] if count == 1 else 0.0, work.stiff, 0)
+    add_geometric(tables, work, tables.forces[k, A], q, (-out[FX], -out[FY], -out[VALUE] if count == 1 else 0.0), work.stiff, 0)

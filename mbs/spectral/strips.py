@@ -39,26 +39,32 @@ PLAIN, MIXED, RENEWED = 0.0, 1.0, 2.0
 
 
 @inner
-def _slopes(kind, z0, z1, z2, z3, ez):
-    """Strains (eps, gamma, kappa), and their gradients by z in ez (3, 4), whose other entries are and stay zero."""
+def _slopes(kind, first, second, third, fourth, slopes):
+    """Strains (eps, gamma, kappa), and their gradients by z in slopes (3, 4), whose other entries are and stay zero."""
     if kind == REISSNER:
-        c, s = np.cos(z2), np.sin(z2)
-        axial, shear = c * z0 + s * z1, -s * z0 + c * z1
-        ez[0, 0], ez[0, 1], ez[0, 2], ez[1, 0], ez[1, 1], ez[1, 2], ez[2, 3] = c, s, shear, -s, c, -axial, 1.0
-        return axial - 1.0, shear, z3
-    p = 1.0 / (z0 * z0 + z1 * z1)
-    r, k = np.sqrt(p), (z0 * z3 - z1 * z2) * p
-    ez[0, 0], ez[0, 1] = z0 * r, z1 * r
-    ez[2, 0], ez[2, 1], ez[2, 2], ez[2, 3] = p * (z3 - 2.0 * k * z0), p * (-z2 - 2.0 * k * z1), -z1 * p, z0 * p
+        c, s = np.cos(third), np.sin(third)
+        axial, shear = c * first + s * second, -s * first + c * second
+        slopes[0, 0], slopes[0, 1], slopes[0, 2] = c, s, shear
+        slopes[1, 0], slopes[1, 1], slopes[1, 2], slopes[2, 3] = -s, c, -axial, 1.0
+        return axial - 1.0, shear, fourth
+    p = 1.0 / (first * first + second * second)
+    r, k = np.sqrt(p), (first * fourth - second * third) * p
+    slopes[0, 0], slopes[0, 1] = first * r, second * r
+    slopes[2, 0], slopes[2, 1], slopes[2, 2], slopes[2, 3] = (
+        p * (fourth - 2.0 * k * first),
+        p * (-third - 2.0 * k * second),
+        -second * p,
+        first * p,
+    )
     return 1.0 / r - 1.0, 0.0, k
 
 
 @inner
-def _bends(kind, x, y, xx, yy, ez, ezz):
-    """Second derivatives of the strains by z, (3, 4, 4); ez are the first."""
+def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
+    """Second derivatives of the strains by z, (3, 4, 4); slopes are the first."""
     ezz[:] = 0.0
     if kind == REISSNER:
-        c, s, shear, axial = ez[0, 0], ez[0, 1], ez[0, 2], -ez[1, 2]
+        c, s, shear, axial = slopes[0, 0], slopes[0, 1], slopes[0, 2], -slopes[1, 2]
         ezz[0, 0, 2] = ezz[0, 2, 0] = -s
         ezz[0, 1, 2] = ezz[0, 2, 1] = c
         ezz[0, 2, 2], ezz[1, 2, 2] = -axial, -shear
@@ -66,12 +72,12 @@ def _bends(kind, x, y, xx, yy, ez, ezz):
         ezz[1, 1, 2] = ezz[1, 2, 1] = -s
         return
     p = 1.0 / (x * x + y * y)
-    r, k, q = np.sqrt(p), (x * yy - y * xx) * p, p * p
+    r, k, q = np.sqrt(p), (x * bend_y - y * bend_x) * p, p * p
     ezz[0, 0, 0], ezz[0, 1, 1] = r * y * y * p, r * x * x * p
     ezz[0, 0, 1] = ezz[0, 1, 0] = -r * x * y * p
-    ezz[2, 0, 0] = -4.0 * q * yy * x - 2.0 * k * p + 8.0 * k * q * x * x
-    ezz[2, 1, 1] = 4.0 * q * xx * y - 2.0 * k * p + 8.0 * k * q * y * y
-    ezz[2, 0, 1] = ezz[2, 1, 0] = 2.0 * q * (xx * x - yy * y) + 8.0 * k * q * x * y
+    ezz[2, 0, 0] = -4.0 * q * bend_y * x - 2.0 * k * p + 8.0 * k * q * x * x
+    ezz[2, 1, 1] = 4.0 * q * bend_x * y - 2.0 * k * p + 8.0 * k * q * y * y
+    ezz[2, 0, 1] = ezz[2, 1, 0] = 2.0 * q * (bend_x * x - bend_y * y) + 8.0 * k * q * x * y
     ezz[2, 0, 2] = ezz[2, 2, 0] = 2.0 * q * x * y
     ezz[2, 1, 2] = ezz[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
     ezz[2, 0, 3] = ezz[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
@@ -79,66 +85,66 @@ def _bends(kind, x, y, xx, yy, ez, ezz):
 
 
 @inner
-def _fields(kind, nb):
-    """Of a strip: its coordinates; where the four arguments' members begin in them; which derivative of the basis each takes."""
+def _fields(kind, count):
+    """Number of a strip's coordinates; where the four arguments begin in them; which derivative of the basis each takes."""
     if kind == REISSNER:
-        return 3 * nb, (0, nb, 2 * nb, 2 * nb), (1, 1, 0, 1)
-    return 2 * nb, (0, nb, 0, nb), (1, 1, 2, 2)
+        return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
+    return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
 
 
 @inner
-def _sum(data, m, x, first, nb):
+def _sum(data, m, x, first, count):
     """Sum of nb members at m, each times its coordinate."""
     total = 0.0
-    for a in range(nb):
+    for a in range(count):
         total += data[m + a] * x[first + a]
     return total
 
 
 @close
-def _members(order, member, nb, ng, g):
-    """Where the members of the four arguments at Gauss point g begin."""
+def _members(order, member, count, points, number):
+    """Beginnings of the members of the four arguments at a Gauss point."""
     return (
-        member + (order[0] * ng + g) * nb, member + (order[1] * ng + g) * nb,
-        member + (order[2] * ng + g) * nb, member + (order[3] * ng + g) * nb,
+        member + (order[0] * points + number) * count, member + (order[1] * points + number) * count,
+        member + (order[2] * points + number) * count, member + (order[3] * points + number) * count,
     )  # fmt: skip
 
 
 @close
-def _arguments(data, m, x, block, nb):
+def _arguments(data, m, x, block, count):
     """The four arguments z = A x at a Gauss point."""
     return (
-        _sum(data, m[0], x, block[0], nb), _sum(data, m[1], x, block[1], nb),
-        _sum(data, m[2], x, block[2], nb), _sum(data, m[3], x, block[3], nb),
+        _sum(data, m[0], x, block[0], count), _sum(data, m[1], x, block[1], count),
+        _sum(data, m[2], x, block[2], count), _sum(data, m[3], x, block[3], count),
     )  # fmt: skip
 
 
 @close
-def _act(data, m, f, block, nb, out):
+def _act(data, m, f, block, count, out):
     """Take A^T f from out, f the forces on the four arguments."""
-    for a in range(nb):
+    for a in range(count):
         out[block[0] + a] -= data[m[0] + a] * f[0]
         out[block[1] + a] -= data[m[1] + a] * f[1]
     for i in range(2, 4):
-        for a in range(nb):
+        for a in range(count):
             out[block[i] + a] -= data[m[i] + a] * f[i]
 
 
 @close
-def _stress(data, d, free, ng, strain, ez, rate, lag):
-    """Stresses n = D (strain - free + lag B rate), axial, shear, bending; `free` is where the stress-free strains stand."""
-    e0, e1, e2 = strain[0] - data[free], strain[1] - data[free + ng], strain[2] - data[free + 2 * ng]
+def _stress(data, at, free, strain, slopes, rate, lag):
+    """Stresses n = D (strain - free + lag B rate), axial, shear, bending; `free` are the stress-free strains."""
+    e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
     if lag[0] > 0.0 or lag[2] > 0.0:
-        e0 += lag[0] * (ez[0, 0] * rate[0] + ez[0, 1] * rate[1] + ez[0, 2] * rate[2])
-        e2 += lag[2] * (ez[2, 0] * rate[0] + ez[2, 1] * rate[1] + ez[2, 2] * rate[2] + ez[2, 3] * rate[3])
-    return data[d] * e0, data[d + 1] * e1, data[d + 2] * e2
+        e0 += lag[0] * (slopes[0, 0] * rate[0] + slopes[0, 1] * rate[1] + slopes[0, 2] * rate[2])
+        e2 += lag[2] * (slopes[2, 0] * rate[0] + slopes[2, 1] * rate[1] + slopes[2, 2] * rate[2] + slopes[2, 3] * rate[3])
+    return data[at] * e0, data[at + 1] * e1, data[at + 2] * e2
 
 
 @close
-def _unbalanced(work, p, ez, n):
+def _unbalanced(work, p, slopes, n):
     """The stresses that are unknowns, and B0^T (n - these), n those of the strains."""
     if work.mixed[0] == RENEWED:
-        copy(ez, work.held[p])
+        copy(slopes, work.held[p])
     b, held, slack = work.stress[p], work.held[p], work.slack[p]
     slack[0], slack[1], slack[2] = n[0] - b[0], n[1] - b[1], n[2] - b[2]
     return (b[0], b[1], b[2]), (
@@ -150,8 +156,9 @@ def _unbalanced(work, p, ez, n):
 
 
 @inner
-def _add_strip(tables, work, strip, point, q, v, ez, f):
-    """Add the forces of a strip, whose Gauss points count from `point`: -A^T weight (B^T n + B0^T slack) at each."""
+def _add_strip(tables, work, place, q, v, slopes, f):
+    """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point; place is its number and first point."""
+    strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
     at, x, rate, local = (
@@ -163,23 +170,24 @@ def _add_strip(tables, work, strip, point, q, v, ez, f):
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
     lag, r = (tables.data[d + 4], 0.0, tables.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
-    ez[:] = 0.0
+    slopes[:] = 0.0
     for g in range(ng):
         p, weight, m = point + g, tables.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
         z = _arguments(tables.data, m, x, block, nb)
-        strain = _slopes(kind, z[0], z[1], z[2], z[3], ez)
+        strain, at_rest = _slopes(kind, z[0], z[1], z[2], z[3], slopes), d + 5 + ng + g
+        free = tables.data[at_rest], tables.data[at_rest + ng], tables.data[at_rest + 2 * ng]
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != REISSNER):
             r = _arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # of a Reissner strip curvature is one of the arguments
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
-        n, f0 = _stress(tables.data, d, d + 5 + ng + g, ng, strain, ez, r, lag), (0.0, 0.0, 0.0, 0.0)
+        n, f0 = _stress(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
         if work.mixed[0] != PLAIN:
-            n, f0 = _unbalanced(work, p, ez, n)
+            n, f0 = _unbalanced(work, p, slopes, n)
         force = (
-            weight * (f0[0] + n[0] * ez[0, 0] + n[1] * ez[1, 0] + n[2] * ez[2, 0]),
-            weight * (f0[1] + n[0] * ez[0, 1] + n[1] * ez[1, 1] + n[2] * ez[2, 1]),
-            weight * (f0[2] + n[0] * ez[0, 2] + n[1] * ez[1, 2] + n[2] * ez[2, 2]),
-            weight * (f0[3] + n[2] * ez[2, 3]),
+            weight * (f0[0] + n[0] * slopes[0, 0] + n[1] * slopes[1, 0] + n[2] * slopes[2, 0]),
+            weight * (f0[1] + n[0] * slopes[0, 1] + n[1] * slopes[1, 1] + n[2] * slopes[2, 1]),
+            weight * (f0[2] + n[0] * slopes[0, 2] + n[1] * slopes[1, 2] + n[2] * slopes[2, 2]),
+            weight * (f0[3] + n[2] * slopes[2, 3]),
         )
         _act(tables.data, m, force, block, nb, local)
         work.strain[p, 0], work.strain[p, 1], work.strain[p, 2], work.strain[p, 3] = z
@@ -190,13 +198,13 @@ def _add_strip(tables, work, strip, point, q, v, ez, f):
 
 @aside
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, of the kind that w.mixed says.
+    """Add elastic and damping forces of all strips to f, of the kind that work.mixed says.
 
-    Stresses that are unknowns are in w.stress, what they lack in w.slack, B0 in w.held.
+    Stresses that are unknowns are in work.stress, what they lack in work.slack, B0 in work.held.
     """
     ez, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
-        _add_strip(tables, work, strip, point, q, v, ez, f)
+        _add_strip(tables, work, (strip, point), q, v, ez, f)
         point += tables.strips[strip, 2]
 
 
@@ -211,7 +219,7 @@ def bend_strips(tables, work, v, damp, stiff):
 
 @aside
 def _bend_strip(tables, work, strip, point, v, damp, stiff):
-    """Add a strip's tangents: its arguments and weighted stresses are in w, from this point on."""
+    """Add a strip's tangents: its arguments and weighted stresses are in work, from this point on."""
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
@@ -242,32 +250,33 @@ def _bend_strip(tables, work, strip, point, v, damp, stiff):
                     for i in range(4):
                         h[i, k] += stiffness * lag[j] * ez[j, i] * bend
                         b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
-        _spread(tables.data, member, order, block, ng, g, nb, h, work.stiff)
+        members = _members(order, member, nb, ng, g)
+        _spread(tables.data, members, block, nb, h, work.stiff)
         if damped:
-            _spread(tables.data, member, order, block, ng, g, nb, b, work.damp)
+            _spread(tables.data, members, block, nb, b, work.damp)
     add_entries(tables, number, work.stiff, stiff)
     if damped:
         add_entries(tables, number, work.damp, damp)
 
 
 @inner
-def _spread(data, member, order, block, ng, g, nb, h, out):
-    """Add sum_ik A_i^T h_ik A_k to out, A_i the members (or their derivatives) at point g."""
+def _spread(data, members, block, count, h, out):
+    """Add sum_ik A_i^T h_ik A_k to out, A_i the members (or their derivatives) at a Gauss point."""
     for i in range(4):
-        mi = member + (order[i] * ng + g) * nb
+        mi = members[i]
         for k in range(4):
             if h[i, k] == 0.0:
                 continue
-            mk = member + (order[k] * ng + g) * nb
-            right = data[mk : mk + nb]
-            for a in range(nb):
-                factor, row = data[mi + a] * h[i, k], out[block[i] + a, block[k] : block[k] + nb]
-                for c in range(nb):
+            mk = members[k]
+            right = data[mk : mk + count]
+            for a in range(count):
+                factor, row = data[mi + a] * h[i, k], out[block[i] + a, block[k] : block[k] + count]
+                for c in range(count):
                     row[c] += factor * right[c]
 
 
 @aside
-def carry_stresses(tables, work, dq, dv, stress, slack):
+def carry_stresses(tables, work, shift, rate_shift, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0
     for strip in range(tables.strips.shape[0]):
@@ -276,8 +285,8 @@ def carry_stresses(tables, work, dq, dv, stress, slack):
         at, member = tables.places[first : first + size], d + 5 + 4 * ng
         x, axial, bending = work.element[:size], work.element[size : 2 * size], work.element[2 * size : 3 * size]
         for a in range(size):
-            x[a] = dq[at[a]]
-            axial[a], bending[a] = x[a] + tables.data[d + 4] * dv[at[a]], x[a] + tables.data[d + 3] * dv[at[a]]
+            x[a] = shift[at[a]]
+            axial[a], bending[a] = x[a] + tables.data[d + 4] * rate_shift[at[a]], x[a] + tables.data[d + 3] * rate_shift[at[a]]
         for g in range(ng):
             p = point + g
             for i in range(4):

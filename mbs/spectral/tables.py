@@ -1,4 +1,4 @@
-"""What the compiled kernel gets: tables of whole numbers and floats, one row a thing, and the numbers that stand for its kind.
+"""Tables of the compiled kernel: whole numbers and floats, one row a thing, and the numbers that stand for its kind.
 
 Nothing here knows an element of a mechanism. Markers are points of bodies with an angle; measures are lengths and angles between
 two markers; rows are constraints on measures; forces act along measures or at markers.
@@ -29,30 +29,30 @@ force at a marker, its direction fixed or turning with another; a force or torqu
 
 # --- columns ----------------------------------------------------------------------------------------------------------
 KIND, OFFSET, SIZE, FIRST, COUNT, DATA, TWIN = range(7)
-"""Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin; the
-first marker of the same frame, or -1."""
+"""Columns of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers
+begin; the first marker of the same frame, or -1."""
 LEAD, MOTION_OF, TERMS = range(3)
-"""Of rows: first measure, motion or -1, number of measures."""
+"""Columns of rows: first measure, motion or -1, number of measures."""
 MEMBERS, WIDTH, ENTRIES = range(3)
-"""Of blocks: where its unknowns begin, how many, where its slots begin."""
+"""Columns of blocks: where its unknowns begin, how many, where its slots begin."""
 _, CALL, CALL_TOO = range(3)
-"""Of laws and motions, after the kind: addresses of functions."""
+"""Columns of laws and motions, after the kind: addresses of functions."""
 SHARE = 2
-"""Of directions: the measure's coefficient in its constraint."""
+"""Column of directions: the measure's coefficient in its constraint."""
 _, A, B, LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = range(7)
-"""Of measures and forces, after the kind: markers; for forces along a measure, A is the measure. Of forces: law rows, a
+"""Columns of measures and forces, after the kind: markers; for forces along a measure, A is the measure. Of forces: law rows, a
 constraint row, where its numbers begin."""
 X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = range(11)
-"""Of a marker's state: place, angle, their rates, their second rates at zero coordinate acceleration, direction of the frame."""
+"""Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
 VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = range(8)
-"""Of a force's report: its value, a second one (friction), measure or depth, rate of it, sliding speed, bristle; components."""
+"""Columns of a force's report: value, a second one (friction), measure or depth, its rate, sliding speed, bristle; components."""
 STATES = 2
-"""Of the numbers of a force whose law has states: how many, after the first column of its marker and how many it pushes; what
-the first one is at t = 0 follows."""
+"""Number of states among the numbers of a force whose law has states, after the first column of its marker and how many it
+pushes; what the first one is at t = 0 follows."""
 STATE = -2
-"""Of inner coordinates, in the place of a second one: it is the integral of a law's state."""
+"""Mark in place of an inner coordinate's second one: it is the integral of a law's state."""
 ONSET, BRISTLE, SLIDING, FASTEST = range(4)
-"""Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
+"""Columns of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
 
 class Tables(NamedTuple):
@@ -135,8 +135,32 @@ class Tables(NamedTuple):
     data: Array
 
 
+class Instant(NamedTuple):
+    """State of which forces are functions.
+
+    Attributes
+    ----------
+    time : float
+        [s].
+    since : float
+        Time since the last accepted step, over which bristles bend; negative where bristles are states [s].
+    q, v : arrays, shape (n,)
+        Coordinates and rates.
+    lam : array, shape (r,)
+        Multipliers of the constraints.
+    memory : array, shape (forces, 4)
+    """
+
+    time: float
+    since: float
+    q: Array
+    v: Array
+    lam: Array
+    memory: Array
+
+
 class Work(NamedTuple):
-    """Room to work in, one for each thread; what of `slope` is constant is written once.
+    """RadauState to work in, one for each thread; what of `slope` is constant is written once.
 
     Attributes
     ----------

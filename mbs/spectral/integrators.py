@@ -1,4 +1,4 @@
-"""The room in which the implicit integrator works: its state, a step's unknowns, matrices. See `radau`."""
+"""Memory of the integrators: states, unknowns of a step, matrices. See `radau` and `explicit`."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .elimination import Arrays
+from .elimination import Arrays, Fronts
+from .fronts import Orders
+from .tables import BRISTLE, Tables, Work
 
 
-class Room(NamedTuple):
+class RadauState(NamedTuple):
     """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 
     `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
@@ -72,13 +74,22 @@ class Room(NamedTuple):
     ease: Array
 
 
-def room_for(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> Room:
+class Radau(NamedTuple):
+    """All that the implicit integrator works on: a mechanism, how its matrices are eliminated, its state."""
+
+    tables: Tables
+    orders: Orders
+    work: Work
+    state: RadauState
+
+
+def radau_state(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
     """Make room for a run of a scene from this state."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
     m, z, slots = n + r, np.zeros, len(tables.mass)
     members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
-    return Room(
+    return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
         stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
@@ -93,4 +104,53 @@ def room_for(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Ar
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
         largest=z(k), old=memory.copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
         across=z(e), turn=z((e, 2)), ease=np.ones(1),
+    )  # fmt: skip
+
+
+class DormandPrinceState(NamedTuple):
+    """State y = (q, v, bristles), its seven rates, and room to work in."""
+
+    y: Array
+    new: Array
+    trial: Array
+    rates: Array
+    lam: Array
+    force: Array
+    residual: Array
+    speed: Array
+    change: Array
+    jacobian: Array
+    factored: Array
+    matrix: Array
+    factors: Array
+    swaps: Array
+    amount: Array
+    part: Array
+    right: Array
+    memory: Array
+    before: Array
+    pace: Array
+    units: Array
+    begun: Array
+
+
+class DormandPrince(NamedTuple):
+    """All that the explicit integrator works on: a mechanism, how its mass matrix is eliminated, its state."""
+
+    tables: Tables
+    order: Fronts
+    work: Work
+    flight: DormandPrinceState
+
+
+def dormand_prince_state(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrinceState:
+    """Make room for a run of a scene from this state."""
+    n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
+    y = np.concatenate([q, v, memory[:, BRISTLE]])
+    pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
+    return DormandPrinceState(
+        y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
+        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
+        z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
+        scene.units, z(1, dtype=np.int64),
     )  # fmt: skip

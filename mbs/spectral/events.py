@@ -1,0 +1,89 @@
+"""Events of the implicit integrator, compiled: contacts that close or let go, and jumps of accelerations. See `radau`."""
+
+from __future__ import annotations
+
+from .compiling import aside, copy, inner
+from .contacts import remember_onset, time_to_faces, touches
+from .fronts import solve
+from .kernel import changes_at, forces, rows_at
+from .lawtable import AFTER
+from .radau import renew_heavy
+from .samples import dense, write_after_jump
+from .tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE, Instant
+
+FORGETS = 0.8
+"""Share of its largest force that a contact keeps from step to step."""
+LANDING = 1e-2
+"""Distance from its face at which a contact is at it, over the tolerance and the longest link."""
+NEARLY = 0.1
+"""Share of the last step by which the state is moved past a face at most."""
+OUTSIDE = 1e-2
+"""Distance from a face at which a step to an onset ends, over the landing."""
+ROUNDING = 1e-15
+"""Least such distance, over the longest link: it is rounding."""
+
+
+@aside
+def restart(model, t):
+    """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
+    tables, orders, work, state = model.tables, model.orders, model.work, model.state
+    n, r = state.q.size, state.lam.size
+    work.held[:] = 0.0
+    copy(state.stress, work.stress)
+    forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
+    rows_at(tables, work, t, state.gap, state.base, state.speed)
+    changes_at(tables, work, t, AFTER, state.change)
+    for i in range(n):
+        state.right[i] = state.force[i]
+    for k in range(r):
+        state.right[n + k] = state.change[k]
+    renew_heavy(tables, orders, work, state, state.q, state.base, True)
+    solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
+    for i in range(n):
+        state.a[i] = state.right[i]
+    for k in range(r):
+        state.lam[k] = state.right[n + k]
+    copy(work.reports, state.before)
+
+
+@inner
+def landing(state, controls):
+    """Depth up to which a contact is at its face."""
+    return LANDING * controls.tolerance * state.whole.max()
+
+
+@inner
+def outside(state, controls):
+    """Distance from its face at which a step to an onset ends."""
+    return max(OUTSIDE * landing(state, controls), ROUNDING * state.whole.max())
+
+
+@aside
+def remember(tables, work, state, controls, counts):
+    """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
+    changed, near = False, 2.0 * outside(state, controls)
+    for k in range(tables.forces.shape[0]):
+        kind, m = tables.forces[k, KIND], state.memory[k]
+        copy(m, state.old[k])
+        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, VALUE]))
+        if touches(tables, k):
+            event = remember_onset(tables, state.before, work.reports, k, m, controls, near)
+            changed = changed or event != 0
+            if event > 0:
+                counts.onsets += 1
+        if kind == JOURNAL or kind == SEAT:
+            m[BRISTLE], m[SLIDING] = work.reports[k, BENT], work.reports[k, SLIP]
+    return changed
+
+
+@aside
+def jump(model, clock, controls, out, counts):
+    """Start anew after a jump of accelerations and multipliers; contacts that are about to close are moved past their faces."""
+    state = model.state
+    past = min(time_to_faces(model.tables, state.before, 2.0 * outside(state, controls)), NEARLY * clock.previous)
+    for i in range(state.q.size):
+        state.q[i] += past * state.v[i]
+    clock.previous, clock.fresh = 0.0, True
+    restart(model, clock.time)
+    if dense(controls):
+        write_after_jump(state, clock, controls, out, counts)
