@@ -1,5 +1,7 @@
 """What all tests share: a quiet engine and figures without a display, both settled before anything is imported."""
 
+import ctypes
+import gc
 import os
 import signal
 
@@ -22,6 +24,16 @@ def pytest_configure(config):
 
         if compiler():
             compile_all()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def trimmed_heap():
+    """Give memory back to the system after each module, where the C library can: long records leave holes that none fills."""
+    yield
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 @pytest.fixture
