@@ -11,15 +11,20 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
 from .arc import Arc, Step
-from .lowest import EPS
-from .problem import Problem, Rest
-from .spectrum import Spectrum, Tangent, spectrum, squares
+from .lowest import EPS, MANY
+from .problem import Problem, Rest, StaticsError
+from .spectrum import Spectrum, Tangent, spectrum
 
 FEW = 1
 """Number of eigenvalues above zero computed of a large tangent: the next ones to pass zero."""
+HALF = 0.5
+"""Largest share of its way to zero that an eigenvalue goes in a piece: a parabola that dips below zero in one goes 3/4 before."""
+NEAREST = 1.6e-3
+"""Arc down to which pieces are halved for it."""
 SAME = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 
@@ -83,14 +88,53 @@ class Critical:
     rounding: float = 0.0
 
 
-def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) -> list[Critical]:
-    """Find the critical points within a step that ends in the direction `turned`, in their order."""
-    found = list(_limits(arc, step, turned))
-    found += _branchings(arc, step, before, after, found)
+def criticals(
+    arc: Arc, step: Step, before: State, after: State, turned: Array, last: tuple[Step, State] | None
+) -> list[Critical]:  # fmt: skip
+    """Find the critical points within a step that ends in the direction `turned`, in their order.
+
+    `last` is the step before, with the stability at its start.
+    """
+    found = []
+    for part, one, other, way in _pieces(arc, step, before, after, turned, last):
+        limits = list(_limits(arc, part, way))
+        crossing = [each for each in _pairs(arc.problem, part, one, other) if each.negative[0] != each.negative[1]]
+        found += [*limits, *_branchings(arc, part, crossing, limits)]
     if before.flutters != after.flutters:
         found += _flutters(arc, step, before, after)
     found = [replace(each, rounding=arc.problem.rounding(each.rest)) for each in found]
     return sorted(found, key=lambda each: arc.reach(step, each.rest))
+
+
+Piece = tuple[Step, State, State, Array]
+"""Part of a step, stability at both its ends, and the direction at the second one."""
+
+
+def _pieces(
+    arc: Arc, step: Step, before: State, after: State, turned: Array, last: tuple[Step, State] | None
+) -> Iterator[Piece]:  # fmt: skip
+    """Halve a step until no eigenvalue goes more than `HALF` of its way to zero: in a longer one two passages may cancel.
+
+    Nor may it go so far at its rate in the piece before.
+    """
+    shares = [each.approach for each in _pairs(arc.problem, step, before, after)]
+    if last is not None:
+        shares += [each.lead * step.arc / last[0].arc for each in _pairs(arc.problem, last[0], last[1], before)]
+    try:
+        if step.arc < NEAREST or max(shares, default=0.0) <= HALF:
+            raise StaticsError("short enough")
+        rest = arc.along(step, 0.5 * step.arc)
+        way = arc.direction(rest, step.direction)
+        second = Step(rest, way, step.new, float(arc.metric * way @ (arc.problem.vector(step.new) - arc.problem.vector(rest))))
+        if not 0.25 * step.arc < second.arc < step.arc:
+            raise StaticsError("on another path")
+        between = state_at(arc.problem, rest)
+    except StaticsError:
+        yield step, before, after, turned
+        return
+    first = Step(step.rest, step.direction, rest, 0.5 * step.arc)
+    yield from _pieces(arc, first, before, between, way, last)
+    yield from _pieces(arc, second, between, after, turned, (first, before))
 
 
 def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
@@ -102,21 +146,65 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
         yield Critical("limit", rest, 1, arc.direction(rest, step.direction)[: len(rest.q), None])
 
 
-def _mu(problem: Problem, rest: Rest, count: int) -> Array:
-    """Return real parts of at least `count` eigenvalues mu = -s^2, ascending; those that pass zero are real there."""
-    problem.set(rest.parameter)
-    return squares(Tangent.at(problem.scene, rest.q, rest.multipliers), problem.shift, count)
+class Pair(NamedTuple):
+    """Eigenvalue at both ends of a step: mu, whether it counts as negative, and the shape between.
+
+    Attributes
+    ----------
+    values : (float, float)
+        Real parts of mu = -s^2 [1/s^2]; nan where it is zero within rounding.
+    negative : (bool, bool)
+    shape : array, shape (n,)
+        Mean of both shapes times the mass matrix, each of modal mass 1.
+    """
+
+    values: tuple[float, float]
+    negative: tuple[bool, bool]
+    shape: Array
+
+    @property
+    def approach(self) -> float:
+        """Change towards zero, over the distance from it."""
+        before, after = self.values
+        return (before - after) / before if before else 0.0
+
+    @property
+    def lead(self) -> float:
+        """Change towards zero, over the distance that is left."""
+        before, after = self.values
+        return (before - after) / after if after else 0.0
 
 
-def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
+def _pairs(problem: Problem, step: Step, before: State, after: State) -> list[Pair]:
+    """Pair eigenvalues at the ends of a step by their shapes; in their order two would swap where they cross."""
+    ends = []
+    for rest, state in ((step.rest, before), (step.new, after)):
+        found = state.squares
+        mass = problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
+        shapes = np.real(found.shapes)
+        shapes = shapes / np.sqrt(np.maximum(np.einsum("ij,ij->j", shapes, mass @ shapes), 1e-300))
+        values = np.where(found.neutral, np.nan, -(found.values**2).real)
+        ends.append((values, (found.growth > 0.0) & (found.values.imag == 0.0), shapes, mass @ shapes))
+    (mu, below, shapes, weighted), (later, under, others, heavier) = ends
+    overlap = weighted.T @ others
+    return [
+        Pair((float(mu[i]), float(later[j])), (bool(below[i]), bool(under[j])),
+             (weighted[:, i] + np.sign(overlap[i, j]) * heavier[:, j]) / 2)
+        for i, j in zip(*linear_sum_assignment(-np.abs(overlap)), strict=True)
+    ]  # fmt: skip
+
+
+def _branchings(arc: Arc, step: Step, crossing: list[Pair], limits: list[Critical]) -> list[Critical]:
     """Find where eigenvalues pass zero and the parameter does not turn back."""
-    low, high = sorted((before.negative, after.negative))
     rests = []
-    for k in range(low, high):
+    for pair in crossing:
 
-        def passing(rest: Rest, k: int = k) -> float:
-            """Return the k-th eigenvalue mu."""
-            return float(_mu(arc.problem, rest, k + 1)[k])
+        def passing(rest: Rest, shape: Array = pair.shape) -> float:
+            """Return the eigenvalue mu whose shape is most like that of the pair."""
+            squares = state_at(arc.problem, rest, len(crossing) + FEW).squares
+            mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
+            size = np.sqrt(np.einsum("ij,ij->j", squares.shapes.real, mass @ squares.shapes.real))
+            return float(-(squares.values[np.argmax(np.abs(shape @ squares.shapes.real) / size)] ** 2).real)
 
         rest = arc.crossing(step, passing)
         rests += [rest] if rest is not None else []

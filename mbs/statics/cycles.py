@@ -193,8 +193,10 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
         worst = complex(values[grows][0])
         way = "" if abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0 else " and turns" if worst.imag else " and alternates"
         said.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
-    status = Ending.OK if error < 1e-4 else Ending.INACCURATE
-    if status is Ending.INACCURATE:
+    status = Ending.OK if error < 1e-4 and not shooting.grazes else Ending.INACCURATE
+    if shooting.grazes:
+        said.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
+    if error >= 1e-4:
         said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
     kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # after an event is a row of the moment after it

@@ -195,7 +195,7 @@ class _Follower:
         points: list[Critical] = []
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
         direction = self.arc.direction(rest, None) if direction is None else direction
-        ended = "steps"
+        ended, last = "steps", None
         for _ in range(self.steps):
             try:
                 done = self.arc.advance(rest, direction, arc)
@@ -207,7 +207,7 @@ class _Follower:
                 arc = 0.3 * done.arc
                 continue
             state = state_at(self.problem, done.new)
-            found = [] if left else criticals(self.arc, done, states[-1], state, after)
+            found = [] if left else criticals(self.arc, done, states[-1], state, after, last)
             way = self._leaves(found)
             if way is not None:
                 points += found[: way[0] + 1]
@@ -215,8 +215,10 @@ class _Follower:
                 arc = min(self.step, 1e-2)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
+                last = None
                 continue
             points += found
+            last = done, states[-1]
             rest, direction, arc, left = done.new, after, self.arc.next_arc(done, after, self.longest), False
             rests.append(rest)
             states.append(state)

@@ -25,6 +25,8 @@ LONGEST_STEP = 0.3
 """Largest change of a coordinate in an iteration, in its unit (length of the longest link, 1 rad)."""
 CLOSE = 1e-10
 """Newton step, in units of the coordinates, that ends the iteration."""
+NOISE = 1e-8
+"""Newton step, in these units, that counts as rounding where it does not shrink: beside a critical point it is amplified."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 CUT = 1e-9
@@ -132,11 +134,12 @@ class Problem:
         with self._stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, fixed)
-                if not np.isfinite(largest) or (near and largest > before):
-                    break
                 following = largest * (largest / before) ** 2  # of quadratic convergence
-                if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
+                ended = largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before)
+                if ended or before < largest < NOISE:
                     found = rest if self.is_balanced(rest) else None
+                    break
+                if not np.isfinite(largest) or (near and largest > before):
                     break
                 before = largest
         if found is not None:

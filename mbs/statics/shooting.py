@@ -107,7 +107,8 @@ class Shooting:
         self.units = self.scene.units
         self.free = self._autonomous()
         self.shares: Array = np.array([1.0])
-        self.struck = False
+        self.struck = self.grazes = False
+        self.onsets = 0
 
     @property
     def pace(self) -> float:
@@ -145,6 +146,7 @@ class Shooting:
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         if failure:
             raise StaticsError(f"{failure[0]}: {failure[1]}")
+        self.onsets = int(counts.onsets)
         if adaptive:
             self.shares, self.struck = between(out.time) / self.period, bool(counts.onsets)
         return out
@@ -187,11 +189,30 @@ class Shooting:
 
     def monodromy(self, state: State, basis: Array, *, adaptive: bool = False) -> tuple[Output, Array]:
         """Integrate a period and compute dP/dx on the free coordinates, (2 f, 2 f)."""
-        out, columns = self.run(state, adaptive=adaptive), []
-        for unit in self.width * np.eye(2 * basis.shape[1]):
-            one, other = (self.change(state, basis, self.run(self.displace(state, basis, side * unit))) for side in (1, -1))
-            columns.append((one - other) / (2 * self.width))
+        out = self.run(state, adaptive=adaptive)
+        here, onsets, self.grazes = self.change(state, basis, out), self.onsets, False
+        columns = [self._difference(state, basis, unit, here, onsets) for unit in self.width * np.eye(2 * basis.shape[1])]
         return out, np.array(columns).reshape(len(columns), len(columns)).T
+
+    def _difference(self, state: State, basis: Array, unit: Array, here: Array, onsets: int) -> Array:
+        """Differentiate the map: centrally, or to the side on which as many contacts begin as in the motion.
+
+        The map has a kink where a contact is touched. Where contacts differ on both sides, the motion `grazes`.
+        """
+
+        def at(steps: float) -> tuple[Array, bool]:
+            """Return the map a number of units away, and if as many contacts begin."""
+            found = self.change(state, basis, self.run(self.displace(state, basis, steps * unit)))
+            return found, self.onsets == onsets
+
+        (one, same), (other, alike) = at(1.0), at(-1.0)
+        if same == alike:
+            self.grazes = self.grazes or not same
+            return (one - other) / (2 * self.width)
+        near, side = (one, 1.0) if same else (other, -1.0)
+        far, still = at(2.0 * side)
+        ahead = (4.0 * near - 3.0 * here - far) / 2.0 if still else near - here
+        return side * ahead / self.width
 
     def search(self, state: State, matrix: Array | None = None) -> Found:
         """Find a periodic motion by Newton's method, from later periods where it fails; `matrix` is that of a motion nearby.

@@ -171,21 +171,6 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
-def squares(tangent: Tangent, shift: float, count: int) -> Array:
-    """Compute real parts of -s^2 of an undamped tangent, ascending, from the inverse at a shift, without vectors.
-
-    Sparse matrices give at least the `count` lowest.
-    """
-    m, k = tangent.reduce(tangent.mass), tangent.reduce(tangent.stiffness)
-    if issparse(k):
-        return np.sort(_few(m, k, shift, count)[0])
-    if not _symmetric(k):
-        return np.sort((invert(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
-    low = np.linalg.cholesky((m + m.T) / 2)
-    inner = low.T @ solve((k + k.T) / 2 + shift * m, low)
-    return np.sort(invert(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
-
-
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
     """Estimate the rounding error of each eigenvalue; its square root for a defective double one, as zero is."""
     size = np.abs(values)

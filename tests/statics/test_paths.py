@@ -69,6 +69,28 @@ def test_a_column_on_a_spring_branches_at_both_its_loads_wherever_the_path_ends(
     assert found.unstable[-1] == 2
 
 
+def test_branchings_that_cancel_within_a_step_and_one_beside_a_limit_are_found():
+    """A node on two springs, height h over half span 1: k_xx = 1 - l h^2/(1 + h^2)^1.5 dips below zero and comes back."""
+    height, k = 2.4213, 1e3
+    free = float(np.hypot(1.0, height))
+    node = Link("b", "P", "Q", Rigid.of(mass=0.1, inertia=1e-3, centre=(0, 0)))
+    springs = [Spring("P", f"ground:{end}", stiffness=k, free_length=free) for end in "AC"]
+    made = Mechanism(
+        {"P": (0, height), "Q": (0, height + 0.1), "A": (-1, 0), "C": (1, 0)}, [node],
+        loads=[*springs, TorsionSpring("ground", "b", k), Force("P", (0.0, -1.0))],
+    )  # fmt: skip
+
+    def force(y):
+        return 2 * k * (free - np.hypot(1, y)) * y / np.hypot(1, y)
+
+    limit = force(np.sqrt(free ** (2 / 3) - 1))
+    turn = np.sqrt(2.0)
+    ends = [(turn, height), (1e-6, turn)]
+    loads = [force(brentq(lambda y: 1 - free * y * y / np.hypot(1, y) ** 3, *each)) for each in ends]
+    found = path(made, load="force.P", to=1.05 * limit)
+    assert sorted(found.branchings) == pytest.approx(sorted([*loads, *(-load for load in loads)]), rel=1e-6)
+
+
 def test_an_arch_that_tilts_tilts_back_to_the_other_side_and_returns():
     """The path that leaves an arch's branching meets that of the upright arch again, goes through it and comes back mirrored."""
     arch = Mechanism(

@@ -179,6 +179,18 @@ def test_a_block_that_strikes_a_stop_each_period():
     assert found.stable
 
 
+def test_multipliers_beside_a_graze_are_those_of_the_motion_without_the_stop():
+    """The stop stands 2e-7 m beyond the amplitude: a difference across its touch would tell it unstable."""
+    damping, rate, push = 0.06, 2.2, 0.5
+    amplitude = push / np.hypot(1 - rate**2, damping * rate)
+    stop = mbs.Stop("P", at=amplitude + 2e-7, law=KelvinVoigt(1e4, 0.0), along=(1, 0), link="block")
+    spring = mbs.Spring("P", "ground:S", stiffness=1.0, damping=damping)
+    made = block(spring, mbs.Force("P", lambda t: (push * np.cos(rate * t), 0.0)), stops=[stop])
+    found = mbs.periodic(made, 2 * np.pi / rate, settle=30)
+    assert found.status == "OK" and found.stable
+    assert np.abs(found.multipliers) == pytest.approx(np.exp(-damping / 2 * found.period), rel=1e-6)
+
+
 @pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
 def test_a_ball_that_bounces_each_period(stiffness):
     """On a table that shakes, of restitution 0.5; contacts last 1/20 to 1/200 of a period, and begin with a jump of the force."""
