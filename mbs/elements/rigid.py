@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from ..declare import Declared, declared, part, quantity, vector
 from .element import Body, Linked, Recorded
 from .section import Section
@@ -43,7 +45,11 @@ class Rigid(Body):
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
-        """Return a rigid link of given mass, kg, inertia about its centre of mass, kg m^2, and centre of mass; see `Inertia`."""
+        """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and that centre [m].
+
+        The centre is in the frame of the link, not in that of the drawing: (0, 0) is the link's first point, x points to its
+        second one, y to the left of that. By default it is half-way between the two.
+        """
         return cls(Inertia(mass, inertia, centre))
 
     def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
@@ -53,7 +59,10 @@ class Rigid(Body):
         return self.section.bar(length)
 
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
-        """Yield the angle turned since t = 0, rad, and its rate, rad/s."""
+        """Yield the angle turned since t = 0 [rad], the angle from the x axis [rad], and their rate [rad/s]."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
+        reach = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])
+        drawn = np.arctan2(reach[1], reach[0])
         yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
+        yield Signal(f"{link.name}.direction", drawn + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
         yield Signal(f"{link.name}.spin", spin, "rad/s", Kind.RATE)
