@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from math import inf
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..declare import Declared, Either, Part, Quantity, declared, field, names, quantity
 from ..functions import Expression, Integral, Slope, Table, kinks
 from ..functions.fields import Function
@@ -90,7 +92,7 @@ class Motion(Declared):
         return ("position",) if derived else ("position", "speed")
 
     def check_run(self, duration: float, where: str) -> None:
-        """Raise a ValueError if within a run `speed` is not the derivative of `position`, or one of them is no number."""
+        """Raise a ValueError if within a run `speed` is not the derivative of `position`, or jumps, or one is no number."""
         times = [share * duration for share in SAMPLES]
         speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
@@ -98,6 +100,13 @@ class Motion(Declared):
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
             if abs(slope - speed) > SAME * (abs(slope) + abs(speed)) + SAME**2 * largest + 1e-12:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
+        for t in self.kinks(duration):
+            before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in (t, float(np.nextafter(t, inf))))
+            if abs(after - before) > SAME * largest:
+                raise ValueError(
+                    f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: all that it moves would take an impulse "
+                    "at once; let it change over a short time, as by a Table"
+                )
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
         """Difference of the position, over the step of three that comes closest to the speed: an oscillation may be fast."""
