@@ -73,8 +73,10 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_co
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
-LOOKS = 8
+LOOKS = 16
 """Most repetitions of a run that passes edges of a function: each finds those that the motion before them moved."""
+STALLED = 3
+"""Number of repetitions in which the shift of edges does not halve, so that it will not: each edge waits for the one before."""
 
 
 @one_thread()
@@ -180,17 +182,16 @@ class _Runs:
 
     def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
         """Make a run, again where it passed edges of a user's function, with steps that end on them."""
-        shift = inf
-        for repeated in range(LOOKS):
+        shifts: list[float] = []
+        for _ in range(LOOKS):
             run = self._once(mechanism, span, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
             passed = self.looks.find_passed(run.record.time, run.record.user_functions())
-            settled = passed.shift <= SETTLED or passed.shift > shift / 2
-            if passed.many or (settled and not len(passed.edges)):
+            shifts.append(passed.shift)
+            stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
+            if passed.many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):
                 break
-            shift = passed.shift
-            self.looks.cut(passed.edges, span, repeated)
         if passed.many or len(passed.edges):
             what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
             said = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"

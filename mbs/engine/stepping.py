@@ -58,7 +58,7 @@ class StepControl(Recorder):
         tolerance = self.limit / max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
         states = [_StateWatch(scene, node, count, tolerance) for node, count in scene.states]
         self.watched: list[_StopWatch | _StrutWatch | _StateWatch] = [*stops, *struts, *states]
-        self.kinks = [*subdivide(scene.given.stops(duration), self.max_step, Controlled().longest(duration)), np.inf]
+        self.kinks = [*subdivide(scene.given.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0

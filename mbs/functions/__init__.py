@@ -1,9 +1,9 @@
 """Functions that users give: formulas and tables as values, where they jump, and how fields read them."""
 
-from .looking import Argument, Called, Looks, edges_along, looking
+from .looking import Argument, Called, Looks, edges_along, looking, looks_or
 from .values import TURN, Components, Expression, Integral, Slope, Table, has_user_code, kinks, numbers_of
 
 __all__ = [
     "TURN", "Argument", "Called", "Components", "Expression", "Integral", "Looks", "Slope", "Table", "edges_along", "kinks",
-    "looking", "numbers_of", "has_user_code",
+    "looking", "looks_or", "numbers_of", "has_user_code",
 ]  # fmt: skip

@@ -67,16 +67,19 @@ def breaks(function: Callable[..., object], duration: float) -> Edges:
     return search(lambda times: evaluate(function, times, *(np.zeros_like(times) for _ in range(others))), duration)
 
 
-def search(values_at: Values, duration: float) -> Edges:
-    """Find the edges of a function of time, given by its values at an array of times; none where it raises or is not finite."""
+def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
+    """Find the edges of a function given by its values at an array of times; none where it raises or is not finite.
+
+    `width` is the distance of samples over the duration.
+    """
     try:
-        return _search(values_at, duration)
+        return _search(values_at, duration, width)
     except (Exception, SystemExit):  # a function may raise anything: the run names it
         return Edges()
 
 
-def _search(values_at: Values, duration: float) -> Edges:
-    times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
+def _search(values_at: Values, duration: float, width: float) -> Edges:
+    times = np.linspace(0.0, duration, round(1 / width) + 1)
     values = values_at(times)
     span = float(np.ptp(values, axis=0).max(initial=0.0))
     if not np.isfinite(values).all() or span == 0:

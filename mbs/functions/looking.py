@@ -2,7 +2,8 @@
 
 Edges belong to a run: a closure, a global or an attribute may change before the next. A function of states becomes one of time
 along a run, its arguments cubics between the samples. Two or more edges between neighbouring samples were not seen by the solver.
-The run is then repeated with steps that end on them, until the last run has none.
+The run is then repeated with steps that end on them, until they have settled. Each state is also scanned alone over its range of
+motion. Of a function of one state the edges are values of it: later runs are asked only when they pass them.
 """
 
 from __future__ import annotations
@@ -10,31 +11,34 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
-from .breaks import QUICK, WIDTH, Edges, breaks, evaluate, search
+from .breaks import WIDTH, Edges, breaks, evaluate, search
 
 ON = 1e-9
 """Distance of an edge from a sample, over the run, at which a step ends on it."""
-CUTS = 2
-"""Steps within the narrowest feature, where a repeated run still passes some: each has a sample within it then."""
-
-OFF, SHARE = 0.1, 0.01
-"""Misfit of a cubic through the samples, over the range, and share of the run with it: with more, steps lose a function."""
-LATE = 4
-"""Repetitions of a run that may pass features before all of it is parted: edges far behind the first move once or twice."""
+OFF = 0.1
+"""Misfit of a cubic through the samples of a run, over the range of a function, with which the run has not followed it."""
+SHARE = 0.01
+"""Share of the run that may have such a misfit: jumps have it at any number of samples."""
 NARROW = 1 / 40
 """Distance of two edges, over the run, below which one step may pass both: the longest step there is."""
-AHEAD = 1e-4
-"""Distance of a stop before its edge, over that between two edges, halved from run to run, so that errors show by differences: a
-step ends before it, whatever Newton's method leaves."""
+AHEAD = 1e-5
+"""Distance of stops before and after an edge, over that between two edges: a short step crosses it, and the next one starts with
+what acts behind it. It is halved from level to level, so that errors show by differences."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another one, from which no further run is made."""
 FEW = 200
 """Most edges along a run on which the next one steps though this one saw them: sliding that sticks has one at each sample."""
+SCANNED = 1e-4
+"""Distance of samples over the range of a state: beside those along the run it costs a tenth."""
+APART = 1e-12
+"""Distance of two edges, over the run, below which they are one that was found in two ways."""
+PROBES = 50
+"""Arguments at which a function that depends on one state only does not change with the others."""
 
 
 class Argument(NamedTuple):
@@ -43,12 +47,16 @@ class Argument(NamedTuple):
     values: Array
     rates: Array | None = None
 
-    def curve(self, time: Array, samples: Array) -> Callable[[Array], Array]:
+    def curve(self, time: Array, samples: Array) -> Curve:
         """Return a cubic between some samples, at increasing times [s]."""
         from scipy.interpolate import CubicHermiteSpline, PchipInterpolator  # they take a while to load, and few runs need them
 
         known = self.values[samples]
         return PchipInterpolator(time, known) if self.rates is None else CubicHermiteSpline(time, known, self.rates[samples])
+
+
+Curve = Callable[[Array], Array]
+"""Argument of a function over time, between the samples of a run."""
 
 
 class Passed(NamedTuple):
@@ -72,14 +80,13 @@ class Looks:
     Attributes
     ----------
     edges, stops : array
-        Times [s] of edges along the last run, and shortly before them.
-    cuts : array
-        Times [s] that part steps further, where edges alone were not enough.
+        Times [s] of edges along the last run, and shortly before and after them.
     """
 
     def __init__(self) -> None:
-        self.edges, self.stops, self.cuts = (np.empty(0) for _ in range(3))
-        self._ahead = AHEAD
+        self.edges, self.stops = np.empty(0), np.empty(0)
+        self._ahead, self._confirmed = AHEAD, False
+        self._known: dict[int, tuple[int, Array]] = {}
         self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
 
     def of_time(self, function: Callable[..., object], duration: float) -> Edges:
@@ -92,30 +99,43 @@ class Looks:
     def find_passed(self, time: Array, functions: Iterable[Called]) -> Passed:
         """Find what a run passed between its samples [s]; the next run steps onto all edges of this one."""
         time, first = np.unique(time, return_index=True)
-        found, unseen, many = [np.empty(0)], [np.empty(0)], False
-        for function, arguments in functions:
-            curves = [each.curve(time, first) for each in arguments]
-            edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), float(time[-1]))  # noqa: B023
-            many = many or (edges.capped and not _is_followed(function, time, curves))
-            found.append(np.array(edges.times))
-            unseen.append(_between(found[-1], time, ON * float(time[-1])))
-        unfinished = [function for function, edges in self._kept.values() if edges.capped]
-        many = many or not all(_is_followed(function, time, ()) for function in unfinished)
-        every = np.unique(np.concatenate(found))
-        every = every if len(every) <= FEW else np.empty(0)
-        apart = np.minimum(_apart(every), narrow := NARROW * float(time[-1]))
-        shift = _shift(every, self.edges, apart)[apart < narrow].max(initial=0.0)
-        self.edges, self.stops = every, every - self._ahead * apart
-        self._ahead /= 2
-        return Passed(np.unique(np.concatenate(unseen)), float(shift), many)
+        called = [(f, [each.curve(time, first) for each in arguments]) for f, arguments in functions]
+        found, many = self._find(time, called)
+        if self._known and not self._confirmed and self._judge(time, found)[0] <= SETTLED:
+            self._known = {}
+            found, many = self._find(time, called)
+        shift, every, apart = self._judge(time, found)
+        unseen = _merge([_between(each, time, ON * float(time[-1])) for each in found], time)
+        settled = shift <= SETTLED and not len(unseen)
+        self._confirmed = self._confirmed or settled
+        self._ahead /= 2 if settled else 1
+        self.edges, self.stops = every, np.unique([every - self._ahead * apart, every + self._ahead * apart])
+        self.stops = self.stops if len(every) else unseen
+        return Passed(unseen, shift, many)
 
-    def cut(self, edges: Array, end: float, repeated: int) -> None:
-        """Let the next run step onto edges [s] that were passed; in late repetitions part all of it so that none is passed."""
-        if repeated >= LATE and len(edges) > 1:
-            count = int(CUTS * end / max(float(np.diff(edges).min()), WIDTH * end))
-            self.cuts = np.linspace(0.0, end, count + 1)[1:-1] if count < QUICK else self.cuts
-        if not len(self.edges):
-            self.stops = edges
+    def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
+        """Find the edges [s] of each function along a run, and if there are too many of one to locate."""
+        end, found, many = float(time[-1]), [], False
+        for k, (function, curves) in enumerate(called):
+            if k in self._known:
+                state, values = self._known[k]
+                found.append(_crossings(curves[state : state + 1], [values], end) if len(values) else values)
+                continue
+            edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
+            many = many or (edges.capped and not _is_followed(function, time, curves))
+            times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
+            found.append(times)
+            if not edges.capped and len(times) <= FEW and (state := _only_state(function, time, curves, times)) is not None:
+                self._known[k] = state, np.unique(curves[state](times))
+        many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
+        return found, many
+
+    def _judge(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
+        """Return the shift of narrow features since the last run, edges to step onto, and their distances from each other."""
+        every, narrow = _merge(found, time), NARROW * float(time[-1])
+        every = every if len(every) <= FEW else np.empty(0)
+        apart = np.minimum(_apart(every), narrow)
+        return float(_shift(every, self.edges, apart)[apart < narrow].max(initial=0.0)), every, apart
 
 
 _LOOKS: ContextVar[Looks | None] = ContextVar("looks", default=None)
@@ -131,17 +151,64 @@ def looking(looks: Looks) -> Iterator[None]:
         _LOOKS.reset(token)
 
 
+def looks_or(other: Looks) -> Looks:
+    """Return the looks of the run that is being made, or other ones: of a scene that is integrated many times."""
+    return _LOOKS.get() or other
+
+
 def edges_of(function: Callable[..., object], duration: float) -> tuple[float, ...]:
     """Edges of a function of time [s], as the run that is being made has found them."""
-    return (_LOOKS.get() or Looks()).of_time(function, duration).times
+    return looks_or(Looks()).of_time(function, duration).times
 
 
-def edges_along(duration: float, *, cuts: bool = False) -> tuple[float, ...]:
-    """Edges [s] that runs before this one passed, and if so wished what parts steps further."""
+def edges_along(duration: float) -> tuple[float, ...]:
+    """Edges [s] that runs before this one passed."""
     looks = _LOOKS.get()
-    if looks is None:
-        return ()
-    return tuple(t for t in (*looks.stops.tolist(), *(looks.cuts.tolist() if cuts else ())) if 0 < t < duration)
+    return () if looks is None else tuple(t for t in looks.stops.tolist() if 0 < t < duration)
+
+
+def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
+    """Find the edges of a function in each state alone over its range of motion, the other arguments zero."""
+    found = []
+    for k, curve in enumerate(curves):
+        values = curve(time)
+        low, high = float(values.min()), float(values.max())
+
+        def alone(way: Array, k: int = k, low: float = low) -> Array:
+            """Evaluate the function at places of its state."""
+            others = [np.zeros_like(way)] * len(curves)
+            return evaluate(function, np.zeros_like(way), *others[:k], low + way, *others[k + 1 :])
+
+        edges = search(alone, high - low, SCANNED) if high > low else Edges()
+        found.append(low + np.array(edges.times) if len(edges.times) <= FEW else np.empty(0))
+    return found
+
+
+def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> Array:
+    """Find the times within a run [s] at which states pass values."""
+    ways: Any = curves
+    found = [way.solve(value, extrapolate=False) for way, some in zip(ways, values, strict=True) for value in some]
+    times = np.concatenate([np.empty(0), *found])
+    return np.asarray(times[(times > 0) & (times < end)])  # nan where a state rests on a value
+
+
+def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
+    """Return the state on which alone a function depends, beside its edges and all along a run; None if there is none."""
+    near = ON * float(time[-1])
+    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
+    states = [curve(times) for curve in curves]
+    known, nothing = evaluate(function, times, *states), np.zeros_like(times)
+    for k, state in enumerate(states):
+        alone = [state if j == k else nothing for j in range(len(states))]
+        if np.array_equal(known, evaluate(function, nothing, *alone)):
+            return k
+    return None
+
+
+def _merge(found: Sequence[Array], time: Array) -> Array:
+    """Join edges [s] in order, each once."""
+    every = np.sort(np.concatenate([np.empty(0), *found]))
+    return every[np.diff(every, prepend=-np.inf) > APART * float(time[-1])]
 
 
 def _is_followed(function: Callable[..., object], time: Array, curves: Sequence[Callable[[Array], Array]]) -> bool:

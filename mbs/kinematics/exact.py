@@ -124,7 +124,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
     if count <= steps.max_steps:
         even[-1] = duration
-    kinks = np.array(Scene.of(mechanism).stops(duration))
+    kinks = np.array(Scene.of(mechanism).kinks(duration))
     kinks = kinks[kinks <= even[-1]]
     times = np.concatenate([even, kinks, kinks - BEFORE * duration])
     times = np.unique(times)

@@ -167,14 +167,8 @@ class Scene:
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Times in (0, duration) at which something that acts has a kink or jump, in order [s]."""
-        return tuple(sorted({*self._kinks(duration), *edges_along(duration)}))
-
-    def stops(self, duration: float) -> tuple[float, ...]:
-        """Times in (0, duration) at which steps end: kinks, and what parts a run further, in order [s]."""
-        return tuple(sorted({*self._kinks(duration), *edges_along(duration, cuts=True)}))
-
-    def _kinks(self, duration: float) -> set[float]:
-        return {t for element in self.elements.values() for t in element.kinks(duration)}
+        known = {t for element in self.elements.values() for t in element.kinks(duration)}
+        return tuple(sorted({*known, *edges_along(duration)}))
 
     # --- what suits it ----------------------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from ..elements.stop import GRAZE, SLOWEST_ONSET
+from ..functions import looking, looks_or
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
@@ -122,7 +123,8 @@ def integrate(
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     pace = scene.tables.pace[0]
-    kinks = [t / pace for t in scene.given.stops(end * pace) if state.time < t / pace < end]
+    with looking(looks_or(scene.looks)):
+        kinks = [t / pace for t in scene.given.kinks(end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])

@@ -15,6 +15,7 @@ from scipy.sparse import csr_array
 
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
+from ..functions import Looks
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import compiler
@@ -119,6 +120,11 @@ class CompiledScene:
     def given(self) -> Scene:
         """Scene of the mechanism, which it translates."""
         return Scene.of(self.mechanism)
+
+    @cached_property
+    def looks(self) -> Looks:
+        """Edges of functions of time, found once for all runs of the scene that no call of `simulate` makes."""
+        return Looks()
 
     @property
     def length(self) -> float:
