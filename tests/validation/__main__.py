@@ -2,7 +2,7 @@
 
     python tests/validation
 
-`--only QUESTION` solves those of one question, `--quick` leaves out the slow ones; both only print.
+`--only QUESTION` solves and writes those of one question; `--quick` leaves out the slow ones and only prints.
 """
 
 from __future__ import annotations
@@ -54,9 +54,10 @@ def main() -> int:
             print("\n".join(tables[question]), flush=True)
     spent = process_time() - begin
     print(*wrong, f"\n{spent:.0f} s; not accepted: {len(wrong)}", sep="\n")
-    if given.only is None and not given.quick:
+    if not given.quick:
         made = ", ".join(f"{name} {version}" for name, version in versions().items())
-        tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {made}."]
+        if given.only is None:
+            tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {made}."]
         page = PAGE.read_text(encoding="utf-8")
         for question, lines in tables.items():
             page = write(page, question, ["", *lines, ""])
