@@ -144,13 +144,15 @@ def simulate(
     demand = _demand(accuracy, of)
     if timeout is not None:
         positive("timeout", timeout, "s")
-    for name, element in Scene.of(mechanism).elements.items():
-        element.check_run(duration, name)
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
+    looks = Looks()
+    with looking(looks):
+        for name, element in Scene.of(mechanism).elements.items():
+            element.check_run(duration, name)
     followed = forecast(progress)
-    runs = _Runs(mechanism, timeout, followed)
+    runs = _Runs(mechanism, timeout, followed, looks)
     if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
         followed.runs = USUAL
     try:
@@ -174,9 +176,8 @@ def simulate(
 class _Runs:
     """All runs of one call: each within the time that is left, of a scene that is built once."""
 
-    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
-        self.mechanism, self.timeout, self.progress = mechanism, timeout, progress
-        self.looks = Looks()
+    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None, looks: Looks) -> None:
+        self.mechanism, self.timeout, self.progress, self.looks = mechanism, timeout, progress, looks
         self.start, self.made = working_time(), list[Run]()
         self.scenes: dict[int | None, Any] = {}
 

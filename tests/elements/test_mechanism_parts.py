@@ -10,7 +10,7 @@ from made import BAR, LAW, LENGTH, STRIP, mechanism, steel
 from scipy.integrate import quad, solve_ivp
 
 from buckler.elastica import law, pinned
-from buckler.mbs import STEEL, Drive, Guide, Motion, Ramp, Stop, Strut
+from buckler.mbs import STEEL, Drive, Guide, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
 
 # --- frozen, normalised, portable -------------------------------------------------------------------------------------
 
@@ -105,3 +105,21 @@ def test_shear_stiffness_by_cowper():
     assert plain.shear_stiffness == pytest.approx(5 / 6 * STEEL.modulus / 2 * BAR.area, rel=1e-14)
     shear_modulus = STEEL.modulus / 2.6
     assert BAR.shear_stiffness / (shear_modulus * BAR.area) == pytest.approx(0.8497, abs=5e-5)
+
+
+@pytest.mark.parametrize("at", [0.21, 0.63])
+def test_a_speed_that_jumps_within_a_run_is_named_as_an_impulse(at):
+    jumping = Motion(lambda t: 4.0 * t + 3.0 * max(t - at, 0.0), lambda t: 4.0 if t < at else 7.0)
+    with pytest.raises(ValueError, match=rf"speed jumps from 4 to 7 at t = {at:g} s: .* impulse"):
+        jumping.check_run(1.0, "drive")
+    jumping.check_run(0.9 * at, "drive")
+
+
+def test_a_links_direction_is_its_angle_from_the_x_axis_and_its_angle_the_turn_since_the_start():
+    crank = Mechanism(
+        {"O": (0, 0), "A": (0.1 * math.cos(2.0), 0.1 * math.sin(2.0))}, [Link("crank", "O", "A", Rigid(BAR))],
+        [Revolute("O", "ground", "crank")], drives=[Drive("crank", 3.0)],
+    )  # fmt: skip
+    result = simulate(crank, 1.0)
+    assert result.signals["crank.angle"][[0, -1]] == pytest.approx([0.0, 3.0], abs=1e-9)
+    assert result.signals["crank.direction"][[0, -1]] == pytest.approx([2.0, 5.0], abs=1e-9)
