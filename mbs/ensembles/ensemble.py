@@ -41,8 +41,6 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
-
-
 WITHIN = 3
 """States within each implicit step of joints with clearance."""
 Curve = Callable[[Array], Array]
@@ -50,11 +48,12 @@ Curve = Callable[[Array], Array]
 
 
 class Ready(NamedTuple):
-    """CompiledScene of a mechanism, its start, and where its signals are."""
+    """Compiled scene of a mechanism, its start, its signals' columns, and True if its steps go over impacts."""
 
     scene: CompiledScene
     start: State
     channels: Channels
+    loose: bool
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,8 @@ class Task:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
             names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
             channels = Channels.of(scene, list(names))
-            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), channels)
+            loose = steps_over_impacts(scene, self.solver)
+            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), channels, loose)
         return ready[source]
 
     def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
@@ -101,13 +101,14 @@ class Task:
 
         def take(out: Output) -> None:
             """Accumulate the formulas' values at the rows of a run."""
-            last[:], out = [out], fill(scene, self.solver, last, out)
+            if loose:
+                last[:], out = [out], fill(scene, last, out)
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             found.add(out.time, columns(formulas, signals))
 
         try:
-            scene, start, channels = self._prepare(k, ready)
+            scene, start, channels, loose = self._prepare(k, ready)
             state = start._replace(q=start.q + self.members.shift(scene, k))
             _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=take)
         except (ValueError, KeyError) as error:
@@ -117,14 +118,17 @@ class Task:
         return values_of(self.readings, formulas, found), ""
 
 
-def fill(scene: CompiledScene, solver: Spectral, last: Sequence[Output], out: Output) -> Output:
-    """Look within the implicit steps of joints with clearance, which go over the peaks of impacts; begin with the last row.
+def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
+    """Check for implicit steps of joints with clearance, which go over the peaks of impacts.
 
-    Forces of strips, which are stiffer than their interpolated places are true, are left at the rows.
+    Not of strips, which are stiffer than their interpolated places are true.
     """
     tables = scene.tables
-    if explicitly(scene, solver) or len(tables.strips) or not (tables.forces[:, KIND] == JOURNAL).any():
-        return out
+    return not explicitly(scene, solver) and not len(tables.strips) and bool((tables.forces[:, KIND] == JOURNAL).any())
+
+
+def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
+    """Add states within the steps of a stretch, which begins with the last row of the one before."""
     first = [Output(*(column[-1:] for column in each)) for each in last]
     joined = Output(*(np.concatenate(columns) for columns in zip(*first, out, strict=True)))
     return refined(scene, joined, WITHIN) if len(joined.time) > 1 else joined
