@@ -16,8 +16,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..sensitivity.numbers import Family
 from ..spectral.scene import CompiledScene
-from ..spectral.start import offset
-from ..spectral.tables import COUNT, FIRST
+from ..spectral.start import offset, slopes
 from ..validate import whole
 
 WIDEST = 0.9
@@ -127,22 +126,13 @@ def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Arra
     if not joints:
         return None
     markers = [scene.tables.forces[k, 1:3] for k, _ in joints]
-    apart = np.vstack([_slope(scene, int(a)) - _slope(scene, int(b)) for a, b in markers])
+    apart = np.vstack([(slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0))[:2] for a, b in markers])
     radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
     angle = random.uniform(0.0, 2 * np.pi, len(joints))
     wanted = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()
     rows = scene.assemble(scene.q0, tangents=False).jacobian
     matrix, units = np.vstack([apart, rows]), scene.units
     return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ np.concatenate([wanted, np.zeros(len(rows))])))
-
-
-def _slope(scene: CompiledScene, marker: int) -> Array:
-    """Derivative of a marker's place by all coordinates at the start, shape (2, n)."""
-    scene.read(marker, scene.q0)
-    first, count = scene.tables.markers[marker, [FIRST, COUNT]]
-    slope = np.zeros((2, scene.size))
-    np.add.at(slope, (slice(None), scene.tables.places[first : first + count]), scene.work.slope[:2, first : first + count])
-    return slope
 
 
 def split(count: int, into: int) -> Sequence[range]:
