@@ -16,7 +16,7 @@ FORGETS = 0.8
 LANDING = 1e-2
 """Distance from its face at which a contact is at it, over the tolerance and the longest link."""
 NEARLY = 0.1
-"""Share of the last step by which the state is moved past a face at most."""
+"""Share of the last step, and of the time left, that the step past a face takes at most."""
 OUTSIDE = 1e-2
 """Distance from a face at which a step to an onset ends, over the landing."""
 ROUNDING = 1e-15
@@ -78,12 +78,13 @@ def remember(tables, work, state, controls, counts):
 
 @aside
 def jump(model, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers; contacts that are about to close are moved past their faces."""
+    """Start anew after a jump of accelerations and multipliers; an Euler step takes contacts about to close past their faces."""
     state = model.state
     past = min(time_to_faces(model.tables, state.before, 2.0 * outside(state, controls)), NEARLY * clock.previous)
+    past = min(past, NEARLY * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += past * state.v[i]
-    clock.previous, clock.fresh = 0.0, True
+    clock.time, clock.previous, clock.fresh = clock.time + past, 0.0, True
     restart(model, clock.time)
     if dense(controls):
         write_after_jump(state, clock, controls, out, counts)
