@@ -17,8 +17,9 @@ LANDING = 1e-2
 """Distance from its face at which a contact is at it, over the tolerance and the longest link."""
 NEARLY = 0.1
 """Share of the last step, and of the time left, that the step past a face takes at most."""
-OUTSIDE = 1e-2
-"""Distance from a face at which a step to an onset ends, over the landing."""
+OUTSIDE = 0.1
+"""Distance from a face at which a step to an onset ends, over the landing: ten times what Newton's method leaves. A last node
+that its last change moved out of the contact would have the contact's force."""
 ROUNDING = 1e-15
 """Least such distance, over the longest link: it is rounding."""
 
