@@ -150,14 +150,19 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
     """Integrate since the first time, each (times,), to the fourth order; for values known to rounding.
 
     The trapezoidal rule corrected by the slopes at both ends: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5). Slopes are
-    those of parabolas through three neighbours, at a kink that of the parabola on the step's own side.
+    those of parabolas through three neighbours, at a kink that of the parabola on the step's own side. Between secants of one
+    sign they are at most three times the smaller, so that no cubic overshoots where a force becomes constant (C. de Boor, B.
+    Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9).
     """
     steps = np.diff(time)
     areas = steps * (rate[1:] + rate[:-1]) / 2
     if len(steps) > 1:
         secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
         even = (after < EVEN * before) & (before < EVEN * after)
-        slope = np.where(even, (after * secant[:-1] + before * secant[1:]) / (before + after), np.nan)
+        slope = (after * secant[:-1] + before * secant[1:]) / (before + after)
+        most = 3 * np.minimum(np.abs(secant[:-1]), np.abs(secant[1:]))
+        slope = np.where(secant[:-1] * secant[1:] >= 0, np.clip(slope, -most, most), slope)
+        slope = np.where(even, slope, np.nan)
         first, last = np.append(np.nan, slope), np.append(slope, np.nan)
         kinked = np.isnan(first), np.isnan(last)
         fall = np.select([kinked[0] & kinked[1], *kinked], [0.0, 2 * (secant - last), 2 * (first - secant)], first - last)

@@ -97,14 +97,7 @@ CASES: dict[str, tuple[Any, float, dict[str, float], dict[str, Any]]] = {
 }  # fmt: skip
 
 
-WORSE = {"strut on a stop": "its energies balance to 1.06e-3: samples are too few for the work of a strut that rings"}
-"""Known to miss their bounds by little."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=WORSE.get(name, ""))] * (name in WORSE)) for name in CASES],
-)
+@pytest.mark.parametrize("name", CASES)
 def test_both_solvers_agree(name: str) -> None:
     mechanism, duration, bounds, settings = CASES[name]
     compiled = simulate(mechanism, duration, solver=Spectral(Controlled(tolerance=3e-9), **settings), ledger=True)
