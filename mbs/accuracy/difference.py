@@ -24,7 +24,7 @@ import numpy as np
 from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..record.errors import Key, Norm
-from ..record.lookup import between
+from ..record.lookup import between, corrected_trapezoidal
 from .trajectory import FORCES, SMALL, STRAIGHT, TINY, Trajectory, sizes_of
 
 GRAZE = 1e-3
@@ -219,7 +219,7 @@ def blows(time: Array, force: Array, end: float) -> Array:
     first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
     apart = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
     first, after = first[np.append(True, apart)], after[np.append(apart, True)]
-    area = np.concatenate([[0.0], np.cumsum(np.diff(time) * (force[1:] + force[:-1]) / 2)])
+    area = corrected_trapezoidal(time, force)
     peaks = np.maximum.reduceat(np.append(force, 0.0), np.stack([first, after + 1], axis=1).ravel())[::2]
     return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks], axis=1)
 
@@ -229,9 +229,7 @@ def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float
 
     J_a(t), J_b(t) are the impulses up to t, J is that of b up to the end; `unit` is the mean time between two contacts [s].
     """
-    (time, along), (times, other) = (
-        (t, np.concatenate([[0.0], np.cumsum(np.diff(t) * (f[1:] + f[:-1]) / 2)])) for t, f in (a, b)
-    )
+    (time, along), (times, other) = ((t, corrected_trapezoidal(t, f)) for t, f in (a, b))
     grid = np.append(time[time < end], end)
     along, whole = np.interp(grid, time, along), float(np.interp(end, times, other))
     low, high = -9.0, 0.0

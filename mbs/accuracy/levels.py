@@ -25,6 +25,7 @@ from ..mechanism import Mechanism
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
+from .damping import radau, undamped
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
@@ -77,6 +78,8 @@ class Levels:
     orders = (1 / 4, 3 / 4)
     """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
     finest = 0.0
+    damping = staticmethod(undamped)
+    """Factor of the amplitude of a vibration in one step, where all levels have the same."""
 
     def first(self) -> Level:
         """The coarsest level."""
@@ -124,6 +127,8 @@ class Levels:
 
 class SpectralLevels(Levels):
     """Levels of the compiled solver."""
+
+    damping = staticmethod(radau)
 
     @property
     def clearance(self) -> float:

@@ -21,6 +21,7 @@ from ..elements.signal import Kind
 from ..record.energy import BALANCE as BALANCE_ALLOWED
 from ..record.errors import Errors, Key, Norm, Status
 from ..record.run import Run
+from .damping import damped
 from .demand import BALANCE, STRIKE, Demand, Worst, worst
 from .difference import Difference
 from .estimate import LAST, LEAST, WINDOWS, Parting, errors, gains
@@ -241,12 +242,16 @@ class _Refinement:
         pair = Difference(coarse.trajectory, fine.trajectory)
         now, _ = pair.norms({n: s for n, s in fine.trajectory.signals.items() if n in asked})
         gain = self.find_gains(coarse, fine, {key: now[key] for key in self.allowed if key in now})
-        found = errors({key: now[key] for key in gain}, gain)
+        found = add(errors({key: now[key] for key in gain}, gain), self.find_damped(fine))
         if worst(self.allowed, found).ratio <= 1:  # energies are looked at last
             self.allowed |= {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
             off = {key: each for key, each in self.compare_energies(coarse, fine)[0].items() if key in self.allowed}
             found |= errors(off, gain) | {BALANCE: fine.energies[1]}
         return found, now, gain
+
+    def find_damped(self, trial: Trial) -> dict[Key, float]:
+        """Find errors by vibration that numerical damping takes of all runs."""
+        return damped(trial.trajectory, self.levels.damping)
 
     def compare_energies(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float]]:
         """Compare the energies of two runs."""
@@ -265,7 +270,7 @@ class _Refinement:
         """Return the finer run with the errors of all its signals."""
         now, sizes = Difference(coarse.trajectory, fine.trajectory).norms(fine.trajectory.signals)
         energies, others = self.compare_energies(coarse, fine)
-        every = errors(now | energies, gain) | {BALANCE: fine.energies[1]} | dict(found)
+        every = add(errors(now | energies, gain), self.find_damped(fine)) | {BALANCE: fine.energies[1]} | dict(found)
         self.allowed = dict(allowed)
         return self.attach_errors(fine, every, sizes | others, float(fine.run.record.time[-1]))
 
@@ -286,6 +291,11 @@ class _Refinement:
         turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
         estimate = Errors(largest, dict(found), dict(sizes), kind, until, turn, rings, notes)
         return Answer(trial.run, estimate, worst(self.allowed, found), chaos, count=self.count)
+
+
+def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:
+    """Add errors of the same signals and norms."""
+    return {key: error + more.get(key, 0.0) for key, error in errors.items()}
 
 
 def _failure(trial: Trial) -> str:

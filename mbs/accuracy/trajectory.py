@@ -18,6 +18,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.energy import put_through
 from ..record.errors import Key, Norm
+from ..record.lookup import corrected_trapezoidal
 from ..record.run import Run
 from ..record.signals import follows
 from ..scene.scene import Scene
@@ -48,6 +49,10 @@ class Trajectory:
         Force [N] that moves the mechanism by its size, or its clearance, in the time of the run: the least size of a force.
     undetermined : frozenset of str
         Signals of forces that no equation determines, which are not among the others.
+    mass : float
+        Of all links, blocks and points [kg].
+    struts : frozenset of str
+        Signals of the forces along struts.
     """
 
     time: Array
@@ -56,16 +61,18 @@ class Trajectory:
     kinks: tuple[float, ...] = ()
     push: float = 0.0
     undetermined: frozenset[str] = frozenset()
+    mass: float = 1.0
+    struts: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
         """Signals of a run but counts, and forces that no equation determines."""
         scene, end = Scene.of(run.record.mechanism), float(run.record.time[-1])
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
-        size = scene.size
-        push = scene.mass * min([size, *(joint.gap for joint in scene.clearances)]) / end**2
+        push = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
         shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
-        return cls(run.record.time, found, size, scene.kinks(end), push, shared)
+        struts = frozenset(f"{link.name}.compression" for link in run.record.mechanism.links if link.body.massless)
+        return cls(run.record.time, found, scene.size, scene.kinks(end), push, shared, scene.mass, struts)
 
     @cached_property
     def strikes(self) -> bool:
@@ -79,9 +86,8 @@ class Trajectory:
         return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
 
     def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
-        """Integral of a signal, or of a function of it, since the start at the samples, by the trapezoidal rule."""
-        values = of(self.signals[name].values)
-        return np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (values[1:] + values[:-1]) / 2)])
+        """Integral of a signal, or of a function of it, since the start at the samples."""
+        return corrected_trapezoidal(self.time, of(self.signals[name].values))
 
 
 def energies_of(run: Run) -> tuple[Trajectory, float]:

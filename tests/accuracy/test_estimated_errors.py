@@ -83,17 +83,11 @@ def true_errors(run, truth):
 
 
 SLOW = {("shaken", "forces"), ("striking_strut", "forces"), ("hummer", "forces")}
-DAMPED = pytest.mark.xfail(strict=True, reason="a strut that snaps taut rings; both runs damp that away, and no estimate sees it")
-"""A known fault (docs/theory-precision.md, where it fails): a peak is 4e-4 off, told 1.5e-4 or 7e-6."""
 
 
-def marks_of(row):
-    """Marks of a case and a demand."""
-    damped = row[0] == "striking_strut" and row not in SLOW
-    return [pytest.mark.slow] * (row in SLOW) + [DAMPED] * damped
-
-
-@pytest.mark.parametrize(("name", "demand"), [pytest.param(*row, marks=marks_of(row)) for row in product(CASES, DEMANDS)])
+@pytest.mark.parametrize(
+    ("name", "demand"), [pytest.param(*row, marks=[pytest.mark.slow] * (row in SLOW)) for row in product(CASES, DEMANDS)]
+)
 def test_right_within_the_estimate_or_suspect(name, demand):
     mechanism, duration, truth = CASES[name]()
     found = delivered(mechanism, duration, DEMANDS[demand])

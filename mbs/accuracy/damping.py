@@ -1,0 +1,79 @@
+"""Vibration that numerical damping takes of a run, in closed form: of what two runs both damp their difference shows nothing.
+
+A strut is a spring that rings with the masses it holds, at a pace w [rad/s], with no damping of its own. A step h multiplies the
+amplitude of the ringing by |R(i w h)|, R the stability function of the integrator. What the steps take adds up to the amplitude
+A(t) of a force that the motion should still have at the time t; masses m err by A/(w m) in their speeds, and by A/(w^2 m) in
+their places. The force of a blow goes with the speed of its approach; its impulse errs by A/w.
+
+References
+----------
+E. Hairer, G. Wanner, Solving ordinary differential equations II, 2nd ed., Springer 1996, ch. IV.3,
+doi 10.1007/978-3-642-05221-7: stability functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..elements.signal import Kind
+from ..geometry import Array
+from ..record.errors import Key, Norm
+from .trajectory import TINY, Trajectory, sizes_of
+
+Factor = Callable[[Array], Array]
+"""Factor of an amplitude in one step, by the angle [rad] that a vibration turns in it."""
+
+
+LIGHTER = 2.0
+"""Mass of the mechanism over that which rings: of two ends of a link the lighter one has at most half of it."""
+BEFORE = 3
+"""Samples before one, of which the largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
+
+
+def radau(angle: Array) -> Array:
+    """Magnitude of the stability function of Radau IIA with three stages on the imaginary axis."""
+    z = 1j * angle
+    return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
+
+
+def undamped(angle: Array) -> Array:
+    """Factor of a method whose damping differs from run to run, or that has none."""
+    return np.ones_like(angle)
+
+
+def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
+    """Amplitude of force [N] that numerical damping took of struts up to each sample, the largest of all."""
+    most = np.zeros(len(run.time))
+    for mean in run.signals.values():
+        if mean.source in run.struts:
+            rings = np.pad(np.abs(run.signals[mean.source].values - mean.values), (BEFORE, 0))
+            rings = np.lib.stride_tricks.sliding_window_view(rings, BEFORE + 1).max(axis=1)
+            shares = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
+            most = np.maximum(most, np.append(0.0, np.cumsum(shares * rings[:-1])))
+    return most
+
+
+def damped(run: Trajectory, factor: Factor) -> dict[Key, float]:
+    """Relative errors of places and blows of which both of two runs know nothing."""
+    period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
+    found = dict[Key, float]()
+    if not period:
+        return found
+    pace = 2 * np.pi * np.sqrt(LIGHTER) / period
+    momentum = lost_amplitude(run, factor) / pace
+    speed = momentum * LIGHTER / run.mass
+    way = float(speed[-1]) / pace
+    places = {name: signal for name, signal in run.signals.items() if signal.kind is Kind.PLACE and not signal.scale}
+    for (name, norm), size in sizes_of(run, places).items():
+        off = way / (1.0 if places[name].unit == "m" else run.size)
+        found[name, norm] = min(off, float(np.ptp(places[name].values))) / size
+    for name, signal in run.signals.items():
+        if len(signal.depth) and len(signal.onsets):
+            first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
+            approach = np.abs(np.gradient(signal.depth, run.time))[first]
+            worst = float(speed[first[approach.argmax()]] / max(approach.max(), TINY))
+            found |= {(name, norm): worst for norm in (Norm.RMS, Norm.PEAK)}
+            found[name, Norm.IMPULSE] = float(momentum[-1] / max(run.integral(name, np.abs)[-1], TINY))
+    return found
