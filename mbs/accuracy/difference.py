@@ -192,7 +192,8 @@ def matched(a: Array, b: Array) -> tuple[Array, Array]:
 def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) -> dict[Norm, float]:
     """Relative differences of two contact forces, each (time, force >= 0), up to an end [s]: impulse, largest peak, onsets.
 
-    The peak is off by as much as any blow's peak that may be the largest; a blow that only one run has counts wholly.
+    The peak is off by as much as any blow's peak that may be the largest, and by as much as peaks are in the mean: that of one
+    blow may agree by chance. A blow that only one run has counts wholly.
     """
     mine, theirs = blows(*a, end), blows(*b, end)
     floor = GRAZE * max(each[:, 1].max(initial=0.0) for each in (mine, theirs))
@@ -205,6 +206,8 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     here = np.concatenate([mine[i, 2], alone[0], np.zeros(len(alone[1]))])
     there = np.concatenate([theirs[j, 2], np.zeros(len(alone[0])), alone[1]])
     off, peak = np.abs(here - there), float(there.max())
+    scatter = np.sqrt(np.sum((mine[i, 2] - theirs[j, 2]) ** 2) / max(TINY, np.sum(theirs[j, 2] ** 2)))
+    off = np.maximum(off, scatter * there)
     largest = max(float((there + off).max()) - peak, peak - float((there - off).max()))
     late = float(np.abs(mine[i, 0] - theirs[j, 0]).max(initial=0.0))
     return {Norm.IMPULSE: levy(a, b, end, end / len(theirs)), Norm.PEAK: largest / peak, Norm.ONSET: late / end}
