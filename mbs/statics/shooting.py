@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..functions.looking import Looks, looking
 from ..geometry import Array
 from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
@@ -91,8 +90,6 @@ class Shooting:
         Half width of the differences.
     left : int
         Number of steps left in the budget.
-    looks : Looks
-        Edges of functions of time, which are looked for once for all runs over a period.
     """
 
     scene: CompiledScene
@@ -101,7 +98,6 @@ class Shooting:
     longest: float = LONGEST
     width: float = OFFSET
     left: int = field(default_factory=lambda: BUDGET)
-    looks: Looks = field(default_factory=Looks)
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
@@ -118,7 +114,7 @@ class Shooting:
     def finer(self, degree: int) -> Shooting:
         """Return the map with shorter steps, strips of another degree and narrower differences."""
         scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
-        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2), looks=self.looks)
+        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2))
 
     def _autonomous(self) -> bool:
         """Check at three times, for a state near the start, that nothing depends on time."""
@@ -138,8 +134,7 @@ class Shooting:
         solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
         ends = None if alone else self.shares * self.period
         every = 2 if alone and not self.struck else 1
-        with looking(self.looks):
-            out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
         self.left -= int(counts.steps)
         if self.left <= 0:
             where = f"a motion of period {self.period:.6g} s"
