@@ -19,6 +19,7 @@ from buckler.mbs.accuracy.levels import KINDS
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory, sizes_of
 from buckler.mbs.elements.signal import Kind
+from buckler.mbs.functions import Looks, looking
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Closure
@@ -45,7 +46,8 @@ def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
     levels = KINDS[type(solver)](mechanism, duration, solver, (demand.asked if demand.asked > 0 else PLACE) / PLACE)
-    return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
+    with looking(Looks()):
+        return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 
 
 def touches(force, t):

@@ -116,6 +116,7 @@ def is_fine(mechanism, duration, signal, allowed):
     assert np.sqrt(np.mean(off**2)) < allowed * np.ptp(right[signal])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", COARSE)
 def test_elements_too_few_for_a_rebound_are_not_used(mesh):
     is_fine(striking(COARSE[mesh]), 2.8, "coupler.deflection", 1e-2)

@@ -9,6 +9,8 @@ import pytest
 from buckler.mbs.view.report import page
 
 SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "docs" / "gallery").glob("*.py"))
+SLOW = {"net_of_strips", "uncertain_contact_force", "two_causes_told_apart"}
+"""Scripts that take more than some seconds."""
 
 
 def test_the_site_shows_every_script():
@@ -16,7 +18,9 @@ def test_the_site_shows_every_script():
     assert sorted(re.findall(r'"(\w+)"', order)) == [script.stem for script in SCRIPTS]
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "script", [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW), id=path.stem) for path in SCRIPTS]
+)
 def test_it_gives_its_number(script, capsys):
     text = script.read_text(encoding="utf-8")
     assert "\nassert " in text

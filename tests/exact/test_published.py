@@ -32,6 +32,7 @@ def test_princeton_beam_bends_as_published(load, name):
     assert princeton.tip(load)[1] == pytest.approx(number.value, abs=number.within)
 
 
+@pytest.mark.slow
 def test_simeons_slider_crank_ends_as_published():
     found = simeon.end_state(tolerance=1e-9)[:14]
     scale = np.array((1.0, 1.0, 1.0, *[1e-4] * 4, 1.0, 1.0, 1.0, *[1e-1] * 4))

@@ -49,6 +49,7 @@ def rattle(k):
     assert simulate(made, 2e-5, solver=Exudyn()).ok
 
 
+@pytest.mark.slow
 def test_runs_with_laws_of_their_own_leave_nothing():
     pytest.importorskip("numba")
     assert grows(rattle, 10, 60) < 0.1

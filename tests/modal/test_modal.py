@@ -67,6 +67,7 @@ def test_bending_frequencies_are_timoshenkos(section):
     assert thin == pytest.approx(1, abs=3e-3) if section is FLAT else thin < 0.97
 
 
+@pytest.mark.slow
 def test_bending_frequency_converges_from_above_without_locking():
     """Each halving of the element divides the error by 2^4; first-order elements lock and are far too stiff."""
 
@@ -81,6 +82,7 @@ def test_bending_frequency_converges_from_above_without_locking():
     assert first((16, 2, 1), order=1) / exact > 1.5
 
 
+@pytest.mark.slow
 def test_torsion_frequency_is_saint_venants():
     model = reduced(Modal(TALL, FreeModes((4,)), mesh=Box((24, 6, 2))), LENGTH)
     ratio = THIN / WIDE

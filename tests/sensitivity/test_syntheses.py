@@ -50,6 +50,7 @@ def hoeken(ground, arm):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_hoekens_straight_line():
     """Least rms off the line over half a turn, against the same by closed form; near the published 2 and 2.5 of the crank."""
 

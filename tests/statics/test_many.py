@@ -84,6 +84,7 @@ def test_a_singular_net_is_solved_by_least_squares_of_least_size(hanging):
     assert least(sparse, right, 1e-12) == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
 
 
+@pytest.mark.slow
 def test_a_hundred_strips_hang_as_their_weight_says():
     """What the ground carries is the weight of all strips; no small motion grows, and twenty frequencies are known to 1e-6."""
     mechanism = lattice(100, STRIP)

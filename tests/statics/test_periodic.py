@@ -161,6 +161,7 @@ def at(motion, made, y):
     return start, moving
 
 
+@pytest.mark.slow
 def test_a_block_that_strikes_a_stop_each_period():
     gap, law, period = 0.02, KelvinVoigt(40.0, 0.3), 2 * np.pi / 5
     made = block(
@@ -191,7 +192,7 @@ def test_multipliers_beside_a_graze_are_those_of_the_motion_without_the_stop():
     assert np.abs(found.multipliers) == pytest.approx(np.exp(-damping / 2 * found.period), rel=1e-6)
 
 
-@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
+@pytest.mark.parametrize("stiffness", [1e5, 1e7])
 def test_a_ball_that_bounces_each_period(stiffness):
     """On a table that shakes, of restitution 0.5; contacts last 1/20 to 1/200 of a period, and begin with a jump of the force."""
     law, speed, shake, e = KelvinVoigt.from_restitution(stiffness, 0.5, 1.0), 10 * np.pi, 12.0, 0.5

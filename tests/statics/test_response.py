@@ -104,6 +104,7 @@ def test_mathieus_tongues_begin_and_end_where_hills_determinant_says():
     assert (found.errors["doublings"] < 1e-8).all()
 
 
+@pytest.mark.slow
 def test_a_connecting_rod_pressed_and_pulled_resonates_at_twice_its_frequency():
     """Its first mode obeys Mathieu's damped equation; shear, stretching and the second mode are what is left."""
     section, length = mbs.Section(0.02, 0.002).damped(0.01, 0.5), 0.5
@@ -131,6 +132,7 @@ def test_a_connecting_rod_pressed_and_pulled_resonates_at_twice_its_frequency():
     assert found.doublings == pytest.approx([brentq(doubles, 2.13 * own, 2.16 * own) / TURN], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
     """On a table shaken with Gamma g, of restitution e: at pi sqrt(a^2 + b^2), a = (1 - e)/(1 + e), b = 2 (1 + e^2)/pi/(1 + e)^2
     (N. B. Tufillaro et al., 1992); a contact of 1/200 of a period moves that by as much: against an own run with contacts.

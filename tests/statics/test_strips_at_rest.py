@@ -53,6 +53,7 @@ def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
     assert rest.neutral == ()
 
 
+@pytest.mark.slow
 def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
     """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
     load = 5 * THIN.euler_load(columns.LENGTH)

@@ -23,6 +23,7 @@ def quick():
     return run(Parameters(works="strip,smooth,bars", quick=1, scenes=0, repeats=1))
 
 
+@pytest.mark.slow
 def test_works_are_as_accurate_as_they_were_found_to_be(quick):
     found = {name: metric.value for name, metric in quick.metrics.items()}
     assert quick.status == "OK", quick.message
@@ -44,6 +45,7 @@ def test_load_of_the_strip_converges_at_fourth_order_in_its_elements():
     assert run(Parameters(works="strip", scenes=0, repeats=1)).metrics["strip_order"].value == pytest.approx(4, abs=0.2)
 
 
+@pytest.mark.slow
 def test_an_engine_that_is_wrong_is_found(monkeypatch):
     """Its deflections are 5 % too large: the references of both codes differ."""
     right = plain.slider_crank

@@ -109,6 +109,7 @@ def test_marks_in_words(value, error, mark):
     assert sameness(Ratio(value, error, 1e9), 0.02275, 0.05) == mark
 
 
+@pytest.mark.slow
 def test_planted_difference_gets_its_mark(monkeypatch):
     """Made-up numbers, the same but: with bending 1 alone the force at B is 30 % up; without modes velocities are 50 % up."""
 
@@ -174,6 +175,7 @@ def test_both_solvers_agree_through_the_first_impacts(depth):
     assert cross_check(Parameters(), depth) < 1e-3
 
 
+@pytest.mark.slow
 def test_engine_that_fails_is_suspect(monkeypatch):
     monkeypatch.setattr(modes, "cross_check", lambda p, depth: float("nan"))
     wanted = {"sets": ("none",), "damping_unit": "N.s/m", "in_plane_depth": 20e-3}

@@ -38,6 +38,7 @@ def voltage():
     return slider_crank.run(slider_crank.Parameters(drive="voltage", bows=(0.01,)))
 
 
+@pytest.mark.slow
 def test_force_is_predicted_from_one_calibrated_number(voltage):
     assert voltage.status == "OK", voltage.message
     published = {"2.5V": 25.0, "3V": 30.0}
