@@ -196,7 +196,7 @@ class _Runs:
         if passed.many or len(passed.edges):
             what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
             said = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
-            self.made[-1] = run = replace(run, unseen=f"{said}; give a Table, or a shorter run")
+            self.made[-1] = run = replace(run, unseen=f"{said}; name them by a Piecewise, give a Table, or a shorter run")
         return run
 
     def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:

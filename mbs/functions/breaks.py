@@ -36,6 +36,8 @@ AT_ONCE = 64
 """Least number of arguments that are tried as an array."""
 MOST_OTHERS = 20
 """Most arguments of a function besides the time."""
+BESIDE = 2e-9
+"""Error of a jump that a period tells, over the run: rounding of thousands of periods."""
 RECURRING = 20
 """Least number of jumps from which a period is taken."""
 
@@ -61,7 +63,7 @@ def breaks(function: Callable[..., object], duration: float) -> Edges:
         Length of the run [s].
     """
     try:
-        others = _others(function)
+        others = others_of(function)
     except (Exception, SystemExit):
         return Edges()
     return search(lambda times: evaluate(function, times, *(np.zeros_like(times) for _ in range(others))), duration)
@@ -113,7 +115,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
     return np.array(list(map(function, *(c.tolist() for c in columns))), dtype=float).reshape(count, -1)
 
 
-def _others(function: Callable[..., object]) -> int:
+def others_of(function: Callable[..., object]) -> int:
     """Count the arguments of a function besides the time."""
     for others in range(MOST_OTHERS):
         try:
@@ -181,7 +183,7 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
     """Complete jumps that recur with a period, (times,): pulses shorter than `WIDTH` lie between some samples."""
     if len(jumps) < RECURRING:
         return jumps
-    side = 1e-9 * duration
+    side = BESIDE * duration / 2
     sizes = values_at(np.minimum(jumps + side, duration)) - values_at(np.maximum(jumps - side, 0.0))
     up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]
     if len(up) < RECURRING / 2:
@@ -192,11 +194,19 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
     if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
         return jumps
     every = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
-    every = every[(every > 2 * side) & (every < duration - 2 * side)]
     every = every[~np.isin(np.round(every / side), np.round(jumps / side))]
-    start, end = every - 2 * side, every + 2 * side
-    found, jumped = _bisect(values_at, start, end, values_at(start), values_at(end)) if len(every) else (every, every > 0)
+    found, jumped = sharpen(values_at, every, duration)
     return np.unique(np.concatenate([jumps, found[jumped]]))
+
+
+def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Array]:
+    """Locate the last times before jumps that are known within rounding, and tell which are jumps; ends of the run left out."""
+    side = BESIDE * duration
+    times = times[(times > side) & (times < duration - side)]
+    if not len(times):
+        return times, times > 0
+    start, end = times - side, times + side
+    return _bisect(values_at, start, end, values_at(start), values_at(end))
 
 
 def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
