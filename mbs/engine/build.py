@@ -56,7 +56,7 @@ CONNECTORS: dict[type, Callable[..., None]] = {
 def connect(scene: EngineScene) -> None:
     """Add all elements once the bodies stand: in the order of `CONNECTORS`; a kind without a line there by its rows."""
     found: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
-    for name, element in scene.given.elements.items():
+    for name, element in scene.source.elements.items():
         body = type(element.body) if isinstance(element, elements.Link) else None
         if body is None or body in CONNECTORS:
             found.setdefault(body or type(element), {})[name] = element
@@ -92,7 +92,7 @@ def build(mechanism: Mechanism) -> EngineScene:
     container = exu.SystemContainer()
     system = container.AddSystem()
     scene = EngineScene(mechanism, system, container)
-    scene.start = begun = scene.given.start
+    scene.start = begun = scene.source.start
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
         if placed is not None:
@@ -102,7 +102,7 @@ def build(mechanism: Mechanism) -> EngineScene:
         velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
-    for burden in scene.given.burdens:
+    for burden in scene.source.burdens:
         attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
@@ -215,7 +215,7 @@ def settle(scene: EngineScene) -> None:
         return
     data, initial = scene.system.systemData, exu.ConfigurationType.Initial
     q, v = (np.array(get(configuration=initial)) for get in (data.GetODE2Coordinates, data.GetODE2Coordinates_t))
-    equations = _Equations(scene, STEP * scene.given.axial_period / (2 * pi))
+    equations = _Equations(scene, STEP * scene.source.axial_period / (2 * pi))
     q, v = settle_strips(equations, scene.mechanism, q, v)
     data.SetODE2Coordinates(q, configuration=initial)
     data.SetODE2Coordinates_t(v, configuration=initial)

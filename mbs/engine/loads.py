@@ -245,7 +245,7 @@ def attach(scene: EngineScene, burden: Burden) -> None:
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate."""
     for name, drive in drives.items():
-        if scene.given.is_loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
+        if scene.source.is_loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
             scene.reads(name, "effort", partial(_effort, drive))
         else:

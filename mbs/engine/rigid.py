@@ -108,7 +108,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
     """Mass, inertia and centre of mass of a link with all it bears (parallel axes)."""
     parts = [(mass, inertia, centre)]
-    for at, more, turning in scene.given.burdens:
+    for at, more, turning in scene.source.burdens:
         body, point = place(at)
         if body == link.name:
             parts.append((more, turning, np.array(scene.mechanism.points[point])))

@@ -78,7 +78,7 @@ class EngineScene:
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
-        self.given = Scene.of(self.mechanism)
+        self.source = Scene.of(self.mechanism)
 
     def summary(self) -> dict[str, int]:
         """Count the parts, coordinates, constraints and engine items."""
@@ -150,7 +150,7 @@ class EngineScene:
         motions: dict[str, Any] = {name: placed.motion(run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.given.undetermined)
+        record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.source.undetermined)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record

@@ -98,7 +98,7 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.initialStepSize = 1e-6
     integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
     integration.absoluteTolerance = (
-        EXPLICIT_SHARE * position_error(scene.given, solver.steps.tolerance) if controlled else UNLIMITED
+        EXPLICIT_SHARE * position_error(scene.source, solver.steps.tolerance) if controlled else UNLIMITED
     )
     integration.relativeTolerance = 0.0
     integration.minimumStepSize = min(solver.steps.min_step, NEVER_REACHED)
@@ -114,13 +114,13 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = solver.reuse_jacobian or (bool(scene.given.clearances) and solver.steps.adaptive)
+    keep = solver.reuse_jacobian or (bool(scene.source.clearances) and solver.steps.adaptive)
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
-    if scene.given.redundant:
+    if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
         settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the many splits of the forces
     elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
@@ -142,11 +142,11 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     """Build the scene and let the engine run."""
     scene = build(mechanism)
     steps = solver.steps
-    if steps.adaptive and steps.tolerance is None and scene.given.is_determined:
+    if steps.adaptive and steps.tolerance is None and scene.source.is_determined:
         count = len(sample_times(mechanism, duration, steps)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
-    run = _run_explicit if scene.given.is_loose else _run_implicit
+    run = _run_explicit if scene.source.is_loose else _run_implicit
     control, engine, failure = run(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
     history = control.record.history(scene)
@@ -162,7 +162,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         failure = stuck(record) or failure
     if failure is None and solver.steps.record_every == 1 and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
-    return Run(solver, record, failure, work, scene.summary(), [*scene.given.remarks, *scene.told])
+    return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.told])
 
 
 def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:

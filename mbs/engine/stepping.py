@@ -51,14 +51,14 @@ class StepControl(Recorder):
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         self.weights = _position_weights(scene)
-        self.limit = position_error(scene.given, steps.tolerance)
+        self.limit = position_error(scene.source, steps.tolerance)
         self.min_step, self.max_step = steps.min_step, steps.longest(duration)
         stops = [_StopWatch(contact, steps) for contact in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         tolerance = self.limit / max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
         states = [_StateWatch(scene, node, count, tolerance) for node, count in scene.states]
         self.watched: list[_StopWatch | _StrutWatch | _StateWatch] = [*stops, *struts, *states]
-        self.kinks = [*subdivide(scene.given.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
+        self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0

@@ -27,7 +27,7 @@ from ..mechanism import Mechanism
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
-from ..spectral.dense import refined
+from ..spectral.dense import refine_times
 from ..spectral.output import Output
 from ..spectral.run import State, explicitly, integrate
 from ..spectral.scene import CompiledScene
@@ -131,7 +131,7 @@ def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
     """Add states within the steps of a stretch, which begins with the last row of the one before."""
     first = [Output(*(column[-1:] for column in each)) for each in last]
     joined = Output(*(np.concatenate(columns) for columns in zip(*first, out, strict=True)))
-    return refined(scene, joined, WITHIN) if len(joined.time) > 1 else joined
+    return refine_times(scene, joined, WITHIN) if len(joined.time) > 1 else joined
 
 
 def ensemble(

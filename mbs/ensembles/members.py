@@ -121,7 +121,7 @@ def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Arra
 
     The shift of the coordinates is the least one that gives these eccentricities and meets the constraints, to first order.
     """
-    elements = scene.given.elements
+    elements = scene.source.elements
     joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
     if not joints:
         return None

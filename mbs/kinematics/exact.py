@@ -44,7 +44,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     KinematicsError
         If the drive cannot move the linkage from where it starts.
     """
-    reason = Scene.of(mechanism).undecided
+    reason = Scene.of(mechanism).why_not_kinematic
     if reason:
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
     _ = Scene.of(mechanism).start  # contradictory velocities are named there

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..elements.element import GROUND
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, rank
+from .linkage import ROUNDING, Linkage, rank
 from .start import name_surplus_drives
 
-if TYPE_CHECKING:
-    from .scene import Scene
 
-
-def remarks(scene: Scene) -> list[str]:
+def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
     """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
-    mechanism, found = scene.mechanism, []
-    if scene.redundant:
-        shared = ", ".join(map(repr, scene.undetermined))
-        found.append(f"redundant: {', '.join(map(repr, scene.redundant))}; no equation determines the forces of {shared}")
-    if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(scene.linkage)):
+    mechanism, found = linkage.mechanism, []
+    if redundant:
+        shared = ", ".join(map(repr, undetermined))
+        found.append(f"redundant: {', '.join(map(repr, redundant))}; no equation determines the forces of {shared}")
+    if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(linkage)):
         found.append(too_many)
     held = _groups(mechanism)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
-    found += _free_links(scene)
+    found += _free_links(linkage)
     spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
@@ -44,9 +40,9 @@ def remarks(scene: Scene) -> list[str]:
     return found
 
 
-def _free_links(scene: Scene) -> Iterator[str]:
+def _free_links(linkage: Linkage) -> Iterator[str]:
     """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
-    mechanism, linkage = scene.mechanism, scene.linkage
+    mechanism = linkage.mechanism
     tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
         spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")

@@ -108,7 +108,7 @@ class Scene:
     @cached_property
     def remarks(self) -> list[str]:
         """Remarks in sentences: redundant constraints, too many drives, and what looks forgotten."""
-        return remarks(self)
+        return remarks(self.linkage, self.redundant, self.undetermined)
 
     @cached_property
     def is_determined(self) -> bool:
@@ -121,7 +121,7 @@ class Scene:
         return self.linkage.mobility() == 0
 
     @cached_property
-    def undecided(self) -> str:
+    def why_not_kinematic(self) -> str:
         """Reason why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
         mechanism = self.mechanism
         if not self.is_determined:
@@ -143,7 +143,7 @@ class Scene:
     @property
     def is_kinematic(self) -> bool:
         """True if constraints alone decide the motion, and all elements know their forces in a known motion."""
-        return not self.undecided
+        return not self.why_not_kinematic
 
     # --- sizes and times --------------------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, call1, call2, call3, inner
+from .compiling import call1, call2, call3, draft, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from .tables import (
     CALL,
@@ -24,7 +24,7 @@ from .tables import (
 )  # fmt: skip
 
 
-@inner
+@draft
 def dry(speed, p):
     """Friction given as a force: dynamic, static minus dynamic, viscous, regularisation and Stribeck speeds."""
     fast = abs(speed) - p[3]
@@ -33,7 +33,7 @@ def dry(speed, p):
     return np.sign(speed) * (p[0] + p[1] * np.exp(-fast / p[4]) + p[2] * fast)
 
 
-@inner
+@draft
 def strut(value, rate, p, address):
     """Tension of a post-buckled strut; p: length, rigidity, unit load, compliance, critical load, damping."""
     stretch = value - p[0]
@@ -47,7 +47,7 @@ def strut(value, rate, p, address):
     return -p[2] * call1(address, u)
 
 
-@inner
+@draft
 def motor(t, speed, p, address):
     """Torque of a DC motor on its link; p: voltage, resistance, constant, gear, friction, dead band, regularisation."""
     voltage = p[0] if address == 0 else call1(address, t)
@@ -57,7 +57,7 @@ def motor(t, speed, p, address):
     return p[3] * (p[2] * current - p[4] * min(max(fast / p[6], -1.0), 1.0))
 
 
-@inner
+@draft
 def value_along(tables, k, now, value, rate, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
     t, mem = tables.pace[0] * now.time, now.memory[k]
@@ -84,7 +84,7 @@ def value_along(tables, k, now, value, rate, reaction):
     return call3(tables.laws[tables.forces[k, LAW_OF], CALL], t, value - p[2], rate)
 
 
-@aside
+@noinline
 def slopes_along(tables, k, now, value, rate, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     mem = now.memory[k]

@@ -88,5 +88,5 @@ def _compile_explicit() -> None:
     at_times(scene, out, np.array([0.0]))
     ledger(scene, out, [])
     record_of(scene, out)
-    scene.measured(0, scene.q0)
+    scene.measure(0, scene.q0)
     scene.mass_at(scene.q0)

@@ -37,7 +37,7 @@ class Body(Protocol):
     def rigid_motion(self, builder: Builder) -> Array:
         """Rates of all coordinates for unit rates (vx, vy at its start, turn), shape (n, 3)."""
 
-    def bent(self, builder: Builder, start: Start, link: Link, /) -> Array:
+    def bending_rates(self, builder: Builder, start: Start, link: Link, /) -> Array:
         """Rates of all coordinates with which it gives way at the start, where it must."""
 
 
@@ -226,13 +226,13 @@ class Builder:
 
     def add_measure(self, kind: int, one: int, other: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b."""
-        one = self._placed(one) if kind != k.ANGLE else one
-        other = self._placed(other) if kind in (k.FIXED, k.DISTANCE) else other
+        one = self._without_angle(one) if kind != k.ANGLE else one
+        other = self._without_angle(other) if kind in (k.FIXED, k.DISTANCE) else other
         self.measures.append((kind, one, other))
         self.directions.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
-    def _placed(self, marker: int) -> int:
+    def _without_angle(self, marker: int) -> int:
         """The same marker without its angle, where that depends on more coordinates than its place."""
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != k.CURVE:
@@ -308,6 +308,6 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
-        one = self._placed(one) if kind == k.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
+        one = self._without_angle(one) if kind == k.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
         self.forces.append(Force(name, kind, one, other, law, friction, row, numbers))
         return len(self.forces) - 1

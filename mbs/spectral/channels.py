@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..modal.planar import STATIONS
 from ..record.lookup import unknown
 from ..record.signals import collect
-from .compiling import aside, jit, lend
+from .compiling import by_reference, jit, noinline
 from .forces import add_one
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -36,10 +36,10 @@ PLAIN, MAGNITUDE, POSITIVE = range(3)
 @jit
 def evaluate(tables, work, out, columns, scales, values):
     """Fill values (times, columns) from the rows of a run."""
-    _evaluate(lend(tables), lend(work), lend(out), columns, scales, values)
+    _evaluate(by_reference(tables), by_reference(work), by_reference(out), columns, scales, values)
 
 
-@aside
+@noinline
 def _evaluate(tables, work, out, columns, scales, values):
     f, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
@@ -130,7 +130,7 @@ def _column(scene: CompiledScene, name: str) -> Column | None:
 
 def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
-    elements = scene.given.elements
+    elements = scene.source.elements
     for k, name in enumerate(scene.force_names):
         element = elements.get(name)
         if isinstance(element, Clearance) and element.point == owner:
@@ -182,6 +182,6 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Torque or force of a drive."""
-    if what not in ("torque", "force") or not isinstance(scene.given.elements.get(owner), Drive):
+    if what not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
         return None
     return (MULTIPLIER, scene.row_names.index(owner), 0, PLAIN, -1.0) if owner in scene.row_names else None

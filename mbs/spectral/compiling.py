@@ -22,7 +22,20 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 from ..laws.calls import call1, call2, call3, call_array
 from ..laws.compiled import compile_cached, compile_plain, sums
 
-__all__ = ["aside", "call1", "call2", "call3", "call_array", "close", "compile_below", "copy", "inner", "jit", "lend", "part"]
+__all__ = [
+    "noinline",
+    "call1",
+    "call2",
+    "call3",
+    "call_array",
+    "inline",
+    "compile_below",
+    "copy",
+    "draft",
+    "jit",
+    "by_reference",
+    "view",
+]
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
@@ -76,7 +89,7 @@ class _Draft(JITCodeLibrary):
         return 0
 
 
-class _Aside(_Draft):
+class _NoInline(_Draft):
     """A draft that callers call and do not take in."""
 
     def finalize(self) -> None:
@@ -98,104 +111,104 @@ class _Drafting(Compiler):
         return super().compile_extra(func)
 
 
-class _DraftingAside(_Drafting):
+class _DraftingNoInline(_Drafting):
     """Numba's compiler that leaves a draft to be called."""
 
-    kind = _Aside
+    kind = _NoInline
 
 
-def inner(function: F, compiler: type[Compiler] = _Drafting, **options: object) -> F:
-    """Compile a function that only compiled ones call: no door for Python, nothing kept on disk."""
+def draft(function: F, compiler: type[Compiler] = _Drafting, **options: object) -> F:
+    """Compile a function that only compiled ones call: Python cannot call it, and nothing is kept on disk."""
     DRAFTED.append(function.__name__)
-    doors = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
-    made._compiler.fold_argument_types = partial(_widened, made._compiler.fold_argument_types)
+    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **wrappers, **options)(function)
+    made._compiler.fold_argument_types = partial(_widen, made._compiler.fold_argument_types)
     return made
 
 
-def _widened(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
+def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
     """Take a constant for an argument as its type: Numba compiles a function anew for each number that it is called with."""
     signature, found = fold(args, kws)
     return signature, tuple(map(types.unliteral, found))
 
 
-def aside(function: F) -> F:
+def noinline(function: F) -> F:
     """Compile a function that is seldom called: once, beside its callers."""
-    return inner(function, _DraftingAside, forceinline=False)  # or it would take over that of the first to call it
+    return draft(function, _DraftingNoInline, forceinline=False)  # or it would take over that of the first to call it
 
 
-def close(function: F) -> F:
+def inline(function: F) -> F:
     """Compile a function into those that call it: handing over all tables in a call takes a tenth of a microsecond."""
-    return inner(function, forceinline=True)
+    return draft(function, forceinline=True)
 
 
-class Lent(types.Type):
+class Reference(types.Type):
     """Type of a pointer to the places and shapes of a named tuple's arrays: one pointer in place of some hundred numbers.
 
-    They have no share in the memory's reference counts: what was lent must outlive the call. `words` is where a field's place
+    They have no share in the memory's reference counts: the tuple must outlive the call. `words` is where a field's place
     and shape begin.
     """
 
     def __init__(self, whole: types.Type) -> None:
         self.fields = dict(
-            zip(whole.fields, (Lent(t) if isinstance(t, types.BaseNamedTuple) else t for t in whole.types), strict=True)
+            zip(whole.fields, (Reference(t) if isinstance(t, types.BaseNamedTuple) else t for t in whole.types), strict=True)
         )
-        sizes = [1 if isinstance(field, Lent) else 1 + field.ndim for field in self.fields.values()]
+        sizes = [1 if isinstance(field, Reference) else 1 + field.ndim for field in self.fields.values()]
         self.words = dict(zip(self.fields, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.count = sum(sizes)
-        super().__init__(name=f"Lent({whole.instance_class.__name__})")
+        super().__init__(name=f"Reference({whole.instance_class.__name__})")
 
 
-@register_model(Lent)
-class _LentModel(models.OpaqueModel):
+@register_model(Reference)
+class _ReferenceModel(models.OpaqueModel):
     """A pointer."""
 
 
 @infer_getattr
-class _LentFields(AttributeTemplate):
-    """Fields of what is lent."""
+class _ReferenceFields(AttributeTemplate):
+    """Fields of a reference."""
 
-    key = Lent
+    key = Reference
 
-    def generic_resolve(self, lent: Lent, name: str) -> types.Type | None:
+    def generic_resolve(self, reference: Reference, name: str) -> types.Type | None:
         """Type of a field."""
-        return lent.fields.get(name)
+        return reference.fields.get(name)
 
 
 @intrinsic
-def lend(_typing: typing.Context, whole: types.Type) -> Intrinsic:
-    """Lend the arrays of a named tuple, and of those within it, to functions that are called from here."""
+def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
+    """Hand the arrays of a named tuple, and of those within it, by reference to functions that are called from here."""
 
-    def table(context: BaseContext, builder: ir.IRBuilder, lent: Lent, value: ir.Value) -> ir.Value:
-        words = cgutils.alloca_once(builder, WORD, size=lent.count)
-        for i, (name, field) in enumerate(lent.fields.items()):
+    def table(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
+        words = cgutils.alloca_once(builder, WORD, size=reference.count)
+        for i, (name, field) in enumerate(reference.fields.items()):
             part = builder.extract_value(value, i)
-            if isinstance(field, Lent):
+            if isinstance(field, Reference):
                 found = [builder.ptrtoint(table(context, builder, field, part), WORD)]
             else:
                 array = context.make_array(field)(context, builder, part)
                 found = [builder.ptrtoint(array.data, WORD), *cgutils.unpack_tuple(builder, array.shape)]
             for k, word in enumerate(found):
-                builder.store(word, cgutils.gep_inbounds(builder, words, lent.words[name] + k))
+                builder.store(word, cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         return words
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         return builder.bitcast(table(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
-    return Lent(whole)(whole), codegen
+    return Reference(whole)(whole), codegen
 
 
-@lower_getattr_generic(Lent)
-def _field(context: BaseContext, builder: ir.IRBuilder, lent: Lent, value: ir.Value, name: str) -> ir.Value:
-    """A field of what is lent. Nothing writes to the table while it is lent, so that its words are read once."""
-    words, field = builder.bitcast(value, WORD.as_pointer()), lent.fields[name]
+@lower_getattr_generic(Reference)
+def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value, name: str) -> ir.Value:
+    """Field of a reference. Nothing writes to the words during the call, so that they are read once."""
+    words, field = builder.bitcast(value, WORD.as_pointer()), reference.fields[name]
 
     def word(k: int) -> ir.Value:
-        read = builder.load(cgutils.gep_inbounds(builder, words, lent.words[name] + k))
+        read = builder.load(cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         read.set_metadata("invariant.load", builder.module.add_metadata([]))
         return read
 
-    if isinstance(field, Lent):
+    if isinstance(field, Reference):
         return builder.inttoptr(word(0), cgutils.voidptr_t)
     array = context.make_array(field)(context, builder)
     shape, item = [word(1 + k) for k in range(field.ndim)], WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
@@ -219,18 +232,18 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
     return types.CPointer(array.dtype)(array, index), codegen
 
 
-@close
-def part(array, first, count):
+@inline
+def view(array, first, count):
     """Return elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
     return carray(_place(array, first), (count,))
 
 
 def compile_below(function: F) -> F:
     """Compile a function that stands with the laws, below the kernel, and those that it calls."""
-    return compile_plain(function, inner)
+    return compile_plain(function, draft)
 
 
-@inner
+@draft
 def copy(source, target):
     """Copy an array into another of its shape, both contiguous; the checks of an assignment take long to compile."""
     for i in range(target.size):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..laws.table import IMPACT
-from .compiling import aside, inner
+from .compiling import draft, noinline
 from .tables import (
     CONTACT,
     FASTEST,
@@ -18,20 +18,20 @@ from .tables import (
 )  # fmt: skip
 
 
-@inner
+@draft
 def touches(tables, k):
     """Return True if force k is a contact."""
     return tables.forces[k, KIND] == CONTACT or tables.forces[k, KIND] == JOURNAL
 
 
-@inner
+@draft
 def begins_smoothly(tables, k):
     """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
     law = tables.forces[k, LAW_OF]
     return tables.laws[law, KIND] == IMPACT and tables.law_numbers[law, 1] > 1.0
 
 
-@inner
+@draft
 def depth_of(tables, reports, k):
     """Depth of contact k, from its report."""
     if tables.forces[k, KIND] == JOURNAL:
@@ -40,20 +40,20 @@ def depth_of(tables, reports, k):
     return side * (reports[k, LENGTH] - face)
 
 
-@inner
+@draft
 def rate_of_depth(tables, reports, k):
     """Its rate."""
     return reports[k, RATE] if tables.forces[k, KIND] == JOURNAL else tables.data[tables.forces[k, NUMBERS]] * reports[k, RATE]
 
 
-@inner
+@draft
 def hermite(x, h, start, start_rate, end, end_rate):
     """Cubic with these values and slopes at the ends of a step of length h, at the fraction x."""
     first, last = (1.0 + 2.0 * x) * start + x * h * start_rate, (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
     return (1.0 - x) ** 2 * first + x * x * last
 
 
-@aside
+@noinline
 def crossing(h, start, start_rate, end, end_rate):
     """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0
@@ -82,7 +82,7 @@ def crossing(h, start, start_rate, end, end_rate):
     return high
 
 
-@inner
+@draft
 def first_onset(tables, before, reports, h, landing, outside, smooth):
     """Fraction of the step at which the first open contact closes; 2 if none does.
 
@@ -101,7 +101,7 @@ def first_onset(tables, before, reports, h, landing, outside, smooth):
     return first
 
 
-@inner
+@draft
 def time_to_faces(tables, reports, near):
     """Time after which all contacts that are about to close, and as near, are a tenth of that inside."""
     time = 0.0
@@ -113,7 +113,7 @@ def time_to_faces(tables, reports, near):
     return time
 
 
-@inner
+@draft
 def lets_go(tables, before, reports, largest, share, landing):
     """Return True if a contact lost a share of its largest force so far, or was passed through.
 
@@ -132,7 +132,7 @@ def lets_go(tables, before, reports, largest, share, landing):
     return False
 
 
-@inner
+@draft
 def remember_onset(tables, before, reports, k, m, controls, near):
     """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
 
@@ -151,7 +151,7 @@ def remember_onset(tables, before, reports, k, m, controls, near):
     return -1 if reports[k, VALUE] == 0.0 and before[k, VALUE] != 0.0 else 0
 
 
-@inner
+@draft
 def closing(tables, before, reports, least):
     """Time from a step's start, or, negative, from its end, to where a contact that closes is as far beyond its face as there.
 
@@ -168,7 +168,7 @@ def closing(tables, before, reports, least):
     return 0.0
 
 
-@inner
+@draft
 def bend_of_depths(tables, before, reports, h):
     """Largest distance of closed contacts' depths from straight lines over a step, over the depth."""
     most = 0.0
@@ -180,7 +180,7 @@ def bend_of_depths(tables, before, reports, h):
     return most
 
 
-@inner
+@draft
 def error_of_depth(tables, state, shifted, h, k, least, noise):
     """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
 

@@ -17,7 +17,7 @@ from ..record.lookup import hermite, quintic
 from .explicit import look
 from .integrators import DormandPrince, dormand_prince_state
 from .output import Output
-from .recording import followed
+from .recording import follow_markers
 from .scene import CompiledScene
 from .tables import BRISTLE, FRICTION, LENGTH, RATE, SLIP, VALUE
 
@@ -49,17 +49,17 @@ class Dense(NamedTuple):
 
 def at_times(scene: CompiledScene, out: Output, times: Array) -> Dense:
     """States at times within a run: polynomials of fifth degree through places, rates and second rates at both ends of a step."""
-    return _seen(scene, np.asarray(times, dtype=float), *_states(out, times))
+    return _look_at(scene, np.asarray(times, dtype=float), *_states(out, times))
 
 
-def refined(scene: CompiledScene, out: Output, between: int) -> Output:
+def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
     """The same run with so many states more in each step, at equal distances, but for steps of next to no length."""
     long = np.diff(out.time) > BARE * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
     times = np.sort(np.concatenate([out.time, inner.ravel()]))
     q, v, memory = _states(out, times)
-    found = _seen(scene, times, q, v, memory)
+    found = _look_at(scene, times, q, v, memory)
     return Output(times, q, v, found.a, found.lam, memory)
 
 
@@ -81,13 +81,13 @@ def right_hand_side(scene: CompiledScene) -> Callable[[float, Array], Array]:
     n, memory = scene.size, scene.memory()[None]
 
     def rates(t: float, y: Array) -> Array:
-        seen = _seen(scene, np.array([t]), y[None, :n], y[None, n:], memory)
+        seen = _look_at(scene, np.array([t]), y[None, :n], y[None, n:], memory)
         return np.concatenate([y[n:], seen.a[0]])
 
     return rates
 
 
-def _seen(scene: CompiledScene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
+def _look_at(scene: CompiledScene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
     n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
     flight = dormand_prince_state(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     a, lam, speed, reports = (np.empty((len(time), *shape)) for shape in ((n,), (r,), (r,), (k, 8)))
@@ -132,7 +132,7 @@ def ledger(scene: CompiledScene, out: Output, watched: Sequence[int]) -> Ledger:
     parts, steps = len(SHARES) - 1, np.diff(out.time)
     between = out.time[:-1, None] + steps[:, None] * np.arange(parts) / parts
     seen = at_times(scene, out, np.append(between, out.time[-1]))
-    everywhere, _ = followed(scene, Output(*seen[:5], np.tile(scene.memory(), (len(seen.time), 1, 1))))
+    everywhere, _ = follow_markers(scene, Output(*seen[:5], np.tile(scene.memory(), (len(seen.time), 1, 1))))
     rush = everywhere[:, np.array(watched, dtype=int), 6:8].reshape(len(seen.time), -1)
     push, drag, depth = (seen.reports[:, :, column] for column in (VALUE, FRICTION, LENGTH))
     given = np.where(scene.tables.rows[:, 1] >= 0, -seen.lam * seen.speed, 0.0)

@@ -120,7 +120,7 @@ def _fronts_of(rows: bytes, cols: bytes, fills: bytes, changes: bytes, coordinat
     filled, changing = (np.frombuffer(each, dtype=bool) for each in (fills, changes))
     entries = np.flatnonzero(filled)
     row, col = row[entries], col[entries]
-    made = _merged(_eliminated(*_groups(row, col, coordinates, unknowns), coordinates), changing)
+    made = _merge(_eliminate(*_groups(row, col, coordinates, unknowns), coordinates), changing)
     made.sort(key=lambda front: not front.steady)
     steady = sum(front.steady for front in made)
     order = np.empty(unknowns, dtype=np.int64)
@@ -176,7 +176,7 @@ def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[li
     return groups, meets
 
 
-def _eliminated(groups: list[list[int]], meets: list[set[int]], coordinates: int) -> list[_Front]:
+def _eliminate(groups: list[list[int]], meets: list[set[int]], coordinates: int) -> list[_Front]:
     """Fronts of single groups, in the order of elimination."""
     weight = [len(members) for members in groups]
     row = [members[0] >= coordinates for members in groups]
@@ -202,7 +202,7 @@ def _eliminated(groups: list[list[int]], meets: list[set[int]], coordinates: int
     return out
 
 
-def _merged(made: list[_Front], changing: Array) -> list[_Front]:
+def _merge(made: list[_Front], changing: Array) -> list[_Front]:
     """Fronts put together with the one that takes over where that is less work, in an order that has each before that one.
 
     Those that never change, nor any before them, are not put together with those that do.

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from .compiling import aside, close, copy, inner, jit, lend
+from .compiling import by_reference, copy, draft, inline, jit, noinline
 from .contacts import begins_smoothly, first_onset, remember_onset, touches
 from .forces import add_one
 from .fronts import factor, solve
@@ -50,7 +50,7 @@ ORDER = 0.2
 ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
 
 
-@close
+@inline
 def _has_changed(tables, flight):
     """Tell whether the matrix is another than the one factored last: it has modal links, or other gradients of constraints."""
     changed = tables.modal.shape[0] > 0 or flight.begun[0] == 0
@@ -60,7 +60,7 @@ def _has_changed(tables, flight):
     return changed
 
 
-@inner
+@draft
 def rates_at(model, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
     tables, order, work, flight = model.tables, model.order, model.work, model.flight
@@ -102,10 +102,10 @@ def rates_at(model, t, y, out):
 @jit
 def look(model, out, speed, reports):
     """Fill accelerations and multipliers of out, drives' speeds (times, r) and reports (times, forces, 8) at its states."""
-    _look(lend(model), lend(out), speed, reports)
+    _look(by_reference(model), by_reference(out), speed, reports)
 
 
-@aside
+@noinline
 def _look(model, out, speed, reports):
     flight = model.flight
     n = flight.force.size
@@ -121,7 +121,7 @@ def _look(model, out, speed, reports):
         copy(flight.lam, out.lam[i]), copy(flight.speed, speed[i]), copy(model.work.reports, reports[i])
 
 
-@close
+@inline
 def _is_off(tables, flight, allowed):
     """Return True if the new state violates its constraints by more than is allowed, in units of coordinates and their rates."""
     n, worst = flight.force.size, 0.0
@@ -131,7 +131,7 @@ def _is_off(tables, flight, allowed):
     return worst > allowed * flight.units.min()
 
 
-@close
+@inline
 def _put_back(tables, order, flight):
     """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
     n, r = flight.force.size, flight.lam.size
@@ -145,7 +145,7 @@ def _put_back(tables, order, flight):
             y[i] -= flight.right[i]
 
 
-@close
+@inline
 def _stages(model, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     flight = model.flight
@@ -158,7 +158,7 @@ def _stages(model, t, h):
         rates_at(model, t + NODES[stage] * h, target, flight.rates[stage])
 
 
-@close
+@inline
 def _error(flight, h, tolerance):
     """Embedded error over what is allowed: of coordinates, in their units, and of rates, in units a largest rate so far."""
     n, worst = flight.force.size, 0.0
@@ -173,7 +173,7 @@ def _error(flight, h, tolerance):
     return worst / tolerance
 
 
-@aside
+@noinline
 def _next_stop(clock, controls, stops):
     """The next time at which a step must end."""
     while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
@@ -181,7 +181,7 @@ def _next_stop(clock, controls, stops):
     return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
 
 
-@aside
+@noinline
 def _try(model, clock, h, last, controls, counts):
     """Try a step of length h, the last before a stop or not; return False if error or contacts ask for a shorter one."""
     flight = model.flight
@@ -210,7 +210,7 @@ def _try(model, clock, h, last, controls, counts):
     return True
 
 
-@aside
+@noinline
 def _accept(model, clock, at, stop, controls, out, counts):
     """Take over a step to the time `at`, put back onto the constraints, and write its row."""
     tables, order, work, flight = model.tables, model.order, model.work, model.flight
@@ -238,10 +238,10 @@ def _accept(model, clock, at, stop, controls, out, counts):
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    _run(lend(model), clock, controls, stops, lend(out), counts)
+    _run(by_reference(model), clock, controls, stops, by_reference(out), counts)
 
 
-@aside
+@noinline
 def _run(model, clock, controls, stops, out, counts):
     flight = model.flight
     counts.samples = 0
@@ -270,7 +270,7 @@ def _run(model, clock, controls, stops, out, counts):
             clock.held = 0.0
 
 
-@close
+@inline
 def _remember(tables, work, flight, controls, counts):
     """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
     changed = False
@@ -288,7 +288,7 @@ def _remember(tables, work, flight, controls, counts):
     return changed
 
 
-@close
+@inline
 def _write(flight, out, counts, t, before):
     """Write the state as a row; bristles as they stand, with no time since."""
     n, i = flight.force.size, counts.samples

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from .along import slopes_along, value_along
-from .compiling import aside, call1, close, inner
+from .compiling import call1, draft, inline, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from .markers import (
     add_entries,
@@ -61,7 +61,7 @@ from .tables import (
 )  # fmt: skip
 
 
-@close
+@inline
 def _along(tables, work, k, now, f):
     """A force along a measure."""
     number, grad, row = tables.forces[k, A], work.grad, tables.forces[k, ROW_OF]
@@ -75,7 +75,7 @@ def _along(tables, work, k, now, f):
     add_gradient(tables, work, number, grad, force, f)
 
 
-@aside
+@noinline
 def _bend_along(tables, work, k, now, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
     number, grad, hess, row = tables.forces[k, A], work.grad, work.hess, tables.forces[k, ROW_OF]
@@ -106,7 +106,7 @@ def _bend_along(tables, work, k, now, mass):
         _add_cross(tables, work, k, number, grad, -force / reaction, mass)
 
 
-@inner
+@draft
 def _add_cross(tables, work, k, number, grad, factor, mass):
     """Add factor times the gradient of a measure to the column of the multiplier that force k follows."""
     block = tables.rows.shape[0] + k
@@ -116,7 +116,7 @@ def _add_cross(tables, work, k, number, grad, factor, mass):
         mass[tables.slots[slot + i * m + m - 1]] += work.element[i]
 
 
-@close
+@inline
 def touch(tables, work, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
@@ -139,33 +139,33 @@ def touch(tables, work, k, mem, since, out):
         out[BENT] = mem[BRISTLE]
 
 
-@close
-def _pressed(tables, k, number, out):
+@inline
+def _push_of_pin(tables, k, number, out):
     """Pin's radius, eccentricity, friction's force, and all force on the pin, of a contact that is closed."""
     nx, ny, push, drag = out[FX], out[FY], tables.factors[k] * out[VALUE], tables.factors[k] * out[FRICTION]
     return tables.data[number], out[LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
 
 
-@close
+@inline
 def _journal(tables, work, k, mem, since, f):
     """A pin in a bush."""
     ma, mb, number, out = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], work.reports[k]
     touch(tables, work, k, mem[k], since, out)
     if out[LENGTH] <= 0.0:
         return
-    radius, e, drag, fx, fy = _pressed(tables, k, number, out)
+    radius, e, drag, fx, fy = _push_of_pin(tables, k, number, out)
     add_force(tables, work, ma, fx, fy, -radius * drag, f)
     add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
-@aside
+@noinline
 def _bend_journal(tables, work, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
     ma, mb, number, out = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], work.reports[k]
     if out[LENGTH] <= 0.0:
         return
     factor, tx, ty = tables.factors[k], -out[FY], out[FX]
-    (radius, e, drag, fx, fy), nx, ny, push = _pressed(tables, k, number, out), out[FX], out[FY], factor * out[VALUE]
+    (radius, e, drag, fx, fy), nx, ny, push = _push_of_pin(tables, k, number, out), out[FX], out[FY], factor * out[VALUE]
     by_depth, by_rate = normal_slopes(tables, tables.forces[k, LAW_OF], out[LENGTH], out[RATE], mem[k, ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
     by_slide = push * rubbing_slope(tables, tables.forces[k, FRICTION_OF], out[SLIP], mem[k], since)
@@ -197,7 +197,7 @@ def _bend_journal(tables, work, k, q, mem, since):
     add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), work.stiff, tables.markers[ma, COUNT])
 
 
-@inner
+@draft
 def _moment(tables, work, k, push_x, push_y):
     """Moment of a push about its marker, where its line of action stays in the plane."""
     a, number = tables.forces[k, A], tables.forces[k, NUMBERS]
@@ -205,7 +205,7 @@ def _moment(tables, work, k, push_x, push_y):
     return tables.data[number + 3] * (rx * push_y - ry * push_x)
 
 
-@close
+@inline
 def _push(tables, work, k, t, f):
     """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
     a, b, number, law = tables.forces[k, A], tables.forces[k, B], tables.forces[k, NUMBERS], tables.forces[k, LAW_OF]
@@ -219,7 +219,7 @@ def _push(tables, work, k, t, f):
     add_force(tables, work, a, fx, fy, _moment(tables, work, k, fx, fy), f)
 
 
-@aside
+@noinline
 def _bend_push(tables, work, k, q):
     """Derivatives of a force at a marker."""
     a, b, fx, fy, h = tables.forces[k, A], tables.forces[k, B], work.reports[k, FX], work.reports[k, FY], work.by_place
@@ -233,7 +233,7 @@ def _bend_push(tables, work, k, q):
     add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
 
 
-@close
+@inline
 def add_one(tables, work, k, now, f):
     """Add force k; see `add_forces`."""
     kind = tables.forces[k, KIND]
@@ -247,14 +247,14 @@ def add_one(tables, work, k, now, f):
         _along(tables, work, k, now, f)
 
 
-@inner
+@draft
 def add_forces(tables, work, now, f):
     """Add all forces between markers at an instant to f. Markers are placed."""
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, f)
 
 
-@aside
+@noinline
 def bend_forces(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):

@@ -65,7 +65,7 @@ class FrameBody:
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
         return out
 
-    def bent(self, builder: Builder, _start: Start, _link: Link) -> Array:
+    def bending_rates(self, builder: Builder, _start: Start, _link: Link) -> Array:
         """None at the start: the modes of a modal link are at rest, or moved by the constraints."""
         return np.zeros(len(builder.q))
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .compiling import aside, inner, part
+from .compiling import draft, noinline, view
 from .elimination import Fronts
 
 ROUNDED = 1e-13
@@ -29,7 +29,7 @@ class Orders(NamedTuple):
     mass: Fronts
 
 
-@aside
+@noinline
 def factor(order, a, factors, swaps, amount, again):
     """Factor the matrix of entries a (slots,): fill lu (entries of fronts) and swaps (unknowns of fronts).
 
@@ -48,21 +48,21 @@ def factor(order, a, factors, swaps, amount, again):
             _hand_over(order, factors, amount, f)
 
 
-@inner
+@draft
 def _hand_over(order, factors, amount, f):
     """Add what is left of a front to the one that takes over."""
     pivots, size, first, at, parent, places, row = order.fronts[f]
     large, start, count = order.fronts[parent, 1], order.fronts[parent, 3], size - pivots
-    to, unknowns = part(order.places, places, count), part(order.unknowns, first + pivots, count)
+    to, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
-        left, sum = part(factors, at + (pivots + i) * size + pivots, count), part(factors, start + to[i] * large, large)
+        left, sum = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + to[i] * large, large)
         for j in range(count):
             sum[to[j]] += left[j]
         if row == 0:
             amount[unknowns[i]] += abs(left[i])
 
 
-@inner
+@draft
 def _eliminate(order, factors, swaps, amount, f):
     """Eliminate a front's pivots; in place of each stands its reciprocal then."""
     pivots, size, first, at, row = (
@@ -73,7 +73,7 @@ def _eliminate(order, factors, swaps, amount, f):
         order.fronts[f, 6],
     )
     for c in range(pivots):
-        upper = part(factors, at + c * size, size)
+        upper = view(factors, at + c * size, size)
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -81,7 +81,7 @@ def _eliminate(order, factors, swaps, amount, f):
                 p, largest = i, found
         swaps[first + c] = p
         if p != c:
-            other = part(factors, at + p * size, size)
+            other = view(factors, at + p * size, size)
             for j in range(size):
                 upper[j], other[j] = other[j], upper[j]
         if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
@@ -92,31 +92,31 @@ def _eliminate(order, factors, swaps, amount, f):
             continue
         reciprocal, count = 1.0 / upper[c], size - c - 1
         upper[c] = reciprocal
-        right = part(upper, c + 1, count)
+        right = view(upper, c + 1, count)
         for i in range(c + 1, size):
-            lower = part(factors, at + i * size + c, count + 1)
+            lower = view(factors, at + i * size + c, count + 1)
             share = lower[0] * reciprocal
             lower[0] = share
-            below = part(lower, 1, count)
+            below = view(lower, 1, count)
             for j in range(count):
                 below[j] -= share * right[j]
 
 
-@aside
+@noinline
 def solve(order, factors, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
     for f in range(order.fronts.shape[0]):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
         if size == 1:
             continue
-        unknowns, swap = part(order.unknowns, first, size), part(swaps, first, pivots)
+        unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots):
             p = swap[c]
             room[c], room[p] = room[p], room[c]
         for i in range(1, size):
-            row, total = part(factors, at + i * size, size), room[i]
+            row, total = view(factors, at + i * size, size), room[i]
             for c in range(min(i, pivots)):
                 total -= row[c] * room[c]
             room[i] = total
@@ -124,14 +124,14 @@ def solve(order, factors, swaps, x, room):
             x[unknowns[i]] = room[i]
     for f in range(order.fronts.shape[0] - 1, -1, -1):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
-        unknowns = part(order.unknowns, first, size)
+        unknowns = view(order.unknowns, first, size)
         if size == 1:
             x[unknowns[0]] *= factors[at]
             continue
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots - 1, -1, -1):
-            row, total = part(factors, at + c * size, size), room[c]
+            row, total = view(factors, at + c * size, size), room[c]
             for j in range(c + 1, size):
                 total -= row[j] * room[j]
             room[c] = total * row[c]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, copy, jit, lend
+from .compiling import by_reference, copy, jit, noinline
 from .contacts import (
     bend_of_depths,
     closing,
@@ -30,7 +30,7 @@ from .samples import (
     write_at_face,
     write_between,
 )
-from .scaling import deformed, follow_units
+from .scaling import deformation, follow_units
 from .strips import MIXED, PLAIN, elastic_stresses
 from .tables import VALUE, Instant
 
@@ -60,7 +60,7 @@ ROOM = 1e-2
 """Move of the end of a step to an onset that is none, over the shortest step."""
 
 
-@aside
+@noinline
 def _begin(model, t, tolerance):
     """Fill in what the first step needs to know of the start."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -75,13 +75,13 @@ def _begin(model, t, tolerance):
         state.weight[i] = 1.0 / state.whole[i]
     for k in range(tables.elastic.shape[0]):
         i, j = tables.elastic[k, 0], tables.elastic[k, 1]
-        state.rest[k] = deformed(state, tables.elastic, k)
+        state.rest[k] = deformation(state, tables.elastic, k)
         if j >= 0:
             state.weight[i] = state.weight[j] = 0.0
     follow_units(state, tables.elastic, tolerance)
 
 
-@aside
+@noinline
 def _error(model, t, h, controls, least):
     """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
     steps.
@@ -122,7 +122,7 @@ def _error(model, t, h, controls, least):
     return error
 
 
-@aside
+@noinline
 def _take_over(state):
     """Make the step's end the present state."""
     for i in range(state.q.size):
@@ -133,7 +133,7 @@ def _take_over(state):
     copy(state.multipliers[2], state.lam), copy(state.stresses[2], state.stress), copy(state.jacobian, state.base)
 
 
-@aside
+@noinline
 def _next_stop(model, clock, controls, stops, out, counts):
     """The next time at which a step must end. At a kink that has come, accelerations jump."""
     while clock.stop < stops.size:
@@ -146,7 +146,7 @@ def _next_stop(model, clock, controls, stops, out, counts):
     return controls.end
 
 
-@aside
+@noinline
 def _length(clock, controls, stop):
     """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short.
 
@@ -158,7 +158,7 @@ def _length(clock, controls, stop):
     return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == REACH else h
 
 
-@aside
+@noinline
 def _try(model, clock, h, at, controls, counts):
     """Try a step of length h to the time `at`; return False if Newton's method, error or contacts ask for a shorter one."""
     tables, work, state = model.tables, model.work, model.state
@@ -189,7 +189,7 @@ def _try(model, clock, h, at, controls, counts):
     return True
 
 
-@aside
+@noinline
 def _accept(model, clock, h, target, controls, out, counts):
     """Take over a step of length h to the time `target`, and write its rows."""
     tables, work, state = model.tables, model.work, model.state
@@ -214,7 +214,7 @@ def _accept(model, clock, h, target, controls, out, counts):
         jump(model, clock, controls, out, counts)
 
 
-@aside
+@noinline
 def _lengthen(clock, h, shortest):
     """Length of the step after one of length h that stood, by its error and the last one's: K. Gustafsson's predictive rule."""
     error = max(clock.error, 1e-8)
@@ -232,10 +232,10 @@ def run_implicit(model, clock, controls, stops, out, counts):
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    _run(lend(model), clock, controls, stops, lend(out), counts)
+    _run(by_reference(model), clock, controls, stops, by_reference(out), counts)
 
 
-@aside
+@noinline
 def _run(model, clock, controls, stops, out, counts):
     state, mixed = model.state, model.work.mixed
     counts.samples = 0

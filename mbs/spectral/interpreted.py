@@ -8,19 +8,18 @@ from ..geometry import Array
 from ..laws.calls import call1, call2, call3, call_array
 
 __all__ = [
-    "aside",
+    "noinline",
     "call1",
     "call2",
     "call3",
     "call_array",
-    "close",
+    "inline",
     "compile_below",
     "copy",
-    "inner",
+    "draft",
     "jit",
-    "lend",
-    "owned",
-    "part",
+    "by_reference",
+    "view",
     "plain",
 ]
 
@@ -32,13 +31,7 @@ def plain(function: T) -> T:
     return function
 
 
-def owned(thing: T) -> T:
-    """The thing itself: Python counts its references."""
-    return thing
-
-
-jit = inner = aside = close = compile_below = plain
-lend = owned
+jit = draft = noinline = inline = by_reference = compile_below = plain
 
 
 def copy(source: Array, target: Array) -> None:
@@ -46,6 +39,6 @@ def copy(source: Array, target: Array) -> None:
     target[...] = source
 
 
-def part(array: Array, first: int, count: int) -> Array:
+def view(array: Array, first: int, count: int) -> Array:
     """Return elements of an array from one on."""
     return array[first : first + count]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, close, copy, inner
+from .compiling import copy, draft, inline, noinline
 from .forces import add_forces, bend_forces
 from .lawtable import AFTER, motion, second_rate
 from .markers import (
@@ -25,20 +25,20 @@ from .strips import add_strips, bend_strips
 from .tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, WIDTH, A, B
 
 
-@close
+@inline
 def _numbers(tables, row):
     """Places of a modal link: first coordinate, that of its modes, their number; radial, gram, gyration, stiffness begin."""
     o, m, d = tables.modal[row, 0], tables.modal[row, 1], tables.modal[row, 2]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
 
-@close
+@inline
 def _block(tables, row):
     """Number of a modal link's block."""
     return tables.rows.shape[0] + tables.forces.shape[0] + tables.strips.shape[0] + row
 
 
-@inner
+@draft
 def _times(tables, at, i, m, x, first):
     """Row i of the (m, m) numbers at a place, times the amplitudes in x."""
     total = 0.0
@@ -47,7 +47,7 @@ def _times(tables, at, i, m, x, first):
     return total
 
 
-@inner
+@draft
 def add_modal(tables, q, v, f):
     """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
     for row in range(tables.modal.shape[0]):
@@ -60,7 +60,7 @@ def add_modal(tables, q, v, f):
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
 
 
-@aside
+@noinline
 def bend_modal(tables, work, q, v, damp, stiff):
     """Derivatives of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
@@ -82,14 +82,14 @@ def bend_modal(tables, work, q, v, damp, stiff):
         add_entries(tables, _block(tables, row), work.damp, damp)
 
 
-@aside
+@noinline
 def mass_matrix(tables, work, q, mass):
     """Fill mass with M(q)."""
     copy(tables.mass, mass)
     add_modal_mass(tables, work, q, mass)
 
 
-@inner
+@draft
 def renew_mass(tables, work, q, jacobian, mass):
     """Write anew what changes of M(q), G and G^T."""
     for row in range(tables.modal.shape[0]):
@@ -105,7 +105,7 @@ def renew_mass(tables, work, q, jacobian, mass):
     add_rows(tables, jacobian, mass)
 
 
-@inner
+@draft
 def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q."""
     for row in range(tables.modal.shape[0]):
@@ -119,14 +119,14 @@ def add_modal_mass(tables, work, q, mass):
         add_entries(tables, _block(tables, row), work.stiff, mass)
 
 
-@inner
+@draft
 def _coupling(tables, row, q, i):
     """Inertia that the amplitude of mode i of a modal link adds, and mass between it and the frame's angle."""
     _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
     return 2.0 * tables.data[radial + i] + _times(tables, gram, i, m, q, e), -_times(tables, gyration, i, m, q, e)
 
 
-@inner
+@draft
 def mass_times(tables, q, a, out):
     """Fill out with M(q) a."""
     for i in range(a.size):
@@ -142,7 +142,7 @@ def mass_times(tables, q, a, out):
             out[e + i] += swirl * a[o + 2]
 
 
-@aside
+@noinline
 def add_mass_slope(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
@@ -156,7 +156,7 @@ def add_mass_slope(tables, work, q, a, stiff):
         add_entries(tables, _block(tables, row), work.stiff, stiff)
 
 
-@aside
+@noinline
 def forces(tables, work, now, f):
     """Fill f with all forces but the constraints', and place the markers."""
     place_markers(tables, work, now.q, now.v)
@@ -169,7 +169,7 @@ def forces(tables, work, now, f):
     add_forces(tables, work, now, f)
 
 
-@aside
+@noinline
 def tangents(tables, work, now, mass, damp, stiff):
     """Derivatives of the forces filled in last: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
@@ -179,7 +179,7 @@ def tangents(tables, work, now, mass, damp, stiff):
     bend_forces(tables, work, now, mass, damp, stiff)
 
 
-@close
+@inline
 def row_at(tables, work, r, t, residual, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
     grad, at, total = work.grad, tables.blocks[r, MEMBERS], 0.0
@@ -196,7 +196,7 @@ def row_at(tables, work, r, t, residual, jacobian, speed):
         residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
-@close
+@inline
 def change_at(tables, work, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
     first, drive, grad = tables.rows[r, LEAD], tables.rows[r, MOTION_OF], work.grad
@@ -206,21 +206,21 @@ def change_at(tables, work, r, t, side, change):
         change[r] -= tables.directions[k, SHARE] * bias_of(tables, work, k, grad, work.hess)
 
 
-@aside
+@noinline
 def rows_at(tables, work, t, residual, jacobian, speed):
     """The same of all constraints."""
     for r in range(tables.rows.shape[0]):
         row_at(tables, work, r, t, residual, jacobian, speed)
 
 
-@aside
+@noinline
 def changes_at(tables, work, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(tables.rows.shape[0]):
         change_at(tables, work, r, t, side, change)
 
 
-@aside
+@noinline
 def constraints(tables, work, t, jacobian, residual, speed, change):
     """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed.
 
@@ -232,7 +232,7 @@ def constraints(tables, work, t, jacobian, residual, speed, change):
         change_at(tables, work, r, t, AFTER, change)
 
 
-@inner
+@draft
 def row_times(tables, r, jacobian, v):
     """Row r of G times v."""
     first, total = tables.blocks[r, MEMBERS], 0.0
@@ -241,7 +241,7 @@ def row_times(tables, r, jacobian, v):
     return total
 
 
-@inner
+@draft
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
@@ -250,7 +250,7 @@ def add_reactions(tables, jacobian, lam, out):
             out[tables.members[i]] += jacobian[i] * push
 
 
-@inner
+@draft
 def add_rows(tables, jacobian, values):
     """Add G and G^T to the entries of a matrix."""
     for r in range(tables.rows.shape[0]):
@@ -260,7 +260,7 @@ def add_rows(tables, jacobian, values):
             values[tables.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
 
 
-@aside
+@noinline
 def add_multipliers(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
     grad, hess = work.grad, work.hess

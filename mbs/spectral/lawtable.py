@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..laws import table
 from ..laws.table import BRISTLE_CALLED, LUGRE
-from .compiling import aside, call1, compile_below, inner
+from .compiling import call1, compile_below, draft, noinline
 from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
@@ -13,7 +13,7 @@ AFTER, BEFORE = 1e-6, -1e-6
 """Step, s, of the difference that gives a drive's acceleration just after a time or just before it: short beside any motion."""
 
 
-@aside
+@noinline
 def normal_slopes(tables, law, depth, rate, onset):
     """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
@@ -22,7 +22,7 @@ def normal_slopes(tables, law, depth, rate, onset):
     return by_depth / (2.0 * hd), by_rate / (2.0 * hr)
 
 
-@inner
+@draft
 def rubbing(tables, law, speed, mem, since):
     """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
     kind = tables.laws[law, KIND]
@@ -34,14 +34,14 @@ def rubbing(tables, law, speed, mem, since):
     return friction(tables, law, speed, bristle), bristle
 
 
-@aside
+@noinline
 def rubbing_slope(tables, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)
     return (rubbing(tables, law, speed + h, mem, since)[0] - rubbing(tables, law, speed - h, mem, since)[0]) / (2.0 * h)
 
 
-@inner
+@draft
 def motion(tables, k, t):
     """Travel of drive k at time t, and its speed."""
     kind, pace = tables.motions[k, KIND], tables.pace[0]
@@ -55,7 +55,7 @@ def motion(tables, k, t):
     return call1(tables.motions[k, CALL], t), pace * call1(tables.motions[k, CALL_TOO], t)
 
 
-@inner
+@draft
 def second_rate(tables, k, t, side):
     """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
     kind, pace = tables.motions[k, KIND], tables.pace[0]

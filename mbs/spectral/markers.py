@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, close, inner
+from .compiling import draft, inline, noinline
 from .tables import (
     ANGLE,
     AX,
@@ -38,7 +38,7 @@ from .tables import (
 )  # fmt: skip
 
 
-@close
+@inline
 def _place_frame(tables, work, m, q, v):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
     o, size, first, d = tables.markers[m, OFFSET], tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
@@ -72,7 +72,7 @@ def _place_frame(tables, work, m, q, v):
         dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
-@close
+@inline
 def _place_linear(tables, work, m, q, v):
     """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
     size, first, d = tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
@@ -84,7 +84,7 @@ def _place_linear(tables, work, m, q, v):
         work.state[m, row], work.state[m, VX + row] = value, rate
 
 
-@close
+@inline
 def _place_curve(tables, work, m, q, v):
     """Place x = sum N_i x_i, y likewise; the angle is that of (x', y'), the one nearest to what it was last."""
     size, first, d = tables.markers[m, SIZE], tables.markers[m, FIRST], tables.markers[m, DATA]
@@ -108,7 +108,7 @@ def _place_curve(tables, work, m, q, v):
         dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
 
 
-@close
+@inline
 def place_marker(tables, work, m, q, v):
     """State of marker m and its derivatives, at coordinates q and rates v."""
     kind = tables.markers[m, KIND]
@@ -120,14 +120,14 @@ def place_marker(tables, work, m, q, v):
         _place_curve(tables, work, m, q, v)
 
 
-@aside
+@noinline
 def place_markers(tables, work, q, v):
     """The same of all markers, in their order."""
     for m in range(tables.markers.shape[0]):
         place_marker(tables, work, m, q, v)
 
 
-@close
+@inline
 def add_force(tables, work, m, push_x, push_y, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
     first = tables.markers[m, FIRST]
@@ -135,7 +135,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
         out[tables.places[i]] += push_x * work.slope[0, i] + push_y * work.slope[1, i] + turning * work.slope[2, i]
 
 
-@aside
+@noinline
 def add_geometric(tables, work, m, q, push, out, at):
     """Add to out, from row and column `at` on, the second derivatives of push . (x, y, angle) of a marker."""
     fx, fy, turning = push
@@ -164,7 +164,7 @@ def add_geometric(tables, work, m, q, push, out, at):
                 out[at + size + i, at + size + k] -= hxx * dd
 
 
-@inner
+@draft
 def _row_times(work, i, h, row, column, factor):
     """Factor times row i of J^T times the 3 x 3 block of h at row and column."""
     jx, jy, ja = factor * work.slope[0, i], factor * work.slope[1, i], factor * work.slope[2, i]
@@ -175,7 +175,7 @@ def _row_times(work, i, h, row, column, factor):
     )
 
 
-@close
+@inline
 def measure(tables, work, k, grad):
     """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
     kind, pa, pb = tables.measures[k, KIND], work.state[tables.measures[k, A]], work.state[tables.measures[k, B]]
@@ -198,7 +198,7 @@ def measure(tables, work, k, grad):
     return dx * ex + dy * ey, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
 
 
-@inner
+@draft
 def curve(tables, work, k, grad, hess):
     """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
     kind, pa, pb, dx, dy = (
@@ -225,14 +225,14 @@ def curve(tables, work, k, grad, hess):
     return kind == DISTANCE or kind == TURNING
 
 
-@close
+@inline
 def add_gradient(tables, work, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
     add_force(tables, work, tables.measures[k, A], factor * grad[0], factor * grad[1], factor * grad[2], out)
     add_force(tables, work, tables.measures[k, B], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
-@close
+@inline
 def put_gradient(tables, work, k, grad, factor, out, at):
     """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on.
 
@@ -248,7 +248,7 @@ def put_gradient(tables, work, k, grad, factor, out, at):
     return at
 
 
-@aside
+@noinline
 def add_pair(tables, work, pair, slopes, factor, right, out):
     """Add factor J^T slopes R of two markers to the block of their coordinates, slopes of shape (6, 6).
 
@@ -270,7 +270,7 @@ def add_pair(tables, work, pair, slopes, factor, right, out):
                         out[to + m, across + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
-@inner
+@draft
 def clear_block(tables, work, block):
     """Make room for a block's entries."""
     m = tables.blocks[block, WIDTH]
@@ -280,7 +280,7 @@ def clear_block(tables, work, block):
             work.damp[i, j] = 0.0
 
 
-@inner
+@draft
 def add_entries(tables, block, entries, values):
     """Add a block's entries to the matrix they are a part of."""
     _, m, slot = tables.blocks[block]
@@ -290,13 +290,13 @@ def add_entries(tables, block, entries, values):
             slot += 1
 
 
-@close
+@inline
 def rate_of(work, one, other, k):
     """Component k of the six rates of markers a and b."""
     return work.state[one, VX + k] if k < 3 else work.state[other, VX + k - 3]
 
 
-@close
+@inline
 def bias_of(tables, work, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
     a, b, total = tables.measures[k, A], tables.measures[k, B], 0.0

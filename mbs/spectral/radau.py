@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import aside, inner
+from .compiling import draft, noinline
 from .fronts import factor, solve
 from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
 from .lawtable import BEFORE
@@ -57,7 +57,7 @@ FAR = 100.0
 """Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
 
 
-@aside
+@noinline
 def size_of(state, elastic, u):
     """Largest component of a change u of the coordinates, in their units."""
     worst = 0.0
@@ -71,7 +71,7 @@ def size_of(state, elastic, u):
     return worst
 
 
-@inner
+@draft
 def lagrange(at, j):
     """Lagrange's polynomial j of the places where a step's rates are known, at a fraction of the step."""
     factor = 1.0
@@ -81,7 +81,7 @@ def lagrange(at, j):
     return factor
 
 
-@aside
+@noinline
 def predict(state, h, before):
     """First guess at the nodes: rates by the last step's polynomial, or where there is none, or a tiny one, by the present
     acceleration; multipliers and stresses by the line through the last step's last two nodes, or as they are.
@@ -108,7 +108,7 @@ def predict(state, h, before):
                 rates[k] += factor * past[k]
 
 
-@aside
+@noinline
 def integrate(state, h):
     """Places and accelerations at the nodes from the rates there."""
     for i in range(3):
@@ -118,33 +118,33 @@ def integrate(state, h):
             state.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
 
 
-@aside
+@noinline
 def renew_heavy(tables, orders, work, state, q, jacobian, again):
     """Factor [M G^T; G 0] with these rows."""
     renew_mass(tables, work, q, jacobian, state.bare)
     factor(orders.mass, state.bare, state.heavy, state.heavy_swaps, state.amount_of_row, again)
 
 
-@inner
+@draft
 def solve_real(orders, state, right):
     """Solve with the real Newton matrix, in place."""
     solve(orders.newton, state.real, state.real_swaps, right, state.part)
 
 
-@inner
-def _embedded(nodes, start, k):
+@draft
+def _embedded_slope(nodes, start, k):
     """Part of the nodes of component k in its slope at the start, times the length of the step, by the embedded formula."""
     return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
 
 
-@aside
+@noinline
 def error_of(tables, orders, state, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
     n, r, k1 = state.q.size, state.lam.size, h / REAL
     moved, pushed = state.dq[0], state.dv[0]
     for k in range(n):
-        moved[k] = state.v[k] + _embedded(state.places, state.q, k) / h
-        pushed[k] = state.a[k] + moved[k] / k1 + _embedded(state.rates, state.v, k) / h
+        moved[k] = state.v[k] + _embedded_slope(state.places, state.q, k) / h
+        pushed[k] = state.a[k] + moved[k] / k1 + _embedded_slope(state.rates, state.v, k) / h
     mass_times(tables, state.q, pushed, state.step[:n])
     for k in range(tables.row.size):
         if tables.row[k] < n and tables.col[k] < n:
@@ -157,7 +157,7 @@ def error_of(tables, orders, state, h):
     return size_of(state, tables.elastic, state.step[:n])
 
 
-@aside
+@noinline
 def put_back(tables, orders, work, state, t, h):
     """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
 
@@ -207,7 +207,7 @@ def put_back(tables, orders, work, state, t, h):
                 state.multipliers[i, k] -= NODES[i] * lacking[n + k]
 
 
-@inner
+@draft
 def _project(orders, state, rows, y):
     """Take from y what makes the constraints' rows, with least kinetic energy."""
     _fill(state.right, y.size, rows)
@@ -216,7 +216,7 @@ def _project(orders, state, rows, y):
         y[i] -= state.right[i]
 
 
-@inner
+@draft
 def _fill(right, n, rows):
     """Make a right side of rows alone."""
     right[:] = 0.0

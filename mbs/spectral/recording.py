@@ -13,7 +13,7 @@ from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from .compiling import aside, copy, jit, lend
+from .compiling import by_reference, copy, jit, noinline
 from .forces import add_forces
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -50,10 +50,10 @@ class Trace(NamedTuple):
 @jit
 def follow(tables, work, out, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
-    _follow(lend(tables), lend(work), lend(out), traces, reports)
+    _follow(by_reference(tables), by_reference(work), by_reference(out), traces, reports)
 
 
-@aside
+@noinline
 def _follow(tables, work, out, traces, reports):
     f = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
@@ -83,7 +83,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             frames[link.name] = _own_centre(scene, link, body)
     if len(builder.markers) > len(scene.tables.markers):
         scene.refresh()
-    traces, reports = followed(scene, out)
+    traces, reports = follow_markers(scene, out)
 
     def trace(marker: int) -> Trace:
         t = traces[:, marker]
@@ -103,11 +103,11 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
     return Record(
-        mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.given.undetermined
+        mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.source.undetermined
     )
 
 
-def followed(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
+def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
     times = len(out.time)
     traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
@@ -147,7 +147,7 @@ def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
     """Channels that elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
-    names, elements = np.array(scene.row_names), scene.given.elements
+    names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
         found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
         channels[name] = dict(found or {})

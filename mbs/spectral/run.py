@@ -94,7 +94,7 @@ def once(
         "rejected": float(counts.rejected),
     }
 
-    notes, record = [*scene.given.remarks, *scene.told], record_of(scene, out)
+    notes, record = [*scene.source.remarks, *scene.told], record_of(scene, out)
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 
 
@@ -124,7 +124,7 @@ def integrate(
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     pace = scene.tables.pace[0]
     with looking(looks_or(scene.looks)):
-        kinks = [t / pace for t in scene.given.kinks(end * pace) if state.time < t / pace < end]
+        kinks = [t / pace for t in scene.source.kinks(end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = subdivide(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
@@ -147,7 +147,7 @@ def integrate(
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
-                part, failure = _raised(scene, part)
+                part, failure = _cut_at_exception(scene, part)
             if take is None:
                 parts.append(part)
             elif len(part.time):
@@ -184,7 +184,7 @@ def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
         return solver.method == "explicit"
     kinds = s.forces[:, 0]
     loose = not len(s.strips) and bool((kinds == JOURNAL).any()) and not np.isin(kinds, (STRUT, SEAT, DRY, STATEFUL)).any()
-    return loose and not scene.given.is_stiffly_damped
+    return loose and not scene.source.is_stiffly_damped
 
 
 def _controls(start: float, end: float, solver: Spectral) -> output.Record:
@@ -212,7 +212,7 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
     return None
 
 
-def _raised(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
+def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
     """Find the part of a run before a user's function raised an exception, by bisection; return it with status and sentence.
 
     A ValueError of a strut's law means that it is out of its range.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, inner
+from .compiling import draft, noinline
 from .newton import ROUNDING
 from .tables import STATE
 
@@ -12,8 +12,8 @@ SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
 
 
-@inner
-def deformed(state, elastic, k):
+@draft
+def deformation(state, elastic, k):
     """An inner coordinate, or a vector's part across its chord, whose direction is noted."""
     i, j = elastic[k, 0], elastic[k, 1]
     if j < 0:
@@ -24,7 +24,7 @@ def deformed(state, elastic, k):
     return state.turn[k, 0] * state.q[j] - state.turn[k, 1] * state.q[i]
 
 
-@aside
+@noinline
 def follow_units(state, elastic, tolerance):
     """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows.
 
@@ -33,7 +33,7 @@ def follow_units(state, elastic, tolerance):
     least = max(1e-5, 10.0 * ROUNDING / tolerance)
     for k in range(elastic.shape[0]):
         group = elastic[k, 2]
-        state.amount[group] = max(state.amount[group], abs(deformed(state, elastic, k) - state.rest[k]))
+        state.amount[group] = max(state.amount[group], abs(deformation(state, elastic, k) - state.rest[k]))
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
         if j == STATE:

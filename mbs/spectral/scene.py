@@ -117,7 +117,7 @@ class CompiledScene:
         return len(self.q0)
 
     @property
-    def given(self) -> Scene:
+    def source(self) -> Scene:
         """Scene of the mechanism, which it translates."""
         return Scene.of(self.mechanism)
 
@@ -129,7 +129,7 @@ class CompiledScene:
     @property
     def length(self) -> float:
         """Length of the longest link [m]."""
-        return self.given.size
+        return self.source.size
 
     @property
     def units(self) -> Array:
@@ -207,10 +207,10 @@ class CompiledScene:
         doors.assemble(s, w, now, matrices if tangents else matrices[3:], force, sides)
         return Assembly(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
-    def held(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
+    def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
         out = np.concatenate([force, change])
-        doors.held(self.tables, self.heavy_fronts, self.work, q, out)
+        doors.accelerate(self.tables, self.heavy_fronts, self.work, q, out)
         return out[: self.size], out[self.size :]
 
     def linear(
@@ -241,14 +241,14 @@ class CompiledScene:
             doors.place(self.tables, self.work, each, np.zeros(self.size))
         return self.work.state[:, k.TURN].copy()
 
-    def measured(self, measure: int, q: Array) -> float:
+    def measure(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
         doors.place(self.tables, self.work, q, np.zeros(self.size))
-        return float(doors.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
+        return float(doors.measure_at(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def summary(self) -> dict[str, int]:
         """Count parts, coordinates and constraints."""
-        parts = self.given.counts - Counter(dict.fromkeys({type(mass).__name__ for mass in self.mechanism.masses}, 10**9))
+        parts = self.source.counts - Counter(dict.fromkeys({type(mass).__name__ for mass in self.mechanism.masses}, 10**9))
         if any(self.mechanism.gravity):
             parts["gravity"] += 1
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
@@ -257,7 +257,7 @@ class CompiledScene:
         """Give the rows held as at t = 0 their values."""
         for r, row in enumerate(self.builder.rows):
             if row.value is None:
-                row.value = sum(self.builder.directions[i][k.SHARE] * self.measured(i, self.q0) for i in row.measures)
+                row.value = sum(self.builder.directions[i][k.SHARE] * self.measure(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
 
     def refresh(self) -> None:

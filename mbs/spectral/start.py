@@ -32,14 +32,14 @@ def start_rates(scene: CompiledScene) -> Array:
     KinematicsError
         If what drives and given velocities ask for is impossible.
     """
-    found = scene.given.start
+    found = scene.source.start
     v = np.zeros(scene.size)
     for name, body in scene.builder.bodies.items():
         motion = body.rigid_motion(scene.builder)
         if motion.shape[1]:
             v += motion @ found.rates[found.linkage.index[name]]
         if name in found.bends:
-            v += body.bent(scene.builder, found, scene.mechanism.link(name))
+            v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
     for offset, link, point, turns in scene.builder.loose:
         if turns:
             v[offset] = found.rates[found.linkage.index[link], 2]
@@ -50,7 +50,7 @@ def start_rates(scene: CompiledScene) -> Array:
     a = scene.assemble(scene.q0, tangents=False, sparse=True)
     rest = a.speed - a.jacobian @ v
     if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):
-        v = v + scene.held(scene.q0, np.zeros(scene.size), rest)[0]
+        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), rest)[0]
     return v
 
 
@@ -69,7 +69,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
-        acceleration, new = scene.held(q, out.force, out.change)
+        acceleration, new = scene.accelerate(q, out.force, out.change)
         done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
         lam = new
         if done or not _rubs(scene):
@@ -105,9 +105,9 @@ class _Equations:
     def project(self, q: Array, v: Array) -> tuple[Array, Array]:
         """See `Equations`."""
         still = np.zeros(len(q))
-        q = q - self.scene.held(q, still, self.scene.assemble(q, tangents=False, sparse=True).residual)[0]
+        q = q - self.scene.accelerate(q, still, self.scene.assemble(q, tangents=False, sparse=True).residual)[0]
         a = self.scene.assemble(q, tangents=False, sparse=True)
-        return q, v + self.scene.held(q, still, a.speed - a.jacobian @ v)[0]
+        return q, v + self.scene.accelerate(q, still, a.speed - a.jacobian @ v)[0]
 
 
 def begin(scene: CompiledScene) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, call_array, inner
+from .compiling import call_array, draft, noinline
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 
@@ -20,21 +20,21 @@ SMALL = 1e-3
 """Least size of a law's argument in difference quotients."""
 
 
-@inner
+@draft
 def _counts(tables, k):
     """First column of the marker that force k pushes, number of columns, number of states."""
     number = tables.forces[k, NUMBERS]
     return int(tables.data[number]), int(tables.data[number + 1]), int(tables.data[number + STATES])
 
 
-@inner
+@draft
 def _value(tables, work, k, r, count):
     """Component r of the force, or the rate of a state; what its law is a function of stands in work.element."""
     factor = tables.factors[k] if r < count else 1.0
     return factor * call_array(tables.laws[tables.forces[k, LAW_OF] + r, CALL], work.element)
 
 
-@inner
+@draft
 def _of(tables, k, first, count, component):
     """Marker of a coordinate that the law sees or pushes, its column there, and where it stands in the force's block."""
     a, state = tables.forces[k, A], component - count
@@ -43,7 +43,7 @@ def _of(tables, k, first, count, component):
     return tables.forces[k, B] + state, TURN, tables.markers[a, COUNT] + state * tables.markers[tables.forces[k, B], COUNT]
 
 
-@inner
+@draft
 def _fill(tables, work, k, t):
     """Put what the law of force k is a function of into work.element: time, places, their rates, states."""
     first, count, states = _counts(tables, k)
@@ -56,7 +56,7 @@ def _fill(tables, work, k, t):
         given[1 + 2 * count + i] = work.state[b + i, SPIN]
 
 
-@inner
+@draft
 def add_stateful(tables, work, k, t, f):
     """The force, and the rates of its states."""
     _, count, states = _counts(tables, k)
@@ -72,7 +72,7 @@ def add_stateful(tables, work, k, t, f):
         f[tables.places[tables.markers[tables.forces[k, B] + i, FIRST]]] += _value(tables, work, k, count + i, count)
 
 
-@aside
+@noinline
 def bend_stateful(tables, work, k, t, q):
     """Derivatives of the same, by central differences of its law."""
     first, count, states = _counts(tables, k)

@@ -72,7 +72,7 @@ class StripBody:
         out[self.offset : self.offset + len(self.rigid)] = self.rigid
         return out
 
-    def bent(self, builder: Builder, start: Start, link: Link) -> Array:
+    def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
         """Rates with which it gives way at the start, where it must."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
@@ -98,7 +98,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     c, s = np.cos(angle), np.sin(angle)
     shared: list[int] = []
     for left, right in pairwise(breaks):
-        values = _fitted(line, left, right, degree, kind)
+        values = _fit_strip(line, left, right, degree, kind)
         turned = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
         turned[:2, :2] += start[:, None]
         if fields == 3:
@@ -149,7 +149,7 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     return line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner}
 
 
-def _fitted(line: Line, left: float, right: float, degree: int, kind: int) -> Array:
+def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) -> Array:
     """Coefficients of x, y (and angle) on a piece, in the link's frame."""
     ends = line(np.array([left, right]))
 

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import aside, close, copy, inner
+from .compiling import copy, draft, inline, noinline
 from .markers import add_entries, clear_block
 from .tables import REISSNER
 
@@ -38,7 +38,7 @@ PLAIN, MIXED, RENEWED = 0.0, 1.0, 2.0
 """Forces of strips: of their strains; of stresses that are unknowns of their own; likewise, and B0 is taken anew."""
 
 
-@inner
+@draft
 def _slopes(kind, first, second, third, fourth, slopes):
     """Strains (eps, gamma, kappa), and their gradients by z in slopes (3, 4), whose other entries are and stay zero."""
     if kind == REISSNER:
@@ -59,7 +59,7 @@ def _slopes(kind, first, second, third, fourth, slopes):
     return 1.0 / r - 1.0, 0.0, k
 
 
-@inner
+@draft
 def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
     """Second derivatives of the strains by z, (3, 4, 4); slopes are the first."""
     ezz[:] = 0.0
@@ -84,7 +84,7 @@ def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
     ezz[2, 1, 3] = ezz[2, 3, 1] = -2.0 * q * x * y
 
 
-@inner
+@draft
 def _fields(kind, count):
     """Number of a strip's coordinates; where the four arguments begin in them; which derivative of the basis each takes."""
     if kind == REISSNER:
@@ -92,7 +92,7 @@ def _fields(kind, count):
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
 
 
-@inner
+@draft
 def _sum(data, m, x, first, count):
     """Sum of nb members at m, each times its coordinate."""
     total = 0.0
@@ -101,7 +101,7 @@ def _sum(data, m, x, first, count):
     return total
 
 
-@close
+@inline
 def _members(order, member, count, points, number):
     """Beginnings of the members of the four arguments at a Gauss point."""
     return (
@@ -110,7 +110,7 @@ def _members(order, member, count, points, number):
     )  # fmt: skip
 
 
-@close
+@inline
 def _arguments(data, m, x, block, count):
     """The four arguments z = A x at a Gauss point."""
     return (
@@ -119,7 +119,7 @@ def _arguments(data, m, x, block, count):
     )  # fmt: skip
 
 
-@close
+@inline
 def _act(data, m, f, block, count, out):
     """Take A^T f from out, f the forces on the four arguments."""
     for a in range(count):
@@ -130,7 +130,7 @@ def _act(data, m, f, block, count, out):
             out[block[i] + a] -= data[m[i] + a] * f[i]
 
 
-@close
+@inline
 def _stress(data, at, free, strain, slopes, rate, lag):
     """Stresses n = D (strain - free + lag B rate), axial, shear, bending; `free` are the stress-free strains."""
     e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
@@ -140,8 +140,8 @@ def _stress(data, at, free, strain, slopes, rate, lag):
     return data[at] * e0, data[at + 1] * e1, data[at + 2] * e2
 
 
-@close
-def _unbalanced(work, p, slopes, n):
+@inline
+def _balance_stresses(work, p, slopes, n):
     """The stresses that are unknowns, and B0^T (n - these), n those of the strains."""
     if work.mixed[0] == RENEWED:
         copy(slopes, work.held[p])
@@ -155,7 +155,7 @@ def _unbalanced(work, p, slopes, n):
     )
 
 
-@inner
+@draft
 def _add_strip(tables, work, place, q, v, slopes, f):
     """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point; place is its number and first point."""
     strip, point = place
@@ -182,7 +182,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
         n, f0 = _stress(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
         if work.mixed[0] != PLAIN:
-            n, f0 = _unbalanced(work, p, slopes, n)
+            n, f0 = _balance_stresses(work, p, slopes, n)
         force = (
             weight * (f0[0] + n[0] * slopes[0, 0] + n[1] * slopes[1, 0] + n[2] * slopes[2, 0]),
             weight * (f0[1] + n[0] * slopes[0, 1] + n[1] * slopes[1, 1] + n[2] * slopes[2, 1]),
@@ -196,7 +196,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
         f[at[a]] += local[a]
 
 
-@aside
+@noinline
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, of the kind that work.mixed says.
 
@@ -208,7 +208,7 @@ def add_strips(tables, work, q, v, f):
         point += tables.strips[strip, 2]
 
 
-@inner
+@draft
 def bend_strips(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
     point = 0
@@ -217,7 +217,7 @@ def bend_strips(tables, work, v, damp, stiff):
         point += tables.strips[strip, 2]
 
 
-@aside
+@noinline
 def _bend_strip(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents: its arguments and weighted stresses are in work, from this point on."""
     kind, nb, ng, first, d = tables.strips[strip]
@@ -259,7 +259,7 @@ def _bend_strip(tables, work, strip, point, v, damp, stiff):
         add_entries(tables, number, work.damp, damp)
 
 
-@inner
+@draft
 def _spread(data, members, block, count, h, out):
     """Add sum_ik A_i^T h_ik A_k to out, A_i the members (or their derivatives) at a Gauss point."""
     for i in range(4):
@@ -275,7 +275,7 @@ def _spread(data, members, block, count, h, out):
                     row[c] += factor * right[c]
 
 
-@aside
+@noinline
 def carry_stresses(tables, work, shift, rate_shift, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0
@@ -303,7 +303,7 @@ def carry_stresses(tables, work, shift, rate_shift, stress, slack):
         point += ng
 
 
-@inner
+@draft
 def elastic_stresses(tables, work, q, v, stress):
     """Fill stress (points, 3) with those of this state."""
     f, mixed = np.zeros(q.size), work.mixed[0]

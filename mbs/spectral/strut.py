@@ -35,7 +35,7 @@ class StrutBody:
         """None: it has no coordinates."""
         return np.zeros((len(builder.q), 0))
 
-    def bent(self, builder: Builder, _start: Start, _link: Link) -> Array:
+    def bending_rates(self, builder: Builder, _start: Start, _link: Link) -> Array:
         """None: it has no coordinates."""
         return np.zeros(len(builder.q))
 

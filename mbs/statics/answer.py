@@ -145,7 +145,7 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     rows = [i for i, row in enumerate(scene.row_names) if row == name]
     if not rows:
         raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
-    element = scene.given.elements[name]
+    element = scene.source.elements[name]
     pushes = -element.sense * multipliers[:, rows]
     return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
 

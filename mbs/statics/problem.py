@@ -143,7 +143,7 @@ class Problem:
                     break
                 before = largest
         if found is not None:
-            return found._replace(multipliers=self.balancing(found)) if self.scene.given.undetermined else found
+            return found._replace(multipliers=self.balancing(found)) if self.scene.source.undetermined else found
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager

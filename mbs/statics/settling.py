@@ -133,10 +133,10 @@ def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
 def check_ropes(problem: Problem, rest: Rest) -> None:
     """Raise an error if a rope would have to push, or one of its ends lies in a pulley."""
     scene = problem.scene
-    for name in (name for name, each in scene.given.elements.items() if isinstance(each, Rope)):
+    for name in (name for name, each in scene.source.elements.items() if isinstance(each, Rope)):
         row = scene.row_names.index(name)
         first, _, count = scene.tables.rows[row]
-        lengths = [scene.measured(i, rest.q) for i in range(first, first + count)]
+        lengths = [scene.measure(i, rest.q) for i in range(first, first + count)]
         if min(lengths) < 1e-6 * scene.length:
             raise RunsAwayError(f"no equilibrium: '{name}' draws one of its ends into a pulley")
         if rest.multipliers[row] < -BALANCED * max(1.0, np.abs(rest.multipliers).max()):

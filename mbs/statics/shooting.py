@@ -162,9 +162,9 @@ class Shooting:
         scene, q, v = self.scene, state.q, state.v
         still = np.zeros(scene.size)
         for _ in range(4):
-            q = q - scene.held(q, still, scene.assemble(q, tangents=False).residual)[0]
+            q = q - scene.accelerate(q, still, scene.assemble(q, tangents=False).residual)[0]
         a = scene.assemble(q, tangents=False)
-        return state._replace(q=q, v=v + scene.held(q, still, a.speed - a.jacobian @ v)[0])
+        return state._replace(q=q, v=v + scene.accelerate(q, still, a.speed - a.jacobian @ v)[0])
 
     def basis(self, state: State) -> Array:
         """Return columns that span the free motions, (n, f), of length 1 in units."""

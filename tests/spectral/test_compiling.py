@@ -65,7 +65,7 @@ def test_numba_keeps_machine_code_as_long_as_our_stamp_says() -> None:
     assert set(compiling._stamp("implicit")) <= set(kept)
 
 
-def test_what_is_lent_is_read_where_it_lies() -> None:
+def test_references_are_read_where_they_lie() -> None:
     class Pair(NamedTuple):
         first: np.ndarray
         second: np.ndarray
@@ -74,14 +74,14 @@ def test_what_is_lent_is_read_where_it_lies() -> None:
         pair: Pair
         last: np.ndarray
 
-    @compiling.aside
+    @compiling.noinline
     def used(x, row):
         x.pair.second[row, 1] = x.last.size + x.pair.first[2]
         return x.pair.second[row].size + x.pair.second.shape[0]
 
     @numba.njit
     def door(x, row):
-        return used(compiling.lend(x), row)
+        return used(compiling.by_reference(x), row)
 
     x = Whole(Pair(np.array([1, 2, 3]), np.zeros((4, 2))), np.zeros(5))
     assert door(x, 3) == 2 + 4
@@ -96,15 +96,15 @@ def test_a_stamp_is_of_the_file_and_of_what_it_imports() -> None:
 
 
 def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:
-    @compiling.aside
+    @compiling.noinline
     def cube(x):
         return x * x * x
 
-    @compiling.close
+    @compiling.inline
     def half(x):
         return 0.5 * cube(x)
 
-    @compiling.inner
+    @compiling.draft
     def both(x):
         return half(x) + cube(x)
 
@@ -117,7 +117,7 @@ def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:
 
 
 def test_a_constant_argument_is_no_reason_to_compile_anew():
-    @compiling.inner
+    @compiling.draft
     def scaled(x, k):
         return k * x
 
