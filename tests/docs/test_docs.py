@@ -24,6 +24,7 @@ PAGES = (
     "docs/how-to-rest-and-vibrate.md",
     "docs/how-to-run-an-ensemble.md",
     "docs/how-to-fit-and-design.md",
+    "docs/theory-elastica.md",
 )
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")), "docs/paper/paper.md")
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
