@@ -19,6 +19,7 @@ MADE = "made"
 """Folder of these pages; it is not kept."""
 ORDER = (
     "buckling_slider_crank", "six_bar_with_strip", "rattling_crank_rocker", "straight_line_linkage", "snapping_truss",
+    "toggle_clamp", "gripper", "dwell_six_bar",
     "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block", "net_of_strips",
     "uncertain_contact_force", "two_causes_told_apart", "fitted_recording", "bifurcation",
 )  # fmt: skip

@@ -81,6 +81,7 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     taken = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
     held = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
     taken += [-pi / 2] if held or any(guide.point == point for guide in mechanism.guides) else []
+    taken += [0.75 * pi for load in mechanism.loads if isinstance(load, Motor) and sheet.pivot(load.link) == point]
     taken = sorted(taken) or [-0.75 * pi]
     gaps = [(after - before, before) for before, after in pairwise([*taken, taken[0] + 2 * pi])]
     width, before = max(gaps)

@@ -549,7 +549,7 @@ function showMeasures() {
     element("td", value === null ? "no value" : withUnit(value, unit), row);
     const cell = element("td", "", row);
     if (beyond) { row.className = "beyond"; cell.innerHTML = icon("doubt"); }
-    const share = relative === null ? "" : ` (${relative < 1e-3 ? relative.toExponential(1) : `${Number((100 * relative).toPrecision(2))} %`})`;
+    const share = relative === null ? "" : ` (${relative < 1e-3 ? relative.toExponential(1) : `${Number((100 * relative).toPrecision(2))}\u00a0%`})`;
     cell.append(error === null ? "not known" : `\u00b1 ${short(error, unit)}${share}`);
   }
   const beyond = data.measures.some((row) => row.beyond);
@@ -559,7 +559,7 @@ function showMeasures() {
 /** An error with its unit, to two digits. */
 function short(value, unit) {
   const [power, letter] = prefix(value, unit);
-  return `${words4(value / power, 2)}${unit && unit !== "1" ? ` ${letter}${unit.replace("^2", "\u00b2")}` : ""}`;
+  return `${words4(value / power, 2)}${unit && unit !== "1" ? `\u00a0${letter}${unit.replace("^2", "\u00b2")}` : ""}`;
 }
 
 function showChecks() {
