@@ -124,13 +124,9 @@ def test_shortening_out_of_range_is_named(wrong):
     ("call", "message"),
     [
         (lambda: pinned.shortening(9.8), r"load = 9\.8 is outside 9\.8696.* to 180 \(P L\^2/\(E I\)\)"),
-        (lambda: pinned.shortening(np.nan), "load = nan"),
-        (lambda: pinned.shortening(180.1), "load = 180.1"),
         (lambda: pinned.shortening_at_angle(np.pi), r"angle = 3\.14.* to 3\.13.* \(rad\)"),
         (lambda: pinned.shape(0.1, 1.1), r"s = 1\.1 is outside 0 to 1 \(arc length/L\)"),
         (lambda: pinned.surface_stress(0.1, 0.0, 0.3, 2e11), r"thickness = 0\.0 .*\(m\)"),
-        (lambda: pinned.surface_stress(0.1, 1e-3, -0.3, 2e11), r"length = -0\.3 .*\(m\)"),
-        (lambda: pinned.surface_stress(0.1, 1e-3, 0.3, np.inf), r"modulus = inf .*\(Pa\)"),
     ],
 )
 def test_other_wrong_input_is_named(call, message):

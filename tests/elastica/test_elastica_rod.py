@@ -114,10 +114,8 @@ def test_imperfect_rod_is_free_of_load_in_its_stress_free_shape():
     ("call", "message"),
     [
         (lambda: Rod(axial=0.0), r"axial, shear = \(0\.0, inf\) must be above 0"),
-        (lambda: Rod(shear=np.nan), "axial, shear"),
         (lambda: Rod(imperfection=0.31), r"imperfection = 0\.31 must be -0\.3 to 0\.3 \(amplitude/L\)"),
         (lambda: Rod(axial=30.0).critical_load, r"axial = 30\.0 must be large enough to buckle"),
-        (lambda: Rod().at_shortening(1.6), r"shortening = 1\.6 must be above 0, to 1\.5"),
         (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
         (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
         (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0251"),

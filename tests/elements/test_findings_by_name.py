@@ -22,21 +22,6 @@ def test_a_parallel_fourth_leg_is_redundant_and_runs_right():
     assert result["drive.torque"] == pytest.approx(0.0, abs=1e-10)
 
 
-def test_a_free_parallelogram_with_a_parallel_leg_swings_as_a_pendulum():
-    """Three legs turn, the bar on top moves in parallel: (3 m l^2/3 + M l^2) theta'' = (3 m l/2 + M l) g sin(theta)."""
-    from scipy.integrate import solve_ivp
-
-    mechanism = parallelogram([], velocities={"a": 1.0}, gravity=(0.0, -9.81))
-    result = fine(mbs.simulate(mechanism, 0.5, ledger=True))
-    leg, inertia, _ = BAR.inertia(1.0)
-    top = BAR.inertia(2.0)[0]
-    turning = 3 * (inertia + leg / 4) + top
-    pull = (1.5 * leg + top) * 9.81
-    exact = solve_ivp(lambda t, y: [y[1], pull * np.sin(y[0]) / turning], (0, 0.5), [0.0, 1.0], rtol=1e-11, atol=1e-12)
-    assert result["A.x"][-1] == pytest.approx(-np.sin(exact.y[0, -1]), rel=2e-4)
-    assert "'C.c-k'" in result.provenance["notes"][0]
-
-
 def test_a_drive_square_to_its_guide_is_refused_by_name():
     with pytest.raises(ValueError, match=r"'guide B'|'O.ground-bar'.*'drive'") as caught:
         mbs.simulate(

@@ -10,7 +10,7 @@ from made import BAR, LAW, LENGTH, STRIP, mechanism, steel
 from scipy.integrate import quad, solve_ivp
 
 from buckler.elastica import law, pinned
-from buckler.mbs import STEEL, Drive, Guide, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
+from buckler.mbs import STEEL, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
 
 # --- frozen, normalised, portable -------------------------------------------------------------------------------------
 
@@ -18,12 +18,6 @@ from buckler.mbs import STEEL, Drive, Guide, Link, Mechanism, Motion, Ramp, Revo
 def test_a_mechanism_pickles():
     one = mechanism(stops=[Stop("B", at=2.1, law=LAW)], drives=[Drive("crank", Ramp(0.0, 1.0, 2.0))])
     assert pickle.loads(pickle.dumps(one)) == one
-
-
-def test_guide_direction_becomes_a_unit_vector():
-    guide = Guide("B", "rod", along=(3, -4))
-    assert guide.along == pytest.approx((0.6, -0.8), abs=1e-15)
-    assert mechanism().guide("B").along == (1.0, 0.0)
 
 
 # --- motions ----------------------------------------------------------------------------------------------------------

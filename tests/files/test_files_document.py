@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from buckler.mbs import Beam, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
 from buckler.mbs.declare import known_kinds, register
 from buckler.mbs.documents.document import change, read
-from buckler.mbs.functions import Expression, Table
+from buckler.mbs.functions import Expression
 from buckler.mbs.laws import CarvalhoMartins, Impact
 
 CALM = {"deadline": None, "suppress_health_check": list(HealthCheck), "derandomize": True, "database": None}
@@ -263,14 +263,3 @@ def test_every_example_of_new_is_a_mechanism():
 def test_all_laws_and_bodies_have_a_name():
     assert {"Beam", "Rigid", "Impact", "LuGre", "Ramp", "Table", "Expression", "EndFace", "Inertia"} <= set(known_kinds())
     assert not {"Curve", "End", "Kernel", "HysteresisLaw"} & set(known_kinds())
-
-
-def test_tables_are_what_they_were_given():
-    table = Table((0, 1, 2), (0, 3, 1), smooth=True)
-    assert (table(1.0), table(-1.0), table(5.0)) == (3.0, 0.0, 1.0)
-    assert table.integral()(2.0) == pytest.approx(13 / 3, rel=1e-12)
-    with pytest.raises(ValueError, match="smooth = true"):
-        Table((0, 1), (0, 1)).derivative()
-    for times, values in [((0,), (1,)), ((0, 0), (1, 2)), ((0, 1), (1,))]:
-        with pytest.raises(ValueError, match="times"):
-            Table(times, values)

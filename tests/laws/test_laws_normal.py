@@ -1,7 +1,5 @@
 """Normal contact laws as forces: they push, never pull, and their energy is the integral of their elastic part."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -82,27 +80,9 @@ def test_step():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: laws.HuntCrossley(-1.0, 0.5), r"stiffness = -1\.0 N/m\^n: must lie in \(0, inf\) N/m\^n"),
-        (lambda: laws.HuntCrossley(0.0, 0.5), r"stiffness = 0\.0 N/m\^n"),
-        (lambda: laws.HuntCrossley(math.inf, 0.5), r"stiffness = inf"),
-        (lambda: laws.HuntCrossley("stiff", 0.5), r"stiffness = 'stiff'"),
-        (lambda: laws.LeeWang(1e9, 1.2), r"restitution = 1\.2.*\[0, 1\]"),
-        (lambda: laws.LeeWang(1e9, math.nan), r"restitution = nan"),
-        (lambda: laws.HuGuo(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
-        (lambda: laws.Gonthier(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
-        (lambda: laws.Flores(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
-        (lambda: laws.ExactRestitution(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
-        (lambda: laws.HuGuo(1e9, 0.5, 0.5), r"exponent = 0\.5.*\[1, 3\]"),
-        (lambda: laws.KelvinVoigt(0.0, 1.0), r"stiffness = 0\.0 N/m:"),
-        (lambda: laws.KelvinVoigt(1e5, -1.0), r"damping = -1\.0 N s/m: must lie in \[0, inf\)"),
         (lambda: laws.KelvinVoigt.from_restitution(1e5, 0.0, 1.0), r"restitution = 0\.0.*\(0, 1\]"),
         (lambda: laws.KelvinVoigt.from_restitution(1e5, 0.5, 0.0), r"mass = 0\.0 kg: must lie in \(0, inf\)"),
         (lambda: laws.KelvinVoigt.from_restitution(-1e5, 0.5, 1.0), r"stiffness = -100000\.0 N/m"),
-        (lambda: laws.Impact(0.0, 1.0, 1e-5), r"stiffness = 0\.0 N/m\^n"),
-        (lambda: laws.Impact(1e9, 1.0, 0.0), r"damping_depth = 0\.0 m: must lie in \(0, inf\)"),
-        (lambda: laws.Impact(1e9, -1.0, 1e-5), r"damping = -1\.0 N s/m"),
-        (lambda: laws.Impact(1e9, 1.0, 1e-5, 0.9), r"exponent = 0\.9.*\[1, 3\]"),
-        (lambda: laws.Hertz(-2.0), r"stiffness = -2\.0 N/m\^1\.5"),
         (lambda: laws.restitution(-0.1), r"chi = -0\.1.*\[0, inf\)"),
         (lambda: laws.chi_exact(1.5), r"restitution = 1\.5"),
         (lambda: laws.contact_time(laws.Hertz(1e9), 0.0, 1.0), r"mass = 0\.0 kg"),

@@ -53,12 +53,3 @@ def test_it_takes_energy_and_never_makes_it():
         z = LAW.after(z, v, h)
         work += 0.5 * (before + LAW.coefficient(v, z)) * v * h
         assert work >= LAW.stored(z) * (1 - 1e-9) - 1e-15
-
-
-@pytest.mark.parametrize(("given", "message"), [
-    ((0.1, 0.2), r"static = 0\.1.*\[0\.2, inf"), ((0.3, 0.0), r"dynamic = 0\.0"), ((0.3, 0.2, 0.0), r"v_stribeck = 0\.0 m/s"),
-    ((0.3, 0.2, 0.1, 0.0), r"bristle_stiffness = 0\.0 1/m"), ((0.3, 0.2, 0.1, 1.0, -1.0), r"bristle_damping = -1\.0 s/m"),
-])  # fmt: skip
-def test_bad_input_is_named(given, message):
-    with pytest.raises(ValueError, match=message):
-        Stiction(*given)

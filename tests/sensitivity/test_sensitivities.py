@@ -5,16 +5,13 @@ from math import pi
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
 from simulations import pushed, slim
 
 from buckler.mbs import (
     Controlled,
-    Force,
     Guide,
-    GuideFriction,
     Link,
     Mass,
     Mechanism,
@@ -201,40 +198,6 @@ def test_a_kink_shortly_before_the_end(late):
     found = once(tied(800.0, 0.02), tight * (1 + late), Spectral(Controlled(tolerance=1e-5, max_steps=2000)))
     assert not found.failure
     assert found.record.time[-1] == pytest.approx(tight * (1 + late))
-
-
-def test_friction_that_creeps_and_slides():
-    """Periodic push on a sprung block with dry friction, SciPy from kink to kink of its force."""
-    numbers = {"omega": 25.0, "dynamic": 1.5}
-    slow = 1e-3
-
-    def rubbed(omega, dynamic):
-        made = pushed(300.0, 0.5)
-        guide = Guide("O", "bar", mass=0.5, friction=GuideFriction(dynamic, regularisation=slow))
-        push = Force("O", lambda t: (6 * np.sin(omega * t), 0.0))
-        return replace(made, guides=[guide, made.guides[1]], loads=[made.loads[0], push])
-
-    def end(omega, dynamic):
-        time, state, piece = 0.0, [0.0, 0.0], 0
-        edges = [lambda _, y: y[1] - slow, lambda _, y: y[1] + slow]
-        for edge in edges:
-            edge.terminal = True
-        while time < 0.6:
-            rub = (lambda v: dynamic * v / slow) if piece == 0 else (lambda v, side=piece: dynamic * side)
-            edges[0].direction, edges[1].direction = (1, -1) if piece == 0 else (-1, 1)
-            found = solve_ivp(
-                lambda t, y, rub=rub: [y[1], (6 * np.sin(omega * t) - 300 * y[0] - rub(y[1])) / 0.5], (time, 0.6), state,
-                rtol=1e-11, atol=1e-13, method="DOP853" if piece else "Radau", events=edges if piece == 0 else edges[piece < 0],
-            )  # fmt: skip
-            time, state = found.t[-1], found.y[:, -1]
-            piece = 0 if piece else 1 if len(found.t_events[0]) else -1
-        return state[0]
-
-    found = sensitivities(rubbed, 0.6, by=list(numbers), at=numbers, of="end(O.x)")
-    for name, value in numbers.items():
-        low, high = (end(**numbers | {name: value * (1 + d)}) for d in (-1e-4, 1e-4))
-        row, true = found["end(O.x)", name], (high - low) / (2e-4 * value)
-        assert abs(row.derivative - true) <= min(3 * row.error, 1e-2 * abs(true))
 
 
 def test_a_kink_is_told():

@@ -53,30 +53,6 @@ def test_solutions_are_those_of_the_dense_matrix(name: str, shift: complex) -> N
     assert apart(scene.linear(q, v, 0.1, lam).factor(1.0, shift, shift**2).solve(right), found) < 1e-7
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_any_pattern(seed: int) -> None:
-    """Drawn matrices of bodies, rows and forces between bodies."""
-    rng = np.random.default_rng(seed)
-    bodies = int(rng.integers(1, 12))
-    rows = int(rng.integers(0, bodies + 1))
-    n = 3 * bodies
-    filled = np.kron(np.eye(bodies) + (rng.random((bodies, bodies)) < 0.1), np.ones((3, 3))) > 0
-    whole = np.zeros((n + rows, n + rows), dtype=bool)
-    whole[:n, :n] = filled | filled.T
-    matrix = rng.standard_normal((n + rows, n + rows))
-    matrix[:n, :n] += 10 * np.eye(n)
-    for r in range(rows):
-        for body in rng.choice(bodies, min(2, bodies), replace=False):
-            whole[n + r, 3 * body : 3 * body + 3] = whole[3 * body : 3 * body + 3, n + r] = True
-    matrix[~whole] = 0.0
-    matrix[:n, n:] = matrix[n:, :n].T
-    row, col = np.nonzero(whole)
-    right = rng.standard_normal(n + rows)
-    e = fronts_of(row, col, n, n + rows, np.ones(len(row), dtype=bool), np.ones(n + rows, dtype=bool))
-    found = solved(e, np.append(matrix[row, col], 0.0), right)
-    assert apart(matrix @ found, right) < 1e-9
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_what_does_not_change_is_factored_once(name: str) -> None:
     """Mass matrix and constraints at two poses: the second time from fronts that were there from the first."""

@@ -157,22 +157,6 @@ def test_reading_of_a_pulse_is_exact():
     assert reading.contact_max == pytest.approx(2, rel=1e-5)
 
 
-def test_reading_tells_a_rest_from_a_touch():
-    touch = read(made_up([(2.1, 0.05, 30.0), (3.0, 0.05, 20.0)]))
-    assert math.isnan(touch.settling_time)
-    assert math.isnan(touch.contact_max)
-    assert touch.force_180 == 0
-    nothing = read(made_up([]))
-    assert (nothing.impact_peak, nothing.contact_time, nothing.rebounds) == (0, 0, 0)
-    assert math.isnan(nothing.release_angle)
-
-
-def test_second_turn_is_read_on_its_own():
-    run = made_up([(2.1, 0.05, 30.0), (2.1 + 2 * np.pi, 0.05, 50.0)], turns=2)
-    assert [read(run, turn).impact_peak for turn in (0, 1)] == pytest.approx([30, 50], rel=1e-4)
-    assert read(run, 1).contact_angle == pytest.approx(2.1, abs=1e-4)
-
-
 def test_verdict_is_that_of_the_worst_run():
     runs = [made_up([]), replace(made_up([]), status="SUSPECT", message="why"), made_up([])]
     assert worst([(run.model, run) for run in runs], ["note"]) == {"status": "SUSPECT", "message": "made up: why; note"}

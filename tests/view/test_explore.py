@@ -70,17 +70,6 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     assert post(address, "move", {"gravity[1]": 1.0}) == {"wrong": "gravity[1]: has no slider"}
 
 
-def test_a_number_of_the_defaults_is_turned_and_saved(tmp_path):
-    path, number = tmp_path / "stephenson.toml", "links.crank.body.section.thickness"
-    path.write_text((EXAMPLES / path.name).read_text(encoding="utf-8"), encoding="utf-8")
-    file = open_file(path, [f"{number}=4mm"])
-    saved = Explorer(path, file.document, file.duration, {number: None}).save({number: 0.006})["saved"]
-    assert [Mechanism.load(saved).link(name).body.section.thickness for name in ("crank", "rod")] == [0.006, 0.005]
-    path.write_text('[run]\nmeasures = "x"\n', encoding="utf-8")
-    with pytest.raises(ValueError, match=r"stephenson\.toml: run\.measures: unknown key; known: duration"):
-        open_file(path)
-
-
 def explorer(free):
     return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml").document, 0.5, free)
 

@@ -13,7 +13,7 @@ from looked_at import MECHANISMS, run
 
 from buckler.mbs import Status
 from buckler.mbs.checks.suspicions import CHECKS
-from buckler.mbs.view.report import bin_extremes, page
+from buckler.mbs.view.report import page
 from buckler.mbs.view.verdicts import QUESTIONS, verdicts
 
 LEVEL = 1 / 65534
@@ -71,22 +71,6 @@ def test_peaks_survive(name):
         assert [low.min(), high.max()] == pytest.approx([values.min(), values.max()], abs=allowed)
         edges = np.linspace(result.time[0], result.time[-1], bins + 1)
         assert read(row["at"], bins + 1) == pytest.approx(np.interp(edges, result.time, values), abs=allowed)
-
-
-def test_bins_hold_what_lies_in_them():
-    rng = np.random.default_rng(1)
-    for samples, bins in ((3, 50), (400, 60), (5000, 60)):
-        time = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, samples)]))
-        values = rng.normal(size=(2, len(time)))
-        edges = np.linspace(0, 1, bins + 1)
-        at, low, high = bin_extremes(time, values, edges)
-        for row in range(2):
-            for k in range(bins):
-                inside = values[row][(time >= edges[k]) & (time <= edges[k + 1])]
-                ends = np.interp(edges[k : k + 2], time, values[row])
-                assert low[row, k] == pytest.approx(min([*inside, *ends])), (samples, k)
-                assert high[row, k] == pytest.approx(max([*inside, *ends])), (samples, k)
-            assert at[row] == pytest.approx(np.interp(edges, time, values[row]))
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
