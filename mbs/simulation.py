@@ -202,7 +202,9 @@ class _Runs:
     def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
         """Make one run."""
         left = None if self.timeout is None else max(1e-3, self.timeout - (working_time() - self.start))
-        known = {"scene": self.scene(solver.degree)} if isinstance(solver, Spectral) and find_spec("numba") else {}
+        known = {}
+        if isinstance(solver, Spectral) and find_spec("numba") and not isinstance(scene := self.scene(solver.degree), str):
+            known["scene"] = scene
         with ctrl_c() as interrupted:  # also while a run is put together, or its record
             self.made.append(SOLVERS[type(solver)](mechanism, span, solver, left, self.progress, **known))
         if interrupted():
@@ -210,11 +212,11 @@ class _Runs:
         return self.made[-1]
 
     def scene(self, degree: int | None) -> Any:
-        """Return the scene for strips of a degree; None where the compiled solver does not take the mechanism."""
-        from .spectral.run import scene_for  # loads the compiled solver
+        """Return the scene for strips of a degree, or why the compiled solver does not take the mechanism."""
+        from .spectral.run import scene_or_reason  # loads the compiled solver
 
         if degree not in self.scenes:
-            self.scenes[degree] = scene_for(self.mechanism, degree)
+            self.scenes[degree] = scene_or_reason(self.mechanism, degree)
         return self.scenes[degree]
 
     def choose_solver(self) -> tuple[Solver, str]:
@@ -224,8 +226,9 @@ class _Runs:
         if not compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
         levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
-        if self.scene(levels.settings(levels.first())[1].degree) is None:
-            return Exudyn(), "the compiled solver does not know an element of this mechanism"
+        found = self.scene(levels.settings(levels.first())[1].degree)
+        if isinstance(found, str):
+            return Exudyn(), f"the compiled solver does not take this mechanism: {found}"
         return Spectral(), "it knows all elements of this mechanism"
 
     def complete(self, result: Result, answer: Answer, demand: Demand, why: str) -> Result:

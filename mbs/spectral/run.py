@@ -44,18 +44,18 @@ ROWS = 2000
 """Steps between looks at the clock."""
 
 
-def scene_for(mechanism: Mechanism, degree: int | None) -> CompiledScene | None:
-    """The scene of a mechanism; None where this solver does not know a kind of element, or cannot compile its functions.
+def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
+    """Translate a mechanism; return why not where this solver does not take it.
 
     Laws of friction without memory that follow a guide's reaction are known, but near a wedge they start wrongly.
     """
-    laws = [guide.friction for guide in mechanism.guides]
-    if any(isinstance(law, FrictionLaw) and not isinstance(law, BristleLaw) for law in laws):
-        return None
+    for guide in mechanism.guides:
+        if isinstance(guide.friction, FrictionLaw) and not isinstance(guide.friction, BristleLaw):
+            return f"friction of {guide.where} has no memory and follows its reaction"
     try:
         return CompiledScene.of(mechanism, degree)
-    except (ValueError, NotImplementedError, NumbaError):
-        return None
+    except (ValueError, NotImplementedError, NumbaError) as refusal:
+        return " ".join(str(refusal).split())
 
 
 class State(NamedTuple):
