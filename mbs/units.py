@@ -226,6 +226,12 @@ def unit_of(text: str) -> str:
     return next((unit for unit in USUAL if isinstance(found, Measured) and found.fits(unit)), "")
 
 
+def written_unit(text: str) -> str:
+    """Return the unit behind a number, as it is written; '' without one."""
+    match = NUMBER.match(text)
+    return text[match.end() :].strip() if match else ""
+
+
 def label_with_unit(name: str, unit: str) -> str:
     """Return a quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
     return name if unit in ("", "1") else f"{name} [{unit}]"

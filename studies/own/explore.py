@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import secrets
 import sys
 import webbrowser
@@ -29,7 +28,7 @@ from buckler.mbs.process import compiler
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
-from buckler.mbs.units import parse_quantity
+from buckler.mbs.units import parse_quantity, written_unit
 from buckler.mbs.validate import number
 from buckler.mbs.view.report import blank, content, with_ledger
 from buckler.mbs.view.shell import fill_page
@@ -91,7 +90,7 @@ class Explorer:
         """Find the unit in which the file has a number, and its size in SI."""
         with suppress(KeyError, ValueError):
             text = get(self.written, path)
-            given = re.sub(r"^[-+\d.,_ ]+([eE][-+]?\d+)?", "", text).strip() if isinstance(text, str) else ""
+            given = written_unit(text) if isinstance(text, str) else ""
             return (given, parse_quantity(f"1 {given}", unit)) if given else (unit, 1.0)
         return unit, 1.0
 

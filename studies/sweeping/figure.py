@@ -35,7 +35,7 @@ def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Map
     numbers = [axis for axis in plan.axes if values[axis].dtype.kind != "U"]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [axis for axis in plan.axes if axis is not across]
-    labels = [", ".join(_label(axis, values[axis][i], units[axis.name]) for axis in others) for i in range(len(found))]
+    labels = [", ".join(_label(axis, values[axis][i], axis.label(units)) for axis in others) for i in range(len(found))]
     mean, error = np.array([point.read(metric) for point in found]).T
     mean = _flatten(mean)
     fig, ax = subplots(height=90)
@@ -69,7 +69,7 @@ def _family(ax: Any, x: Array, y: Array, error: Array, found: Sequence[Point], l
 
 def _scale(ax: Any, axis: Axis, units: Mapping[str, str]) -> None:
     """Name and scale the axis of a varied number."""
-    ax.set_xlabel(label_with_unit(axis.name.replace("_", " "), units[axis.name]))
+    ax.set_xlabel(label_with_unit(axis.name.replace("_", " "), axis.label(units)))
     if axis.log:
         ax.set_xscale("log")
     else:

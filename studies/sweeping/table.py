@@ -47,7 +47,7 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
     """Gather the points; rows are those of the plan's cases, in their order."""
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
-        values = tuple(_unpack(getattr(case, name)) for name in plan.names)
+        values = tuple(axis.show(_unpack(getattr(case, axis.name))) for axis in plan.axes)
         found.append(Point(values, _without([value for value in values if isinstance(value, str)], row)))
     return found
 
@@ -76,7 +76,7 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
 def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """Tabulate one line a point of the design."""
     failing = any(point.row.status != "OK" for point in found)
-    headers = [label_with_unit(name, units[name]) for name in plan.names]
+    headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
     lines = [
         [*point.values, *(_cell(*point.read(name)) for name in shown)] + [point.row.status] * failing

@@ -11,6 +11,7 @@ Several are combined each with each.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Declaration
+from buckler.mbs.units import measured, parse_quantity, written_unit
 
 from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.registry import hint
@@ -29,11 +31,24 @@ MOST = 1_000_000
 
 
 class Axis(NamedTuple):
-    """Varied parameter and its values; `log` where they are spaced in the logarithm."""
+    """Varied parameter and its values; `log` where they are spaced in the logarithm.
+
+    Tables and figures show it in `unit`, as it was written, whose size is `factor`; without one in the parameter's own unit.
+    """
 
     name: str
     values: tuple[Any, ...]
     log: bool = False
+    unit: str = ""
+    factor: float = 1.0
+
+    def show(self, value: Any) -> Any:
+        """Return a value in the unit of tables and figures."""
+        return float(f"{value / self.factor:.12g}") if self.unit and isinstance(value, float) else value
+
+    def label(self, units: Mapping[str, str]) -> str:
+        """Return the unit of tables and figures."""
+        return self.unit or units[self.name]
 
 
 class Plan(NamedTuple):
@@ -59,13 +74,21 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
         raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT or {name}=A,B,C")
     try:
         if ":" in values:
-            return _range(name, values, known[name])
+            return _as_written(_range(name, values, known[name]), values, known[name].unit)
         listed = tuple(_value(name, part, known[name]) for part in values.split(","))
         if len(set(listed)) < len(listed):
             raise ValueError("one of them given twice")
-        return Axis(name, listed)
+        return _as_written(Axis(name, listed), values, known[name].unit)
     except ValueError as reason:
         raise ValueError(f"--vary {text}: {reason}") from None
+
+
+def _as_written(axis: Axis, text: str, unit: str) -> Axis:
+    """Return the axis with the unit that stands behind its first number."""
+    given = written_unit(re.split("[:,]", text)[0])
+    if not given or not isinstance(axis.values[0], float):
+        return axis
+    return axis._replace(unit=given, factor=parse_quantity(f"1 {given}", unit) if unit else float(measured(f"1 {given}")))
 
 
 def _value(name: str, text: str, spec: Declaration) -> Any:
