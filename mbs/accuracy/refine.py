@@ -65,6 +65,25 @@ class Trial:
         return energies_of(self.run)
 
 
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two runs that are compared, the finer one last; each comparison is made once."""
+
+    coarse: Trial
+    fine: Trial
+
+    @cached_property
+    def difference(self) -> Difference:
+        """Difference of their signals."""
+        return Difference(self.coarse.trajectory, self.fine.trajectory)
+
+    @cached_property
+    def energies(self) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Norms of the difference of their energies, and sizes."""
+        a, b = self.coarse.energies[0], self.fine.energies[0]
+        return Difference(a, b).norms(b.signals)
+
+
 @dataclass(frozen=True)
 class Answer:
     """A run, its errors, what is farthest beyond what is allowed.
@@ -124,6 +143,7 @@ class _Refinement:
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
         self.count = 0
+        self.pair: Pair | None = None
         self.before: Mapping[Key, float] | None = None
         self.ratio_before = 1.0
         self.allowed: dict[Key, float] = {}
@@ -206,10 +226,16 @@ class _Refinement:
         ratio, most = self.levels.ratio, self.levels.orders[1]
         return float(ratio**JUMP if parts else np.clip((1 + 2 * beyond) ** (1 / most), ratio, ratio**JUMP))
 
-    def find_parting(self, coarse: Trial, fine: Trial, until: float = inf) -> Parting:
+    def compare(self, coarse: Trial, fine: Trial) -> Pair:
+        """Return the comparison of two runs, that of before where they are the same."""
+        if self.pair is None or self.pair.coarse is not coarse or self.pair.fine is not fine:
+            self.pair = Pair(coarse, fine)
+        return self.pair
+
+    def find_parting(self, coarse: Trial, fine: Trial) -> Parting:
         """Find when two runs part."""
         self.allowed = self.demand.limits(fine.trajectory)
-        return Parting(Difference(coarse.trajectory, fine.trajectory, until), self.allowed)
+        return Parting(self.compare(coarse, fine).difference, self.allowed)
 
     def look_for_chaos(self, coarse: Trial, fine: Trial, parting: Parting) -> Answer | tuple[Trial, Trial]:
         """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
@@ -239,24 +265,19 @@ class _Refinement:
     def estimate_errors(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
         """Estimate errors of what is demanded of the finer run; return also differences and gains."""
         asked = {name for name, _ in self.allowed}
-        pair = Difference(coarse.trajectory, fine.trajectory)
-        now, _ = pair.norms({n: s for n, s in fine.trajectory.signals.items() if n in asked})
+        pair = self.compare(coarse, fine)
+        now, _ = pair.difference.norms({n: s for n, s in fine.trajectory.signals.items() if n in asked})
         gain = self.find_gains(coarse, fine, {key: now[key] for key in self.allowed if key in now})
         found = add(errors({key: now[key] for key in gain}, gain), self.find_damped(fine))
         if worst(self.allowed, found).ratio <= 1:  # energies are looked at last
             self.allowed |= {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-            off = {key: each for key, each in self.compare_energies(coarse, fine)[0].items() if key in self.allowed}
+            off = {key: each for key, each in pair.energies[0].items() if key in self.allowed}
             found |= errors(off, gain) | {BALANCE: fine.energies[1]}
         return found, now, gain
 
     def find_damped(self, trial: Trial) -> dict[Key, float]:
         """Find errors by vibration that numerical damping takes of all runs."""
         return damped(trial.trajectory, self.levels.damping)
-
-    def compare_energies(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Compare the energies of two runs."""
-        a, b = coarse.energies[0], fine.energies[0]
-        return Difference(a, b).norms(b.signals)
 
     def find_gains(self, coarse: Trial, fine: Trial, now: Mapping[Key, float]) -> dict[Key, float]:
         """Find by how much the finer run errs less than the coarser one."""
@@ -268,8 +289,9 @@ class _Refinement:
         self, coarse: Trial, fine: Trial, found: Mapping[Key, float], gain: Mapping[Key, float], allowed: Mapping[Key, float]
     ) -> Answer:
         """Return the finer run with the errors of all its signals."""
-        now, sizes = Difference(coarse.trajectory, fine.trajectory).norms(fine.trajectory.signals)
-        energies, others = self.compare_energies(coarse, fine)
+        pair = self.compare(coarse, fine)
+        now, sizes = pair.difference.norms(fine.trajectory.signals)
+        energies, others = pair.energies
         every = add(errors(now | energies, gain), self.find_damped(fine)) | {BALANCE: fine.energies[1]} | dict(found)
         self.allowed = dict(allowed)
         return self.attach_errors(fine, every, sizes | others, float(fine.run.record.time[-1]))
