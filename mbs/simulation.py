@@ -315,7 +315,7 @@ def _provenance(run: Run) -> dict[str, Any]:
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
     if scene.has_user_code:
         looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
-        notes.append(f"{looked}; a Table names shorter ones")
+        notes.append(f"{looked}; a Piecewise names shorter ones")
     return found | ({"notes": notes} if notes else {})
 
 

@@ -38,6 +38,10 @@ SAME = 1e-2
 """Largest distance of an equilibrium on the path from the curve of a step, over the step."""
 CLOUD = 3
 """Number of known equilibria through which a step is interpolated."""
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+"""Arcs over which a path is extended into or out of a contact, and lengths of the first step behind it."""
+HALVINGS = 30
+"""Halvings of such an arc, down to where the contact closes or opens."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
 SHARP = 1e-7
 """Difference of the two roots, over the step, at which no narrower stencil is tried: an upper bound of the error."""
@@ -102,6 +106,38 @@ class Arc:
             except StaticsError:
                 arc *= 0.5
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
+
+    def corner(self, rest: Rest, direction: Array) -> Step:
+        """Step around a corner just ahead, where a contact closes or opens, along the tangent behind it.
+
+        Raises
+        ------
+        StaticsError
+            If there is none.
+        """
+        start, n = self.problem.vector(rest), len(rest.q)
+
+        def ahead(arc: float) -> tuple[Rest, Array, bool]:
+            """Return the state at an arc along the direction, its tangent, and if that has turned."""
+            moved = start + arc * direction
+            state = Rest(moved[:n], moved[n:-1], float(moved[-1]))
+            after = self.direction(state, direction)
+            return state, after, float(self.metric * direction @ after) < np.cos(CORNER)
+
+        for over in BEYOND:
+            if not ahead(over)[2]:
+                continue
+            near, far = 0.0, over
+            for _ in range(HALVINGS):
+                middle = 0.5 * (near + far)
+                near, far = (near, middle) if ahead(middle)[2] else (middle, far)
+            state, after, _ = ahead(far)
+            for arc in BEYOND:
+                try:
+                    return Step(rest, after, self.on_plane(state, after, arc), arc)
+                except StaticsError:
+                    continue
+        raise StaticsError("there is no corner")
 
     def along(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
         """Find the equilibrium at an arc within a step, from an interpolant of its ends and of the `known`."""

@@ -197,17 +197,21 @@ class _Follower:
         direction = self.arc.direction(rest, None) if direction is None else direction
         ended, last = "steps", None
         for _ in range(self.steps):
+            turned = False
             try:
                 done = self.arc.advance(rest, direction, arc)
             except StaticsError:
-                ended = "singular"
-                break
-            after = self.arc.direction(done.new, direction)
+                try:
+                    done, turned = self.arc.corner(rest, direction), True
+                except StaticsError:
+                    ended = "singular"
+                    break
+            after = self.arc.direction(done.new, done.direction)
             if self.arc.reaches_over(done, after):
                 arc = 0.3 * done.arc
                 continue
             state = state_at(self.problem, done.new)
-            found = [] if left else criticals(self.arc, done, states[-1], state, after, last)
+            found = [] if left or turned else criticals(self.arc, done, states[-1], state, after, last)
             way = self._leaves(found)
             if way is not None:
                 points += found[: way[0] + 1]
@@ -218,7 +222,7 @@ class _Follower:
                 last = None
                 continue
             points += found
-            last = done, states[-1]
+            last = None if turned else (done, states[-1])
             rest, direction, arc, left = done.new, after, self.arc.next_arc(done, after, self.longest), False
             rests.append(rest)
             states.append(state)

@@ -9,7 +9,8 @@ from exact.columns import LENGTH, ZIEGLER, column, critical, ziegler
 from exact.columns import STRIP as SECTION
 from scipy.optimize import brentq
 
-from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, path
+from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, Stop, TorsionSpring, path
+from buckler.mbs.laws import KelvinVoigt
 
 EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 
@@ -89,6 +90,23 @@ def test_branchings_that_cancel_within_a_step_and_one_beside_a_limit_are_found()
     loads = [force(brentq(lambda y: 1 - free * y * y / np.hypot(1, y) ** 3, *each)) for each in ends]
     found = path(made, load="force.P", to=1.05 * limit)
     assert sorted(found.branchings) == pytest.approx(sorted([*loads, *(-load for load in loads)]), rel=1e-6)
+
+
+def test_a_column_between_two_stops_is_followed_to_four_euler_loads():
+    """It bows onto a stop, which pushes with 2 P k d cos(kl)/(kl cos(kl) - sin(kl)), l = L/2, and branches at the second load."""
+    gap, stiffness = 1.5e-3, 1e6
+    stops = [Stop("Ma", at=at, law=KelvinVoigt(stiffness, 0.0), along=(0, 1), link="a") for at in (gap, -gap)]
+    made = replace(columns("a", load=EULER), stops=stops)
+    found = path(made, load="force.Ba", to=4.1, branch=("a", "Ma", (0, -1)), steps=600)
+    assert found.status == "OK"
+    assert found.branchings == pytest.approx([engesser(1) / EULER, engesser(2) / EULER], rel=1e-4)
+    deep = -found.point("a", "Ma")[:, 1] - gap
+    touching = (deep > 0) & (found.parameter < 3.8)
+    assert touching.sum() > 10 and (deep[-1] > 0)
+    turn = np.pi / 2 * np.sqrt(found.parameter[touching])
+    load = found.parameter[touching] * EULER
+    force = 2 * load * turn / (LENGTH / 2) * (gap + deep[touching]) * np.cos(turn) / (turn * np.cos(turn) - np.sin(turn))
+    assert stiffness * deep[touching] == pytest.approx(force, rel=0.02, abs=0.02 * force.max())
 
 
 def test_an_arch_that_tilts_tilts_back_to_the_other_side_and_returns():
