@@ -80,6 +80,7 @@ offer({
     "mechanism_html": "buckler.mbs.view.plot:mechanism_html",
     "plot_signals": "buckler.mbs.view.plot:plot_signals",
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
+    "plot_path": "buckler.mbs.view.equilibria:plot_path",
     "animate": "buckler.mbs.view.plot:animate",
     "read": "buckler.mbs.sensitivity.sampling:read",
     "measures": "buckler.mbs.sensitivity.measures:measures",
@@ -89,4 +90,8 @@ offer({
     "notebook_frame": "buckler.mbs.view.report:notebook_frame",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
     "planar_model": "buckler.mbs.modal.bar:planar_model",
+    "growth": "buckler.mbs.checks.growing:Growth",
+    "run_engine": "buckler.mbs.engine.solve:once",
+    "run_compiled": "buckler.mbs.spectral.run:once",
+    "compiled_scene": "buckler.mbs.spectral.run:scene_or_reason",
 })  # fmt: skip

@@ -25,6 +25,7 @@ from .functions.looking import SETTLED
 from .geometry import Array
 from .kinematics import exact
 from .mechanism import Mechanism
+from .offers import find_offer
 from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
 from .progress import USUAL, Forecast, forecast
 from .record.errors import Status
@@ -48,9 +49,7 @@ def _run_compiled(*arguments: Any, **known: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
-    from .spectral.run import once as run
-
-    return run(*arguments, **known)
+    return find_offer("run_compiled")(*arguments, **known)
 
 
 def _on_engine(*arguments: Any) -> Run:
@@ -62,10 +61,9 @@ def _on_engine(*arguments: Any) -> Run:
         If it cannot be loaded, with the cure.
     """
     try:
-        from .engine.solve import once as run
+        run = find_offer("run_engine")
     except ImportError as error:
         raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; what needs no engine runs without it") from error
-
     return run(*arguments)
 
 
@@ -213,10 +211,8 @@ class _Runs:
 
     def scene(self, degree: int | None) -> Any:
         """Return the scene for strips of a degree, or why the compiled solver does not take the mechanism."""
-        from .spectral.run import scene_or_reason  # loads the compiled solver
-
         if degree not in self.scenes:
-            self.scenes[degree] = scene_or_reason(self.mechanism, degree)
+            self.scenes[degree] = find_offer("compiled_scene")(self.mechanism, degree)
         return self.scenes[degree]
 
     def choose_solver(self) -> tuple[Solver, str]:

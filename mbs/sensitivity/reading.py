@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import statics
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -88,9 +89,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
         """Compute the natural frequency and its error [Hz]."""
-        from ..statics import frequencies
-
-        found = frequencies(mechanism, count=number)
+        found = statics.frequencies(mechanism, count=number)
         if not found.stable:
             raise RunFailedError(f"{text.strip()}: {found.status}: {found.message}")
         if len(found.hertz) < number:

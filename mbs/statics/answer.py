@@ -10,6 +10,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..offers import find_offer
 from ..scene.scene import Scene
 from ..spectral.scene import CompiledScene
 from ..validate import number, one_of, positive, whole
@@ -177,9 +178,7 @@ class Route(Answer):
 
     def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
         """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
-        from ..view.equilibria import plot_path  # Matplotlib takes half a second to load
-
-        return plot_path(self, link, point, axis, ax)
+        return find_offer("plot_path")(self, link, point, axis, ax)
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: critical points in their order, and the end."""

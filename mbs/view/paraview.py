@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import modal
 from ..elements.modal import Modal
 from ..geometry import Array
 from ..record.record import Record
@@ -101,9 +102,7 @@ def _prism(movie: Movie, mark: Path) -> Solid:
 
 def _deform(body: Modal, length: float, q: Array) -> Solid:
     """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k); a planar mesh has the section's width."""
-    from ..modal.reduction import reduced
-
-    model = reduced(body, length)
+    model = modal.reduced(body, length)
     kind, cells = model.cells
     used, cells = np.unique(cells, return_inverse=True)
     cells = cells.reshape(len(model.cells[1]), -1)

@@ -22,6 +22,7 @@ from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import finish
 from ..kit.style import house_style
 from ..kit.words import Parser, print_error
+from .figure import figures
 from .store import Row
 from .sweep import Part, SweepError, sweep
 from .table import choose, points, table, to_csv
@@ -187,8 +188,6 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     if asked.part:
         where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
         return finish(name, result, {}, writable(asked.folder / f"part-{asked.part.number}"), options, where)
-    from .figure import figures  # loads Matplotlib
-
     found = points(asked.plan, rows)
     try:
         shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.lines import Line2D
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.units import label_with_unit
@@ -78,6 +76,8 @@ def _scale(ax: Any, axis: Axis, units: Mapping[str, str]) -> None:
 
 def _legend(ax: Any, found: Sequence[Point]) -> None:
     """Name the curves, or the first and the last of many, and the marks that occur."""
+    from matplotlib.lines import Line2D
+
     handles, labels = ax.get_legend_handles_labels()
     if len(handles) > FEW:
         handles, labels = handles[:: len(handles) - 1], labels[:: len(labels) - 1]
@@ -93,6 +93,8 @@ def _legend(ax: Any, found: Sequence[Point]) -> None:
 
 
 def _colour(i: int, count: int) -> Any:
+    from matplotlib import colormaps
+
     return COLOURS[i % len(COLOURS)] if count <= FEW else colormaps["viridis"](i / (count - 1))
 
 

@@ -8,7 +8,7 @@ import pytest
 from made import BAR, LENGTH, STRIP, mechanism, steel
 
 from buckler import mbs
-from buckler.mbs.checks.unbuckled import Growth
+from buckler.mbs.checks.growing import Growth
 from buckler.mbs.elements.element import Place
 from buckler.mbs.elements.load import potential
 from buckler.mbs.elements.rows import Along, Distance, Turn, row

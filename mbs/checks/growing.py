@@ -1,0 +1,104 @@
+"""Growth of the bending of strips in the poses of a run, by the tangent of the mechanism: on the compiled solver's equations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..geometry import Array
+from ..record.record import Record
+from ..spectral.scene import CompiledScene
+from ..statics.problem import Problem
+from ..statics.spectrum import spectrum
+
+DEGREE = 10
+"""Degree of the strips, at which their first three bending modes are right to a per mille."""
+OF_ITS_OWN = 0.05
+"""Share of a shape's largest motion that must be a strip's deflection from its chord: less is a motion of the mechanism."""
+
+
+class Growth:
+    """Growth of bending in a run's poses."""
+
+    def __init__(self, record: Record) -> None:
+        self.record, self.scene = record, CompiledScene.of(record.mechanism, DEGREE)
+        self.problem = Problem(self.scene)
+
+    def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
+        """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
+        q = self._pose(k, forces)
+        rest = self.problem.start(1.0)._replace(q=q)
+        tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
+        if tangent.definite:
+            return dict.fromkeys(forces, 0.0)
+        found = spectrum(tangent)
+        grows = np.flatnonzero(found.growth > 0.0)
+        return {
+            name: max((float(found.growth[i]) for i in grows if self._bends(name, q, np.real(found.shapes[:, i]))), default=0.0)
+            for name in forces
+        }
+
+    def _pose(self, k: int, forces: dict[str, float]) -> Array:
+        """Coordinates of the scene at a sample."""
+        q = self.scene.q0.copy()
+        for name, motion in self.record.links.items():
+            body, made = self.scene.builder.bodies[name], self.record.mechanism.link(name)
+            if made.body.meshed:
+                self._lay(q, name, body, k, forces.get(name, 0.0))
+            else:
+                place, turned = motion.centre()[0][k], motion.turn(made.start)[0][k]
+                q[body.offset : body.offset + 3] = [*place, q[body.offset + 2] + turned]
+        for offset, link, point, turns in self.scene.builder.loose:
+            if not turns:
+                q[offset : offset + 2] = self.record.links[link].point(point)[0][k]
+        return q
+
+    def _lay(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
+        """Lay a strip in its stress-free shape between its ends."""
+        link, motion = self.record.mechanism.link(name), self.record.links[name]
+        one, other = (motion.point(point)[0] for point in (link.start, link.end))
+        chords = other - one
+        chord, begun = chords[k], chords[0]
+        turn = float(np.arctan2(begun[0] * chord[1] - begun[1] * chord[0], begun @ chord))
+        c, s = np.cos(turn), np.sin(turn)
+        strain, along = force / link.body.section.axial_stiffness, chord / np.linalg.norm(chord)
+        origin = self.scene.q0[strip.elements[0].places[:2, 0]]
+        laid: dict[int, float] = {}
+        for element in strip.elements:
+            x, y = self.scene.q0[element.places[:2]]
+            x, y = x - origin[0] * _ends(x), y - origin[1] * _ends(y)
+            stretch = strain * np.array([element.start, element.end])
+            turned = np.array([c * x - s * y + one[k, 0] * _ends(x), s * x + c * y + one[k, 1] * _ends(x)])
+            turned[:, :2] += along[:, None] * stretch
+            for i in (0, 1):
+                laid |= dict(zip(element.places[i].tolist(), turned[i].tolist(), strict=True))
+            if len(element.places) > 2:
+                laid |= dict(
+                    zip(element.places[2].tolist(), (self.scene.q0[element.places[2]] + turn * _ends(x)).tolist(), strict=True)
+                )
+        q[list(laid)] = list(laid.values())
+
+    def _bends(self, name: str, q: Array, shape: Array) -> bool:
+        """Return True if a shape is one of a strip's bending."""
+        strip: Any = self.scene.builder.bodies[name]
+        first, last = strip.elements[0].places[:2, 0], strip.elements[-1].places[:2, 1]
+        chord = q[last] - q[first]
+        normal = np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
+        bent = 0.0
+        for element in strip.elements:
+            inner = normal @ shape[element.places[:2, 2:]]
+            part = np.array([element.start, element.end]) / strip.length
+            line = normal @ shape[first] * (1 - part) + normal @ shape[last] * part
+            bent = max(
+                bent, float(np.abs(normal @ shape[element.places[:2, :2]] - line).max()), float(np.abs(inner).max(initial=0.0))
+            )
+        moves = np.abs(shape / self.scene.units * self.scene.length)
+        return bent > OF_ITS_OWN * float(moves.max())
+
+
+def _ends(values: Array) -> Array:
+    """1 for the members of the basis that are the ends, 0 for the rest."""
+    out = np.zeros(len(values))
+    out[:2] = 1.0
+    return out
