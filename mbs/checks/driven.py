@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..kinematics.determined import divides
+from ..kinematics.closing import divides
 from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result

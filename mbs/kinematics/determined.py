@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +21,9 @@ from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from ..scene.linkage import Linkage, carried_masses, invert, solve_rates
+from ..scene.linkage import carried_masses, invert
 from ..scene.scene import Scene
+from .closing import Course, close_loops, decisive, passes
 from .diagnosis import explain_singularity
 
 FIRST = 0.02
@@ -38,34 +38,10 @@ SLOW = 0.01
 """Least speed to which that change is compared, in lengths of the longest link per run."""
 SHORTEST = 1e-9
 """Shortest step, relative to the run; a motion that needs a shorter one ends there."""
-MOST = 30
-"""Largest number of Newton steps."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
-EXACT = 2e-15
-"""Gap at which loops are closed to rounding, in lengths."""
-CLOSED = 1e-9
-"""Largest gap of redundant rows, in lengths; beyond it they contradict the others."""
 BLOWN_UP = 20.0
 """Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
-
-
-class Course(NamedTuple):
-    """A linkage at some times.
-
-    Attributes
-    ----------
-    time : array, shape (times,)
-    q, q_t, q_tt : arrays, shape (times, links, 3)
-        Of the links' starts and directions.
-    jacobian : array, shape (times, kept rows, 3 links)
-    """
-
-    time: Array
-    q: Array
-    q_t: Array
-    q_tt: Array
-    jacobian: Array
 
 
 @dataclass(frozen=True)
@@ -129,7 +105,7 @@ class Follower:
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
             off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
-            if after is None or off > FAR or self._needs_shorter_step(state, after, slow) or _passes(linkage, state, after):
+            if after is None or off > FAR or self._needs_shorter_step(state, after, slow) or passes(linkage, state, after):
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -151,7 +127,7 @@ class Follower:
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], _decisive(state.jacobian[0]))
+        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], decisive(state.jacobian[0]))
         if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
@@ -246,71 +222,6 @@ class Follower:
                 total[:, i, :2] += force
                 total[:, i, 2] += cross(arm, force) + moment
         return total
-
-
-def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
-    """Close the loops by Newton's method at each time from close by, then find the rates; None if one does not close."""
-    zero = np.zeros_like(q)
-    travel, scale = linkage.travel(times), max(1.0, linkage.size)
-    last = np.inf
-    for _ in range(MOST):
-        residual, jacobian, _ = linkage.system(q, zero)
-        residual = residual - travel
-        gap = float(np.abs(residual).max(initial=0.0))
-        if not np.isfinite(gap) or gap > 1e3 * scale:
-            return None
-        if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
-            return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
-        last = gap
-        try:
-            q = q - solve_rates(jacobian, residual).reshape(q.shape)
-        except np.linalg.LinAlgError:
-            return None
-    return None
-
-
-def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
-    try:
-        inverse = invert(jacobian)
-    except np.linalg.LinAlgError:
-        return None
-    q_t = (inverse @ linkage.speed(times)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.acceleration(times)
-    q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
-    return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
-
-
-def _decisive(jacobian: Array) -> Array:
-    """Choose as many independent rows as coordinates, best conditioned: QR with pivots (Businger and Golub, 1965)."""
-    rows, columns = jacobian.shape
-    if rows == columns:
-        return np.arange(rows)
-    from scipy.linalg import qr  # loading it takes longer than a rigid mechanism takes to run
-
-    return np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
-
-
-def _passes(linkage: Linkage, before: Course, after: Course) -> bool:
-    """True if a singular pose lies between two times, beyond which the motion is not decided.
-
-    There rows that decide the linkage change their orientation. Redundant rows may decide it still.
-    """
-    rows = _decisive(before.jacobian[0])
-    if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:
-        return False
-    far = float(np.abs(after.q - before.q).max())
-    return len(rows) == len(linkage.names) or divides(linkage, float(after.time[0]), after.q[0], far)
-
-
-def divides(linkage: Linkage, time: float, q: Array, far: float) -> bool:
-    """True if a pose close to a singular one, as far from it as told, has another one beside it, on another branch."""
-    jacobian = linkage.system(q, np.zeros_like(q))[1]
-    shape = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
-    for way in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
-        other = close_loops(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * far:
-            return True
-    return False
 
 
 def _quintic(anchors: Course, times: Array) -> Array:

@@ -37,8 +37,6 @@ TOGETHER = 0.95
 """Correlation of two numbers above which the data identify them only together."""
 SHIFTED = 0.1
 """First value of a measured angle, over its range, above which it does not count from the start of the run: beyond noise."""
-DEPENDENT = 1e-9
-"""Singular value over the largest below which the data do not depend on a direction."""
 
 
 class Interval(NamedTuple):
@@ -188,7 +186,7 @@ def fit(
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
     best = search.best(starts, seed)
     if not search.problem.has_errors and not search.problem.stopped:
-        search.weigh(best)
+        search.problem.weigh(best)
         best = search.solve(best)
     return search.answer(best, {name: search.profile(best, name) for name in profiles})
 
@@ -239,32 +237,10 @@ class Search(NamedTuple):
         )  # fmt: skip
         return point(found.x)
 
-    def residual_sizes(self, x: Array) -> dict[str, float]:
-        """Compute the root mean square of each signal's residuals."""
-        found: dict[str, list[Array]] = {}
-        for each, said in zip(self.problem.experiments, self.problem.predictions(x), strict=True):
-            for name, values in each.signals.items():
-                found.setdefault(name, []).append((said[name] - values)[np.isfinite(values)])
-        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}
-
-    def weigh(self, x: Array) -> None:
-        """Estimate missing standard deviations of signals by the residuals of a fit."""
-        given, errors = {name for each in self.problem.experiments for name in each.errors}, self.problem.errors
-        found = {name: value for name, value in self.residual_sizes(x).items() if name not in given}
-        errors |= {name: max(value, 1e-12 * errors[name]) for name, value in found.items()}
-
-    def covariance(self, x: Array) -> Array:
-        """Compute the covariance of the numbers over the cube, s^2 (J^T J)^-1; very large in unseen directions."""
-        j, r = self.problem.jacobian(x), self.problem.residuals(x)
-        _, s, vh = np.linalg.svd(j, full_matrices=False)
-        scale = 1.0 if self.problem.has_errors else float(r @ r) / max(1, len(r) - len(x))
-        spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
-        return np.asarray(scale * (vh.T * spread**2) @ vh)
-
     def profile(self, best: Array, name: str) -> Profile:
         """Find the least cost over a number, from its best value on to both sides."""
         i, residuals = self.problem.names.index(name), self.problem.residuals
-        wide = min(0.5, 3.0 * float(np.sqrt(self.covariance(best)[i, i])))
+        wide = min(0.5, 3.0 * float(np.sqrt(self.problem.covariance(best)[i, i])))
         found = {float(best[i]): float(np.sum(residuals(best) ** 2))}
         for side in (-1, 1):
             x = best.copy()
@@ -284,7 +260,7 @@ class Search(NamedTuple):
 
     def answer(self, best: Array, profiles: dict[str, Profile]) -> Fit:
         """Make the result."""
-        problem, covariance = self.problem, self.covariance(best)
+        problem, covariance = self.problem, self.problem.covariance(best)
         deviation = np.sqrt(np.diag(covariance))
         freedom = max(1, problem.count - len(best))
         quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else freedom))
@@ -295,7 +271,7 @@ class Search(NamedTuple):
         said = [*filter(None, [problem.stopped]), *self.vague(best, deviation, correlation), *self.list_unexplained(best)]
         return Fit(
             dict(zip(problem.names, map(float, values), strict=True)), intervals,
-            [*said], correlation, self.residual_sizes(best),
+            [*said], correlation, self.problem.residual_sizes(best),
             problem.predictions(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
             {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
             problem.units, profiles,
@@ -317,7 +293,7 @@ class Search(NamedTuple):
 
     def list_unexplained(self, best: Array) -> list[str]:
         """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
-        left, found = self.residual_sizes(best), []
+        left, found = self.problem.residual_sizes(best), []
         for name in signals_of(self.problem.experiments):
             x = gather(self.problem.experiments, name)
             if shift := self._shift(name):

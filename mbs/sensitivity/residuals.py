@@ -27,6 +27,8 @@ WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of a number."""
 FAR = 1e3
 """Residual of a run that fails, in standard deviations."""
+DEPENDENT = 1e-9
+"""Singular value over the largest below which the data do not depend on a direction."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
@@ -171,6 +173,28 @@ class Problem:
                 why = str(error)
         self.blocked[self.names[i]] = why
         return np.zeros(len(start))
+
+    def residual_sizes(self, x: Array) -> dict[str, float]:
+        """Compute the root mean square of each signal's residuals."""
+        found: dict[str, list[Array]] = {}
+        for each, said in zip(self.experiments, self.predictions(x), strict=True):
+            for name, values in each.signals.items():
+                found.setdefault(name, []).append((said[name] - values)[np.isfinite(values)])
+        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}
+
+    def weigh(self, x: Array) -> None:
+        """Estimate missing standard deviations of signals by the residuals of a fit."""
+        given, errors = {name for each in self.experiments for name in each.errors}, self.errors
+        found = {name: value for name, value in self.residual_sizes(x).items() if name not in given}
+        errors |= {name: max(value, 1e-12 * errors[name]) for name, value in found.items()}
+
+    def covariance(self, x: Array) -> Array:
+        """Compute the covariance of the numbers over the cube, s^2 (J^T J)^-1; very large in unseen directions."""
+        j, r = self.jacobian(x), self.residuals(x)
+        _, s, vh = np.linalg.svd(j, full_matrices=False)
+        scale = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
+        spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
+        return np.asarray(scale * (vh.T * spread**2) @ vh)
 
 
 def read_run(found: Run, each: Experiment, zero: float = 0.0) -> dict[str, Any]:

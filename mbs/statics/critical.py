@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
+from .algebra import EPS, MANY
 from .arc import Arc, Step
-from .lowest import EPS, MANY
 from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum
 
@@ -57,7 +57,7 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
     """Compute the stability of an equilibrium, of many unknowns with `count` eigenvalues above zero."""
     problem.set(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
-    plain = spectrum(tangent.without_damping(), problem.shift, count)
+    plain = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = plain.shift
     whole = plain if tangent.conservative else spectrum(tangent)
     swings = (whole.growth > 0.0) & (np.abs(whole.values.imag) > whole.rounding)

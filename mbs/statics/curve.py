@@ -20,15 +20,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..geometry import Array
-from ..mechanism import Mechanism
 from ..spectral.run import State
-from ..spectral.scene import CompiledScene
+from .algebra import solve
 from .answer import CRITICAL, RISE
 from .arc import CORNER, next_arc
-from .cycles import Periodic, compare_multipliers, motion_of
-from .problem import Problem, Rest, StaticsError, has_strips, prolong, solve
+from .cycles import Periodic, Turn, branching, compare_multipliers, doubling, motion_of, torus
+from .problem import Problem, Rest, StaticsError, has_strips, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
-from .varied import Varied
+from .varied import Paced, raise_degree
 
 SHORTEST = 1e-5
 """Arc below which continuation is given up."""
@@ -42,36 +41,6 @@ SPENT = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
 FINER = 2
 """Most refinements of a critical point."""
-
-
-@dataclass
-class Paced(Problem):
-    """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
-
-    drawn: float = 1.0
-
-    def set(self, parameter: float) -> None:
-        """Set the frequency of the functions of time."""
-        self.scene.tables.pace[0] = parameter / self.drawn
-
-
-@dataclass(frozen=True)
-class Turn:
-    """Critical point of a response.
-
-    Attributes
-    ----------
-    kind : str
-        'fold', 'doubling' (a multiplier passes -1), 'branching' (1, and the curve goes on) or 'torus' (a pair passes the circle).
-    rest : Rest
-        State at the start of a period, coordinates only, and the parameter.
-    motion : Periodic
-    """
-
-    kind: str
-    rest: Rest
-    motion: Periodic
-    multiple: int = 1
 
 
 class Orbit(NamedTuple):
@@ -198,7 +167,7 @@ class Curve:
     def fine(self) -> Curve:
         """Return the curve with finer steps and a higher degree."""
         one = self.shooting.scene
-        problem = _raise_degree(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
+        problem = raise_degree(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
     def finer(self, orbit: Orbit) -> tuple[Curve, State, tuple[Array, Array, float]]:
@@ -226,7 +195,7 @@ class Curve:
 
     def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, Turn, float]]:
         """Find critical points in a step: the arc, the point, its error."""
-        turns = _fold(orbit) * _fold(new) < 0.0
+        turns = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             one, other = function(orbit), function(new)
             none = (kind == "branching" and turns) or (kind == "torus" and max(one, other) < CRITICAL)
@@ -310,34 +279,10 @@ class Curve:
         return orbits, found, ended
 
 
-def _raise_degree(problem: Problem, by: int) -> Problem:
-    """Return a copy of a problem with a higher degree and a separate scene."""
-    degree = problem.scene.degree + by
-    if isinstance(problem, Varied):
-        return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
-    return replace(problem, scene=CompiledScene.of(problem.scene.mechanism, degree))
-
-
-def _fold(orbit: Orbit) -> float:
-    """Return a function that is zero where the parameter turns back."""
-    return float(orbit.ahead[-1])
-
-
-def _doubling(orbit: Orbit) -> float:
-    """Return a function that is zero where a multiplier is -1."""
-    return float(np.prod(values_of(orbit.found.matrix) + 1.0).real)
-
-
-def _branching(orbit: Orbit) -> float:
-    """Return a function that is zero where a multiplier is 1."""
-    return float(np.prod(values_of(orbit.found.matrix) - 1.0).real)
-
-
-def _torus(orbit: Orbit) -> float:
-    """Return a function that is zero where a pair of multipliers is on the unit circle."""
-    values = values_of(orbit.found.matrix)
-    pairs = np.abs(values[values.imag != 0.0])
-    return float(pairs.max()) - 1.0 if len(pairs) else 0.0
-
-
-KINDS = {"fold": _fold, "doubling": _doubling, "branching": _branching, "torus": _torus}
+KINDS: dict[str, Callable[[Orbit], float]] = {
+    "fold": lambda orbit: float(orbit.ahead[-1]),
+    "doubling": lambda orbit: doubling(values_of(orbit.found.matrix)),
+    "branching": lambda orbit: branching(values_of(orbit.found.matrix)),
+    "torus": lambda orbit: torus(values_of(orbit.found.matrix)),
+}
+"""Functions of a motion that are zero at critical points."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import block_array, csr_array, eye_array
+from scipy.sparse import block_array
 
 from ..geometry import Array
 from ..spectral.doors import carry, place
-from ..spectral.linear import Assembly, Factors, SingularError
+from ..spectral.linear import Assembly
 from ..spectral.scene import CompiledScene, Place
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import SPIN, VX
-from .lowest import COUNT, EPS, LARGE
+from .algebra import COUNT, EPS, LARGE, Matrix, least, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
@@ -29,11 +29,6 @@ NOISE = 1e-8
 """Newton step, in these units, that counts as rounding where it does not shrink: beside a critical point it is amplified."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
-CUT = 1e-9
-"""Damping of sparse least squares, over the largest entry: singular values far below it count as zero."""
-
-Matrix: TypeAlias = Array | csr_array
-"""Matrix, dense of few unknowns, sparse of many."""
 
 
 class StaticsError(ValueError):
@@ -239,35 +234,6 @@ class Problem:
         """Make the equations of small motions about a state."""
         self.set(rest.parameter)
         return Tangent.at(self.scene, rest.q, rest.multipliers)
-
-
-def solve(matrix: Matrix, right: Array) -> Array:
-    """Solve linear equations; by least squares if singular (redundant constraints, free motions)."""
-    try:
-        with np.errstate(all="ignore"):  # near a limit point it is ill-conditioned: the residual decides
-            out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
-        if np.isfinite(out).all() and np.abs(matrix @ out - right).max(initial=0.0) <= 1e-6 * np.abs(right).max(initial=1e-300):
-            return np.asarray(out)
-    except (np.linalg.LinAlgError, SingularError):
-        pass
-    if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
-        return np.full(len(right), np.nan)
-    return least(matrix, right, 1e-12)
-
-
-def least(matrix: Matrix, right: Array, cut: float) -> Array:
-    """Solve least squares of least size; singular values below the cut, over the largest, count as zero.
-
-    A sparse matrix A is solved by [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, and two iterations of refinement.
-    """
-    if isinstance(matrix, np.ndarray):
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
-    (m, n), small = matrix.shape, CUT * float(abs(matrix).max())
-    factors = Factors(block_array([[small * eye_array(m), matrix], [matrix.T, -small * eye_array(n)]]))
-    out = np.zeros(n)
-    for _ in range(3):
-        out += factors.solve(np.concatenate([right - matrix @ out, np.zeros(n)]))[m:]
-    return out
 
 
 def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:

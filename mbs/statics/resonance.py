@@ -10,11 +10,11 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
-from .curve import KINDS, Curve, Orbit, Paced, Turn
-from .cycles import Periodic, prepare
+from .curve import KINDS, Curve, Orbit
+from .cycles import Periodic, Turn, prepare
 from .problem import Problem, StaticsError, loads_of
 from .shooting import SpentError
-from .varied import Varied
+from .varied import Paced, Varied
 
 STEPS = 400
 """Most steps, by default."""

@@ -13,9 +13,9 @@ from ..process import one_thread
 from ..spectral import tables as k
 from ..spectral.scene import CompiledScene, Place
 from ..validate import number, one_of
+from .algebra import sparse_null_space
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
 from .follow import DEGREE, ends
-from .lowest import sparse_null_space
 from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places, prolong
 from .settling import RunsAwayError, SlackError, check_ropes, find, others
 

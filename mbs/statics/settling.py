@@ -18,7 +18,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements import Rope
-from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, moving, solve
+from .algebra import solve
+from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, moving
 
 MOVE = 0.1
 """Intended change in a step far from rest [lengths or rad]."""

@@ -24,8 +24,8 @@ from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
 from ..spectral.run import State, integrate, memory_at_end
 from ..spectral.scene import CompiledScene
-from .lowest import null_space
-from .problem import LONGEST_STEP, StaticsError, solve
+from .algebra import null_space, solve
+from .problem import LONGEST_STEP, StaticsError
 
 TOLERANCE = 1e-7
 """Tolerance of the run that chooses the steps."""

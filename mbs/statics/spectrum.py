@@ -15,20 +15,32 @@ V. V. Bolotin, Nonconservative Problems of the Theory of Elastic Stability (1963
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.linalg import solve  # SciPy's triangular solves take twenty times as long where threads share a core
 from scipy.linalg import eig, eigh
-from scipy.sparse import csc_array, csr_array, diags_array, issparse
+from scipy.sparse import csc_array, diags_array, issparse
 from scipy.sparse.linalg import splu
 
 from ..geometry import Array
 from ..spectral.linear import Matrix
 from ..spectral.scene import CompiledScene
-from .lowest import COUNT, EPS, MANY, invert, nearest, null_space, sparse_null_space
+from .algebra import (
+    COUNT,
+    EPS,
+    MANY,
+    has_entries,
+    invert,
+    is_symmetric,
+    lowest_modes,
+    modes_of_symmetric,
+    modes_of_unsymmetric,
+    null_space,
+    sparse_null_space,
+)  # fmt: skip
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
@@ -65,11 +77,12 @@ class Tangent:
         """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= MANY
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
-        if sparse and (_any(a.cross) or _any(a.damping) or not _symmetric(a.stiffness)):  # Lanczos's method is for symmetric ones
+        # Lanczos's method is for symmetric matrices
+        if sparse and (has_entries(a.cross) or has_entries(a.damping) or not is_symmetric(a.stiffness)):
             sparse, a = False, scene.assemble(q, v, lam=lam)
         span = sparse_null_space if sparse else null_space
         free = span(a.jacobian, scene.units)
-        test = span(a.jacobian - a.cross, scene.units) if _any(a.cross) else free
+        test = span(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
         for x, y in scene.twins:
             large[x] = large[y] = np.maximum(large[x], large[y])
@@ -84,8 +97,8 @@ class Tangent:
     def conservative(self) -> bool:
         """True if K alone decides stability: it is symmetric, and rates enter by damping only."""
         k, c = self.reduce(self.stiffness), self.reduce(self.damping)
-        both = _symmetric(k) and _symmetric(c)
-        return both and not (_any(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
+        both = is_symmetric(k) and is_symmetric(c)
+        return both and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
 
     @property
     def definite(self) -> bool:
@@ -98,10 +111,6 @@ class Tangent:
         except np.linalg.LinAlgError:
             return False
         return True
-
-    def without_damping(self) -> Tangent:
-        """Return the tangent without terms that depend on rates."""
-        return replace(self, damping=0.0 * self.damping)
 
     def reduce(self, matrix: Matrix) -> Matrix:
         """Project a matrix onto the free coordinates."""
@@ -163,7 +172,7 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
     values, left, right, inverse, shift = (
-        _damped_modes(tangent, m, c, k) if _any(c) else _undamped_modes(tangent, m, k, near, count)
+        _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, near, count)
     )
     rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
     creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has no end of them near -1/(retardation time)
@@ -187,9 +196,9 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
 
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + K z = 0: s, left and right vectors, errors of s, shift; one of s and -s, see `Spectrum`."""
-    symmetric = _symmetric(k)
+    symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _shift(m, k)
-    find = partial(_few, count=count) if issparse(k) else _solve_symmetric if symmetric else _solve_unsymmetric
+    find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
     for _ in range(4):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
@@ -245,45 +254,6 @@ def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Arr
     moved, size = tangent.rounding(left, right), np.abs(squared)
     with np.errstate(all="ignore"):
         return float(min(size[(size * weight > moved) & np.isfinite(size)], default=shift))
-
-
-def _solve_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Compute -s^2, left and right vectors, from the inverse of K + shift M."""
-    theta, left, right = eig(solve(k + shift * m, m), left=True)
-    return invert(theta) - shift, solve((k + shift * m).T, left), right
-
-
-def _solve_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Compute -s^2, left and right vectors, of a symmetric K."""
-    moved = k + shift * m
-    try:
-        root = np.linalg.cholesky(moved)
-        inner = solve(root, solve(root, m).T)
-        theta, vectors = eigh((inner + inner.T) / 2)
-        vectors = solve(root.T, vectors)
-    except np.linalg.LinAlgError:  # more unstable than the shift
-        low = np.linalg.cholesky(m)
-        inner = low.T @ solve(moved, low)
-        theta, vectors = eigh((inner + inner.T) / 2)
-        vectors = solve(moved, low @ vectors)
-    squared = invert(theta) - shift
-    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
-    return squared, vectors, vectors
-
-
-def _few(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """Compute at least `count` lowest of sparse matrices; all where Lanczos's method fails."""
-    return nearest(m, k, shift, count) or _solve_symmetric(m.toarray(), k.toarray(), shift)
-
-
-def _any(matrix: Matrix) -> bool:
-    """Check for an entry that is not zero."""
-    return bool(matrix.count_nonzero() if issparse(matrix) else matrix.any())
-
-
-def _symmetric(matrix: Matrix) -> bool:
-    """Check that a matrix is symmetric within rounding."""
-    return bool(not min(matrix.shape) or abs(matrix - matrix.T).max() <= 1e3 * EPS * abs(matrix).max())
 
 
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from ..documents.document import change, get
@@ -48,3 +50,22 @@ class Varied(Problem):
             a = self.scene.assemble(rest.q, tangents=False)
             at.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
         return np.asarray((at[0] - at[1]) / (2 * step))
+
+
+@dataclass
+class Paced(Problem):
+    """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
+
+    drawn: float = 1.0
+
+    def set(self, parameter: float) -> None:
+        """Set the frequency of the functions of time."""
+        self.scene.tables.pace[0] = parameter / self.drawn
+
+
+def raise_degree(problem: Problem, by: int) -> Problem:
+    """Return a copy of a problem with a higher degree and a separate scene."""
+    degree = problem.scene.degree + by
+    if isinstance(problem, Varied):
+        return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
+    return replace(problem, scene=CompiledScene.of(problem.scene.mechanism, degree))

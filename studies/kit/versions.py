@@ -1,9 +1,15 @@
-"""Versions of Python, Buckler and the packages its numbers come from."""
+"""Versions of Python, Buckler and the packages its numbers come from; provenance of a run."""
 
 from __future__ import annotations
 
+import hashlib
 import platform
+import socket
+from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
+from pathlib import Path
+from typing import Any
 
 
 def versions() -> dict[str, str | None]:
@@ -23,3 +29,22 @@ def print_versions() -> int:
     """Print all versions in one line."""
     print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions().items()))
     return 0
+
+
+def provenance() -> dict[str, Any]:
+    """Say where a run comes from that ends now: versions, host, hash of the sources, time."""
+    return {**_origin(), "sources": _hash_sources(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+
+
+@cache
+def _origin() -> dict[str, Any]:
+    return {"versions": versions(), "host": socket.gethostname()}
+
+
+@cache
+def _hash_sources() -> str:
+    """Hash Buckler's own source files, which needs no git."""
+    root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
+    for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]

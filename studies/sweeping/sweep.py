@@ -9,12 +9,10 @@ The same call with the same store runs only what has not ended. Rows do not depe
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import multiprocessing
 import os
 import signal
-import socket
 import threading
 import time
 import traceback
@@ -22,8 +20,6 @@ from collections import deque
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import closing, contextmanager
-from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -31,7 +27,7 @@ from typing import Any, NamedTuple
 from ..kit import registry
 from ..kit.parameters import StudyParameters, specs
 from ..kit.report import QUIET, Progress
-from ..kit.versions import versions
+from ..kit.versions import provenance, versions
 from .store import About, Part, Row, Store, StoreError, read
 
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
@@ -156,25 +152,7 @@ def run_case(job: Job) -> Row:
             message = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(place.filename).name}:{place.lineno})"
             found = {"status": "ERROR", "message": message}
         wall = time.perf_counter() - start
-    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=_provenance(), **found)
-
-
-def _provenance() -> dict[str, Any]:
-    return {**_origin(), "sources": hash_sources(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
-
-
-@cache
-def _origin() -> dict[str, Any]:
-    return {"versions": versions(), "host": socket.gethostname()}
-
-
-@cache
-def hash_sources() -> str:
-    """Hash Buckler's own source files, which needs no git."""
-    root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
-    for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=provenance(), **found)
 
 
 def _begin() -> None:
@@ -282,7 +260,7 @@ def _row_of(job: Job, outcome: Row | Exception) -> Row:
     if isinstance(outcome, Row):
         return outcome
     if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # of Dask, after tries of its own
-        return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=_provenance())
+        return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=provenance())
     if isinstance(outcome, CancelledError):
         raise SweepError("the executor has dropped its cases: it was shut down, or its scheduler is gone")
     raise SweepError(f"a worker failed outside any case: {type(outcome).__name__}: {outcome}") from outcome

@@ -9,8 +9,9 @@ from scipy.sparse import csr_array
 from buckler.mbs import Cable, Link, Mechanism, Revolute, Section, equilibrium, frequencies
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
+from buckler.mbs.statics.algebra import least, solve
 from buckler.mbs.statics.answer import Ending
-from buckler.mbs.statics.problem import Problem, least, loads_of, solve
+from buckler.mbs.statics.problem import Problem, loads_of
 
 STRIP = Cable(Section(0.010, 0.0005), elements=4)
 NEVER = 10**9

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.special import ellipj, ellipk
 
 from buckler.mbs import Beam, Drive, Force, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Spring, Status, Stop
-from buckler.mbs.kinematics.determined import Course, Follower
+from buckler.mbs.kinematics.closing import Course
+from buckler.mbs.kinematics.determined import Follower
 
 G = 9.81
 BAR = Rigid(Section(width=0.020, thickness=0.010))

@@ -1,4 +1,4 @@
-"""Sparse null spaces, and the lowest eigenvalues of sparse symmetric matrices.
+"""Linear equations, null spaces and eigenvalues of few unknowns, dense, and of many, sparse.
 
 Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero. A factorisation K + c M = L D L^T has as
 many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia). The count shows that none is missing.
@@ -11,14 +11,16 @@ doi 10.1090/S0025-5718-1980-0583502-2.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import block_diag, csc_array, csr_array, eye_array
+from scipy.linalg import eig, eigh
+from scipy.sparse import block_array, block_diag, csc_array, csr_array, eye_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigsh, splu
 
 from ..geometry import Array
+from ..spectral.linear import Factors, SingularError
 
 EPS = float(np.finfo(float).eps)
 LARGE = 220
@@ -31,6 +33,39 @@ SPARE = 8
 """Number of eigenvalues computed in addition."""
 CONVERGED = 1e-8
 """Residual of an inverse's eigenvector, over its eigenvalue."""
+CUT = 1e-9
+"""Damping of sparse least squares, over the largest entry: singular values far below it count as zero."""
+Matrix: TypeAlias = Array | csr_array
+"""Matrix, dense of few unknowns, sparse of many."""
+
+
+def solve(matrix: Matrix, right: Array) -> Array:
+    """Solve linear equations; by least squares if singular (redundant constraints, free motions)."""
+    try:
+        with np.errstate(all="ignore"):  # near a limit point it is ill-conditioned: the residual decides
+            out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
+        if np.isfinite(out).all() and np.abs(matrix @ out - right).max(initial=0.0) <= 1e-6 * np.abs(right).max(initial=1e-300):
+            return np.asarray(out)
+    except (np.linalg.LinAlgError, SingularError):
+        pass
+    if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
+        return np.full(len(right), np.nan)
+    return least(matrix, right, 1e-12)
+
+
+def least(matrix: Matrix, right: Array, cut: float) -> Array:
+    """Solve least squares of least size; singular values below the cut, over the largest, count as zero.
+
+    A sparse matrix A is solved by [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, and two iterations of refinement.
+    """
+    if isinstance(matrix, np.ndarray):
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
+    (m, n), small = matrix.shape, CUT * float(abs(matrix).max())
+    factors = Factors(block_array([[small * eye_array(m), matrix], [matrix.T, -small * eye_array(n)]]))
+    out = np.zeros(n)
+    for _ in range(3):
+        out += factors.solve(np.concatenate([right - matrix @ out, np.zeros(n)]))[m:]
+    return out
 
 
 def null_space(jacobian: Array, units: Array) -> Array:
@@ -105,3 +140,42 @@ def invert(theta: Array) -> Array:
     """Return 1/theta; a large finite number where theta is rounding."""
     least = EPS**2 * np.abs(theta).max(initial=1e-300)
     return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
+
+
+def modes_of_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """Compute -s^2, left and right vectors, from the inverse of K + shift M."""
+    theta, left, right = eig(np.linalg.solve(k + shift * m, m), left=True)
+    return invert(theta) - shift, np.linalg.solve((k + shift * m).T, left), right
+
+
+def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """Compute -s^2, left and right vectors, of a symmetric K."""
+    moved = k + shift * m
+    try:
+        root = np.linalg.cholesky(moved)
+        inner = np.linalg.solve(root, np.linalg.solve(root, m).T)
+        theta, vectors = eigh((inner + inner.T) / 2)
+        vectors = np.linalg.solve(root.T, vectors)
+    except np.linalg.LinAlgError:  # more unstable than the shift
+        low = np.linalg.cholesky(m)
+        inner = low.T @ np.linalg.solve(moved, low)
+        theta, vectors = eigh((inner + inner.T) / 2)
+        vectors = np.linalg.solve(moved, low @ vectors)
+    squared = invert(theta) - shift
+    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
+    return squared, vectors, vectors
+
+
+def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
+    """Compute at least `count` lowest of sparse matrices; all where Lanczos's method fails."""
+    return nearest(m, k, shift, count) or modes_of_symmetric(m.toarray(), k.toarray(), shift)
+
+
+def has_entries(matrix: Matrix) -> bool:
+    """Check for an entry that is not zero."""
+    return bool(matrix.any() if isinstance(matrix, np.ndarray) else matrix.count_nonzero())
+
+
+def is_symmetric(matrix: Matrix) -> bool:
+    """Check that a matrix is symmetric within rounding."""
+    return bool(not min(matrix.shape) or abs(matrix - matrix.T).max() <= 1e3 * EPS * abs(matrix).max())

@@ -1,0 +1,100 @@
+"""Loops of a linkage closed at given times, and the singular poses at which they are not decided."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry import Array
+from ..scene.linkage import Linkage, invert, solve_rates
+
+MOST = 30
+"""Largest number of Newton steps."""
+EXACT = 2e-15
+"""Gap at which loops are closed to rounding, in lengths."""
+CLOSED = 1e-9
+"""Largest gap of redundant rows, in lengths; beyond it they contradict the others."""
+
+
+class Course(NamedTuple):
+    """A linkage at some times.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    q, q_t, q_tt : arrays, shape (times, links, 3)
+        Of the links' starts and directions.
+    jacobian : array, shape (times, kept rows, 3 links)
+    """
+
+    time: Array
+    q: Array
+    q_t: Array
+    q_tt: Array
+    jacobian: Array
+
+
+def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
+    """Close the loops by Newton's method at each time from close by, then find the rates; None if one does not close."""
+    zero = np.zeros_like(q)
+    travel, scale = linkage.travel(times), max(1.0, linkage.size)
+    last = np.inf
+    for _ in range(MOST):
+        residual, jacobian, _ = linkage.system(q, zero)
+        residual = residual - travel
+        gap = float(np.abs(residual).max(initial=0.0))
+        if not np.isfinite(gap) or gap > 1e3 * scale:
+            return None
+        if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
+            return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
+        last = gap
+        try:
+            q = q - solve_rates(jacobian, residual).reshape(q.shape)
+        except np.linalg.LinAlgError:
+            return None
+    return None
+
+
+def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
+    try:
+        inverse = invert(jacobian)
+    except np.linalg.LinAlgError:
+        return None
+    q_t = (inverse @ linkage.speed(times)[..., None])[..., 0].reshape(q.shape)
+    right = linkage.convective(q, q_t) + linkage.acceleration(times)
+    q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
+    return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
+
+
+def decisive(jacobian: Array) -> Array:
+    """Choose as many independent rows as coordinates, best conditioned: QR with pivots (Businger and Golub, 1965)."""
+    rows, columns = jacobian.shape
+    if rows == columns:
+        return np.arange(rows)
+    from scipy.linalg import qr  # loading it takes longer than a rigid mechanism takes to run
+
+    return np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
+
+
+def passes(linkage: Linkage, before: Course, after: Course) -> bool:
+    """True if a singular pose lies between two times, beyond which the motion is not decided.
+
+    There rows that decide the linkage change their orientation. Redundant rows may decide it still.
+    """
+    rows = decisive(before.jacobian[0])
+    if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:
+        return False
+    far = float(np.abs(after.q - before.q).max())
+    return len(rows) == len(linkage.names) or divides(linkage, float(after.time[0]), after.q[0], far)
+
+
+def divides(linkage: Linkage, time: float, q: Array, far: float) -> bool:
+    """True if a pose close to a singular one, as far from it as told, has another one beside it, on another branch."""
+    jacobian = linkage.system(q, np.zeros_like(q))[1]
+    shape = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
+    for way in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
+        other = close_loops(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * far:
+            return True
+    return False
