@@ -168,7 +168,7 @@ class Mechanism(Parts):
                 except ValueError as error:
                     raise RefusalError(str(error), _place(kind, k, element)) from None
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         """Return the fields: what was found out about it is found again."""
         return dict(vars(self))
 

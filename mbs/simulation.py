@@ -45,14 +45,14 @@ GRAPHICS = (
 """Cure of a server that lacks graphics."""
 
 
-def _run_compiled(*arguments: Any, **known: Any) -> Run:
+def _run_compiled(*arguments: object, **known: object) -> Run:
     """Run with the compiled solver, which takes a second to load."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
     return find_offer("run_compiled")(*arguments, **known)
 
 
-def _on_engine(*arguments: Any) -> Run:
+def _on_engine(*arguments: object) -> Run:
     """Run with the engine, which is loaded only where it runs.
 
     Raises

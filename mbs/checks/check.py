@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..record.result import Result
 from ..record.run import Run
@@ -52,6 +51,6 @@ def check(
     return lambda look: Check(name, fails, look, thresholds or {}, idle)
 
 
-def without(subjects: Callable[[Run], Iterable[Any]], words: str) -> Idle:
+def without(subjects: Callable[[Run], Iterable[object]], words: str) -> Idle:
     """Make what says in words that a run has none of what a check looks at."""
     return lambda run, _result: words if next(iter(subjects(run)), None) is None else ""

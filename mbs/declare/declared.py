@@ -74,7 +74,7 @@ class Declared:
 
     # What a dataclass would write anew for each class, which takes a millisecond of its import:
 
-    def _values(self) -> tuple[Any, ...]:
+    def _values(self) -> tuple[object, ...]:
         return tuple(getattr(self, key) for key in declarations(type(self)))
 
     def __eq__(self, other: object) -> bool:
@@ -98,7 +98,7 @@ class Declared:
         """Raise a ValueError if fields do not go together; nothing by default."""
 
     @classmethod
-    def complete(cls, given: dict[str, Any]) -> dict[str, Any]:
+    def complete(cls, given: dict[str, object]) -> dict[str, object]:
         """Return the fields that a file gives, with those that follow from them."""
         return given
 

@@ -76,7 +76,7 @@ def _is_protocol(kind: object) -> bool:
     return bool(getattr(kind, "_is_protocol", False))
 
 
-def _missing(found: object, protocol: Any) -> list[str]:
+def _missing(found: object, protocol: object) -> list[str]:
     """Members of a protocol that an object or a dataclass lacks."""
     members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # the former from Python 3.12 on
     fields = getattr(found, "__dataclass_fields__", {})
@@ -124,7 +124,7 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     return _construct(name, kind, values)
 
 
-def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
+def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> type:
     """Return the class that a table names, or the only one that fits it."""
     word = given.pop("kind", None)
     if word is not None:

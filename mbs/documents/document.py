@@ -133,7 +133,7 @@ def _ending(path: Path) -> str:
     return path.suffix.lower()
 
 
-def _no_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _no_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
@@ -209,7 +209,7 @@ def _step(content: object, word: str, where: str, last: bool) -> str | int:
     return word
 
 
-def _in_list(content: list[Any], word: str, where: str) -> int:
+def _in_list(content: list[object], word: str, where: str) -> int:
     """Return an entry of a list by its number, from 0, or by the point, link or target it names."""
     digits = word.strip("[]")
     if digits.isdecimal():

@@ -25,17 +25,17 @@ if compiler():
         return codegen
 
     @intrinsic
-    def call1(_typing: Any, address: Any, a: Any) -> Any:
+    def call1(_typing: object, address: object, a: object) -> Any:
         """f(a) of the function at this address."""
         return float64(int64, float64), _call(1)
 
     @intrinsic
-    def call2(_typing: Any, address: Any, a: Any, b: Any) -> Any:
+    def call2(_typing: object, address: object, a: object, b: object) -> Any:
         """f(a, b) of the function at this address."""
         return float64(int64, float64, float64), _call(2)
 
     @intrinsic
-    def call3(_typing: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+    def call3(_typing: object, address: object, a: object, b: object, c: object) -> Any:
         """f(a, b, c) of the function at this address."""
         return float64(int64, float64, float64, float64), _call(3)
 

@@ -75,7 +75,7 @@ def sums(*paths: Path) -> tuple[str, ...]:
     return tuple(sorted(sha256(path.read_bytes()).hexdigest() for path in paths))
 
 
-def compile_cached(function: Callable[..., Any], stamp: tuple[str, ...], **options: object) -> Any:
+def compile_cached(function: Callable[..., object], stamp: tuple[str, ...], **options: object) -> Any:
     """Compile a function for the types it is called with, and keep that on disk as long as the stamp stays the same.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
@@ -219,7 +219,7 @@ RAISED: list[BaseException] = []
 def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointer:
     """Address of a call back into Python, of these arguments; an exception there becomes nan, which the solver reports."""
 
-    def safe(*values: Any) -> float:
+    def safe(*values: object) -> float:
         try:
             return function(*values)
         except (Exception, SystemExit) as error:  # what leaves a callback is printed by ctypes, and lost

@@ -49,7 +49,7 @@ def bar_grid(length: float, depth: float, width: float, elements: Sequence[int])
     return skfem().MeshHex.init_tensor(*(np.linspace(*ends, n + 1) for ends, n in zip(size, elements, strict=True)))
 
 
-def read_mesh(file: MeshFile) -> tuple[Any, float]:
+def read_mesh(file: MeshFile) -> tuple[object, float]:
     """Read a mesh of any format meshio knows (gmsh, Abaqus, VTU, ...) in link axes.
 
     Returns

@@ -84,7 +84,7 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
     return about
 
 
-def _field(found: Any, name: str, path: str) -> tuple[Any, Declaration | None]:
+def _field(found: object, name: str, path: str) -> tuple[object, Declaration | None]:
     """Find a field of an object, or of the inner object that a file leaves out (the Inertia of a Rigid)."""
     inner = [getattr(found, key) for key in getattr(found, "inlined", ())]
     for each in (found, *inner):

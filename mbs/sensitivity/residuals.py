@@ -120,7 +120,7 @@ class Problem:
         """Compute the numbers at a point of the cube."""
         return np.asarray(self.low + x * (self.high - self.low))
 
-    def predict(self, x: Array, k: int) -> dict[str, Any]:
+    def predict(self, x: Array, k: int) -> dict[str, object]:
         """Run the k-th experiment at a point of the cube, and read what it measured."""
         each, values = self.experiments[k], self.values(x)
         numbers = {name: float(values[i]) for name, i in self.places[k].items()}
@@ -129,7 +129,7 @@ class Problem:
         self.units |= {name: found.units[name] for name in each.signals if name in found.units}
         return read_run(found, each, zero)
 
-    def predictions(self, x: Array) -> list[dict[str, Any]]:
+    def predictions(self, x: Array) -> list[dict[str, object]]:
         """Predict all experiments at a point."""
         if self.cached is None or not np.array_equal(self.cached[0], x):
             self.cached = x.copy(), [self.predict(x, k) for k in range(len(self.experiments))]
@@ -197,7 +197,7 @@ class Problem:
         return np.asarray(scale * (vh.T * spread**2) @ vh)
 
 
-def read_run(found: Run, each: Experiment, zero: float = 0.0) -> dict[str, Any]:
+def read_run(found: Run, each: Experiment, zero: float = 0.0) -> dict[str, object]:
     """Read from a run what an experiment measured; its data begin at the time `zero`."""
     time, values, units = found.record.time, found.values, found.units
     said: dict[str, Any] = {}

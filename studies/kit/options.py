@@ -88,7 +88,7 @@ class Study:
         """Return the title; the study checks its parameters itself."""
         return self.title
 
-    def _collect(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
+    def _collect(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, object]:
         """Collect the parameters that were given."""
         names = set(specs(self.module.Parameters)) - set(taken)
         return {name: each for name, each in vars(options).items() if name in names and each is not None}

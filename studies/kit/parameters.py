@@ -143,7 +143,7 @@ class Cases:
     make: Callable[..., StudyParameters]
     places: Mapping[str, Declaration]
 
-    def __call__(self, **values: Any) -> StudyParameters:
+    def __call__(self, **values: object) -> StudyParameters:
         """Make a case."""
         return self.make(values)
 

@@ -207,7 +207,7 @@ def counting(unit: str) -> Iterator[Callable[[], object]]:
         yield bar.update
 
 
-def _bar(**options: Any) -> Any:
+def _bar(**options: object) -> Any:
     """Make a bar that appears after `_delay` seconds of work."""
     from tqdm import tqdm
 

@@ -10,7 +10,6 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
@@ -97,6 +96,6 @@ def finish(
     return 0 if result.status == "OK" or trusted else INTERRUPTED if result.status == Status.INTERRUPTED else 1
 
 
-def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
+def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[object]:
     """Redirect output of the study and the engine to stderr if --json is given."""
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()

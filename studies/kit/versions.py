@@ -9,7 +9,6 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 
 def versions() -> dict[str, str | None]:
@@ -31,13 +30,13 @@ def print_versions() -> int:
     return 0
 
 
-def provenance() -> dict[str, Any]:
+def provenance() -> dict[str, object]:
     """Say where a run comes from that ends now: versions, host, hash of the sources, time."""
     return {**_origin(), "sources": _hash_sources(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
 @cache
-def _origin() -> dict[str, Any]:
+def _origin() -> dict[str, object]:
     return {"versions": versions(), "host": socket.gethostname()}
 
 

@@ -62,7 +62,7 @@ def _answer(options: argparse.Namespace, file: Opened) -> int:
     return 130 if found.interrupted else int(found.failed.any())
 
 
-def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, Any]:
+def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:
     """Read PATH=LOW:HIGH, a uniform distribution, or PATH=A,B,C, a list."""
     path, _, values = text.partition("=")
     ends = values.split(":")

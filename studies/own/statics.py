@@ -120,7 +120,7 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     return [head, *(",".join(map(repr, [parameter, *at, *ends])) for parameter, at, ends in rows)]
 
 
-def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], Any]) -> Command:
+def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) -> Command:
     return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
 
 

@@ -57,7 +57,7 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
 
 
 def file_command(
-    declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[[argparse.Namespace, Opened], int], runs: bool = True
+    declare: Callable[[argparse.ArgumentParser], object], answer: Callable[[argparse.Namespace, Opened], int], runs: bool = True
 ) -> Command:
     """Make a command on a file: FILE and --set, with `runs` also --duration, then its own options. A failed run is exit 1."""
 

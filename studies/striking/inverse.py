@@ -53,7 +53,7 @@ PLACES = 33
 """Crank angles on the way at which the compression is looked at; its largest value is met within 1e-3."""
 
 
-def _refuse(spec: Any) -> None:
+def _refuse(spec: object) -> None:
     """Raise a ValueError at a number that is not positive; friction may be 0, and what is solved for is None."""
     for name, value in vars(spec).items():
         if value is not None and not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
@@ -121,18 +121,18 @@ class Design:
 
     wish: Wish
     given: Given
-    thickness: Any
-    width: Any
-    stop: Any
-    speed: Any
-    mass: Any
-    stiffness: Any
-    angle: Any
-    shortening: Any
-    euler_load: Any
-    impact_speed: Any
-    push: Any
-    strength: Any
+    thickness: Floats
+    width: Floats
+    stop: Floats
+    speed: Floats
+    mass: Floats
+    stiffness: Floats
+    angle: Floats
+    shortening: Floats
+    euler_load: Floats
+    impact_speed: Floats
+    push: Floats
+    strength: Floats
 
 
 def design(wish: Wish, given: Given | None = None) -> Design:
@@ -182,11 +182,11 @@ class Limit(NamedTuple):
 
     name: str
     what: str
-    value: Any
-    most: Any
+    value: Floats
+    most: Floats
 
     @property
-    def use(self) -> Any:
+    def use(self) -> Floats:
         """Share of the bound that is used, above 1 where it is broken."""
         return self.value / self.most
 
@@ -210,7 +210,7 @@ def limits(chosen: Design) -> list[Limit]:
     ]
 
 
-def feasible(chosen: Design) -> Any:
+def feasible(chosen: Design) -> Floats:
     """Check that all limits are met."""
     return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(chosen)))) <= 1.0, axis=0)
 
@@ -221,7 +221,7 @@ def binding(chosen: Design) -> Limit:
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 
 
-def _compression(chosen: Design) -> Any:
+def _compression(chosen: Design) -> Floats:
     """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
     angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)

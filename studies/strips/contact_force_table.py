@@ -203,7 +203,7 @@ def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
     return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
 
 
-def laws(static: float, dynamic: float) -> dict[str, Any]:
+def laws(static: float, dynamic: float) -> dict[str, object]:
     """Make friction laws by name: regularised at two speeds, with stiction, and LuGre."""
     return {
         "regularised_1e-3": Coulomb(dynamic, 1e-3),

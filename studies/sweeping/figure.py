@@ -98,7 +98,7 @@ def _colour(i: int, count: int) -> Any:
     return COLOURS[i % len(COLOURS)] if count <= FEW else colormaps["viridis"](i / (count - 1))
 
 
-def _label(axis: Axis, value: Any, unit: str) -> str:
+def _label(axis: Axis, value: object, unit: str) -> str:
     """Write `beam`, or `speed = 6.58 rad/s`."""
     return (
         str(value)

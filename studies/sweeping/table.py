@@ -99,7 +99,7 @@ def _cell(value: float, error: float) -> str | float | None:
 # --- all cases ----------------------------------------------------------------------------------------------------------
 
 
-def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[Any]]:
+def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
     """Columns by their names with units: number, parameters, status, metrics each beside its relative error, provenance."""
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
