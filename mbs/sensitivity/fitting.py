@@ -20,23 +20,16 @@ from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
+from .identification import list_unexplained, vague
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import FAR, Bounds, Problem, gather, signals_of
+from .residuals import CLOSE, FAR, Bounds, Problem
 from .runs import needs_compiler
 
 LEVEL = 0.95
 """Probability of an interval."""
-CLOSE = 1e-7
-"""Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
 POLISHED = 2
 """Number of the best starts from which least squares are sought."""
-VAGUE = 0.5
-"""Width of an interval over the range of a number above which the number is not identified."""
-TOGETHER = 0.95
-"""Correlation of two numbers above which the data identify them only together."""
-SHIFTED = 0.1
-"""First value of a measured angle, over its range, above which it does not count from the start of the run: beyond noise."""
 
 
 class Interval(NamedTuple):
@@ -268,7 +261,8 @@ class Search(NamedTuple):
         intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
         intervals |= {name: profile.interval() for name, profile in profiles.items()}
         correlation = covariance / np.outer(deviation, deviation)
-        said = [*filter(None, [problem.stopped]), *self.vague(best, deviation, correlation), *self.list_unexplained(best)]
+        said = [*filter(None, [problem.stopped]), *vague(problem, best, deviation, correlation),
+                *list_unexplained(problem, best, self.growth)]  # fmt: skip
         return Fit(
             dict(zip(problem.names, map(float, values), strict=True)), intervals,
             [*said], correlation, self.problem.residual_sizes(best),
@@ -276,38 +270,3 @@ class Search(NamedTuple):
             {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
             problem.units, profiles,
         )  # fmt: skip
-
-    def vague(self, best: Array, deviation: Array, correlation: Array) -> list[str]:
-        """List numbers that the data do not identify, in sentences."""
-        found, names = [], self.problem.names
-        for i, name in enumerate(names):
-            twins = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > TOGETHER]
-            if name in self.problem.blocked:
-                found.append(f"{name} is not identified: runs beside it fail ({self.problem.blocked[name]}).")
-            elif 2 * 1.96 * deviation[i] > VAGUE:
-                why = f"only together with {', '.join(twins)}" if twins else "the data hardly depend on it"
-                found.append(f"{name} is not identified: {why}.")
-            elif min(best[i], 1 - best[i]) < 1e-6:
-                found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
-        return found
-
-    def list_unexplained(self, best: Array) -> list[str]:
-        """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
-        left, found = self.problem.residual_sizes(best), []
-        for name in signals_of(self.problem.experiments):
-            x = gather(self.problem.experiments, name)
-            if shift := self._shift(name):
-                found.append(
-                    f"{name} counts the turn since the start of the run, and {shift:.3g} rad is measured there: it is explained "
-                    f"worse than '{name.removesuffix('angle')}direction', the angle from the x axis, would be."
-                )
-            elif left[name] ** 2 > self.growth * np.var(x) + CLOSE * np.mean(x**2):
-                found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
-        return found
-
-    def _shift(self, name: str) -> float:
-        """Return the angle of a link [rad] measured at the start of a run, where the signal is 0 whatever the numbers are."""
-        if not name.endswith(".angle") or name.count(".") > 1 or "time_zero" in self.problem.names:
-            return 0.0
-        starts = [each.signals[name] for each in self.problem.experiments if name in each.signals and each.time[0] == 0.0]
-        return max((float(x[0]) for x in starts if abs(x[0]) > SHIFTED * np.ptp(x)), key=abs, default=0.0)

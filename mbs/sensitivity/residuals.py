@@ -29,6 +29,8 @@ FAR = 1e3
 """Residual of a run that fails, in standard deviations."""
 DEPENDENT = 1e-9
 """Singular value over the largest below which the data do not depend on a direction."""
+CLOSE = 1e-7
+"""Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
