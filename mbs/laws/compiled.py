@@ -25,7 +25,7 @@ class Pointer(NamedTuple):
 
     address: int
     compiled: bool
-    owner: Any
+    owner: object
 
 
 def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:

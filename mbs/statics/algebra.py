@@ -11,7 +11,7 @@ doi 10.1090/S0025-5718-1980-0583502-2.
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.linalg import eig, eigh
@@ -84,7 +84,7 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     rows, at = scaled[:, held], np.setdiff1d(np.arange(len(units)), held)
     _, group = connected_components(rows.T @ rows, directed=False)
     order = np.argsort(group, kind="stable")
-    spans: list[Any] = [eye_array(len(at))]
+    spans: list[object] = [eye_array(len(at))]
     for one in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         some = rows[:, one].toarray()
         spans.append(null_space(some[some.any(axis=1)], np.ones(len(one))))
