@@ -125,8 +125,9 @@ class Looks:
             many = many or (edges.capped and not _is_followed(function, time, curves))
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
-            if not edges.capped and len(times) <= FEW and (state := _only_state(function, time, curves, times)) is not None:
-                self._known[k] = state, np.unique(curves[state](times))
+            only = None if edges.capped or len(times) > FEW else _only_state(function, time, curves, times)
+            if only is not None:
+                self._known[k] = only, np.unique(curves[only](times))
         many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
         return found, many
 
