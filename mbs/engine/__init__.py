@@ -2,7 +2,15 @@
 
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from ..offers import on_demand
+
+if TYPE_CHECKING:
+    from .pressed import pinned_strip
+
+__all__ = ["Callback", "System", "pinned_strip"]
+__getattr__ = on_demand(__name__, {"pinned_strip": "pressed"})
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 System = Any

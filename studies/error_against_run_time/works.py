@@ -18,6 +18,7 @@ from scipy.integrate import solve_ivp
 
 from buckler import mbs
 from buckler.elastica.rod import Rod
+from buckler.mbs import engine
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction, KelvinVoigt
@@ -59,9 +60,7 @@ def strip() -> Work:
         return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
 
     def ours(elements: int) -> Array:
-        from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
-
-        return pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS).load
+        return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS).load
 
     def hand(elements: int) -> Array:
         return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit

@@ -29,7 +29,7 @@ from scipy.integrate import solve_ivp
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
-from buckler.mbs import Beam, Section
+from buckler.mbs import Beam, Section, engine
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.laws.pieces import Reals
@@ -156,14 +156,12 @@ def _mm(thickness: float) -> str:
 
 def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
     """Make the load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
-    from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
-
     press = Press(thickness, 0.0)
     strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
         """Compute the load of the engine's beam."""
-        states = pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
+        states = engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         if states.status is not Status.OK:
             failures.append(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
         return states.load
