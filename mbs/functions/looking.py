@@ -3,7 +3,8 @@
 Edges belong to a run: a closure, a global or an attribute may change before the next. A function of states becomes one of time
 along a run, its arguments cubics between the samples. Two or more edges between neighbouring samples were not seen by the solver.
 The run is then repeated with steps that end on them, until they have settled. Each state is also scanned alone over its range of
-motion. Of a function of one state the edges are values of it: later runs are asked only when they pass them.
+motion. Of a function of one state the edges are values of it: later runs are asked only when they pass them. Edges that do not
+move from one run to the next are times.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ SCANNED = 1e-4
 """Distance of samples over the range of a state: beside those along the run it costs a tenth."""
 APART = 1e-12
 """Distance of two edges, over the run, below which they are one that was found in two ways."""
+TIME = -1
+"""Place of the time among the states: edges that do not move from run to run are times."""
 PROBES = 50
 """Arguments at which a function that depends on one state only does not change with the others."""
 
@@ -87,6 +90,7 @@ class Looks:
         self.edges, self.stops = np.empty(0), np.empty(0)
         self._ahead, self._confirmed = AHEAD, False
         self._known: dict[int, tuple[int, Array]] = {}
+        self._times: dict[int, Array] = {}
         self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
 
     def of_time(self, function: Callable[..., object], duration: float) -> Edges:
@@ -119,15 +123,23 @@ class Looks:
         for k, (function, curves) in enumerate(called):
             if k in self._known:
                 state, values = self._known[k]
-                found.append(_crossings(curves[state : state + 1], [values], end) if len(values) else values)
+                found.append(values if state == TIME else _crossings(curves[state : state + 1], [values], end))
                 continue
             edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
             many = many or (edges.capped and not _is_followed(function, time, curves))
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
             only = None if edges.capped or len(times) > FEW else _only_state(function, time, curves, times)
+            before, self._times[k] = self._times.get(k), times
             if only is not None:
                 self._known[k] = only, np.unique(curves[only](times))
+            elif (
+                not edges.capped
+                and before is not None
+                and len(before) == len(times)
+                and (np.abs(before - times) <= APART * end).all()
+            ):
+                self._known[k] = TIME, times
         many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
         return found, many
 
