@@ -6,6 +6,7 @@ import multiprocessing
 import sys
 import threading
 from collections.abc import Callable
+from contextvars import ContextVar
 from typing import Any
 
 from .process import working_time
@@ -16,6 +17,8 @@ WORTH = 3.0
 """Least time that is told [s]."""
 GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the one before: tolerances of levels fall by 8, and steps go by their fourth root."""
+after_step: ContextVar[Callable[[], object]] = ContextVar("after_step", default=lambda: None)
+"""Function that is called before each step of a path or a response curve, whose number is not known beforehand."""
 USUAL = (2, 5)
 """Runs of one result, mostly: see `mbs.accuracy.refine`."""
 

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..geometry import Array
+from ..progress import after_step
 from ..spectral.run import State
 from .algebra import solve
 from .answer import CRITICAL, RISE
@@ -255,6 +256,7 @@ class Curve:
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
         self.shooting.left = SPENT
         while len(orbits) <= steps and ended == "steps":
+            after_step.get()()
             try:
                 new = self.onto(orbits[-1], arc)
                 turned = self.angle_between(orbits[-1], new)

@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
+from ..progress import after_step
 from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import one_of, pair
@@ -198,6 +199,7 @@ class _Follower:
         ended, last = "steps", None
         for _ in range(self.steps):
             turned = False
+            after_step.get()()
             try:
                 done = self.arc.advance(rest, direction, arc)
             except StaticsError:

@@ -17,7 +17,7 @@ from buckler.mbs.units import measured, parse_quantity
 from buckler.mbs.validate import number
 
 from ..kit.words import Command
-from .verbs import Opened, file_command
+from .verbs import Opened, count, file_command
 
 
 def _read_time(text: str) -> float:
@@ -61,7 +61,8 @@ def _declare_path(kind: str, parser: argparse.ArgumentParser) -> None:
 
 def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argparse.Namespace, file: Opened) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
-    found = ask(file.mechanism, options)
+    with count("steps"):
+        found = ask(file.mechanism, options)
     if options.csv:
         options.csv.write_text("\n".join(_csv(found, options)) + "\n", encoding="utf-8")
     print(found)

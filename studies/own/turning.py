@@ -19,7 +19,7 @@ from buckler.mbs.sensitivity.residuals import TIME_ZERO
 
 from ..kit.options import writable
 from ..kit.words import add_repeated
-from .verbs import VARIED, Opened, add_json, count_runs, file_command, print_json, read_quantities, read_range, varied_numbers
+from .verbs import VARIED, Opened, add_json, count, file_command, print_json, read_quantities, read_range, varied_numbers
 
 
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +35,7 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
-    with count_runs():
+    with count("runs"):
         found = sensitivities(document, file.duration, by=by, of=readings)
     if options.json:
         print_json([row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows])
@@ -82,7 +82,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     free = dict(read_range(file.document, text) for text in options.free)
     own = dict(read_range(file.document, text, "--own") for text in options.own)
     out = writable(options.out / f"{options.file.stem}-fit")
-    with count_runs():
+    with count("runs"):
         found = fitted(
             file.document, options.data, free=free, own=own, signals=options.signal, settings=options.setting,
             start=options.start, starts=options.starts, profiles=options.profile,
@@ -115,7 +115,7 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
-    with count_runs():
+    with count("runs"):
         found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
                          starts=options.starts, budget=options.budget)  # fmt: skip
     chosen = change(file.document, found.values)

@@ -14,6 +14,7 @@ from buckler.mbs.documents.document import change
 from buckler.mbs.documents.parameters import free_parameters
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
+from buckler.mbs.progress import after_step
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.sensitivity.reading import RunFailedError
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
@@ -85,14 +86,15 @@ def file_command(
 
 
 @contextmanager
-def count_runs() -> Iterator[None]:
-    """Show the number of runs while they take long."""
-    with counting("runs") as shown:
-        token = before_run.set(shown)
+def count(unit: str) -> Iterator[None]:
+    """Show the number of runs, or of steps of a curve, while they take long."""
+    called = {"runs": before_run, "steps": after_step}[unit]
+    with counting(unit) as shown:
+        token = called.set(shown)
         try:
             yield
         finally:
-            before_run.reset(token)
+            called.reset(token)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

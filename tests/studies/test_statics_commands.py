@@ -1,8 +1,12 @@
 """Statics from the command line: what is printed and filed, and how wrong input is told."""
 
+import re
+from contextlib import contextmanager
+
 import pytest
 
-from buckler.studies.kit.cli import main
+from buckler.studies.kit.cli import EXAMPLES, main
+from buckler.studies.own import verbs
 
 COLUMN = """
 [points]
@@ -116,3 +120,16 @@ def test_wrong_input_is_told_in_a_line(file, words, said, capsys):
     err = capsys.readouterr().err
     assert said in err
     assert err.count("\n") == 1
+
+
+def test_steps_of_a_path_are_counted(monkeypatch, capsys):
+    seen = []
+
+    @contextmanager
+    def counting(unit):
+        yield lambda: seen.append(unit)
+
+    monkeypatch.setattr(verbs, "counting", counting)
+    assert main(argv=["path", str(EXAMPLES / "arch.toml"), "--to", "1"]) == 0
+    steps = int(re.search(r"after (\d+) steps", capsys.readouterr().out)[1])
+    assert set(seen) == {"steps"} and len(seen) >= steps
