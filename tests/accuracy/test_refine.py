@@ -147,8 +147,8 @@ def test_chaos_is_named_by_the_third_or_fourth_run():
 
 def test_refinements_that_cease_to_move_a_parting_end_as_chaotic():
     """The third run moves it by its share; from a tolerance of 3e-6 on none does."""
-    answer, levels = found(exponential(16.0, floor=3e-6))
-    assert answer.chaos is Status.CHAOTIC and len(levels) == 5
+    answer, levels = found(exponential(20.0, floor=3e-6))
+    assert answer.chaos is Status.CHAOTIC and len(levels) <= 7
     assert 0.3 < answer.errors.until < 0.9 and answer.errors["P.x"] <= 1e-2
 
 
