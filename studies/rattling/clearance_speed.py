@@ -27,7 +27,7 @@ from buckler.mbs.geometry import Array
 from ..kit.parameters import integer, quantities
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table, status_of
 from ..kit.statistics import mean, power_law
-from ..kit.style import COLOURS, Figure, subplots
+from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from . import turns
 from .bars import RockerParameters
 from .turns import FORCE, Turns, period, run_turns, solver
@@ -208,6 +208,7 @@ def _bifurcation(result: StudyResult) -> Figure:
     fig, ax = subplots(1, 1, height=90)
     ax.plot(np.repeat(gaps, values.shape[1]), values.ravel(), ",", color="#000000")
     ax.set(xscale="log", xlabel="radial clearance [mm]", ylabel="$v_x$ of joint B at the end of a turn [m/s]")
+    plain_ticks(ax.xaxis, (1, 2, 5))
     return fig
 
 
