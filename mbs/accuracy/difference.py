@@ -45,10 +45,20 @@ class Difference:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
         self.time = _merged((a.time, b.time), self.end)
         self.weights = _trapezoid(self.time)
+        self.compared: dict[str, tuple[dict[Key, float], dict[Key, float]]] = {}
 
     def norms(self, signals: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
         """Relative norms of signals of b, and what they are relative to, in the signals' units."""
         alike = {name: signal for name, signal in signals.items() if name in self.a.signals}
+        found, sizes = self._compare({name: signal for name, signal in alike.items() if name not in self.compared})
+        for key, off in found.items():
+            offs, own = self.compared.setdefault(key[0], ({}, {}))
+            offs[key], own[key] = _relative(off, sizes[key]), sizes[key]
+        offs, own = zip(*(self.compared[name] for name in alike), strict=True) if alike else ((), ())
+        return {key: off for each in offs for key, off in each.items()}, {key: size for each in own for key, size in each.items()}
+
+    def _compare(self, alike: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Norms and sizes of signals of both runs, in the signals' units."""
         sizes, found = sizes_of(self.b, alike), dict[Key, float]()
         straight = [name for name, signal in alike.items() if signal.kind in STRAIGHT]
         others = [name for name in alike if name not in straight]
@@ -60,7 +70,7 @@ class Difference:
             for name in others:
                 if alike[name].kind in FORCES:
                     self._add_force(found, sizes, name)
-        return {key: _relative(off, sizes[key]) for key, off in found.items()}, {key: sizes[key] for key in found}
+        return found, sizes
 
     def relative(self, names: list[str]) -> Array:
         """Magnitudes of the differences of signals that do not jump, over their sizes, (times, signals)."""
