@@ -30,6 +30,9 @@ RESTING = 1e-3
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 STRAIGHT = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
+UNSEEN = 0.05
+"""Most of the energy put through that vibrations nobody sees are granted: as much as energies may err. A strip that jerks between
+samples would excuse itself."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -104,7 +107,7 @@ def energies_of(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # it goes with the way squared
     whole = max(through * (1 + unseen / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
-    return Trajectory(record.time, found, 1.0), max(0.0, missing - unseen)
+    return Trajectory(record.time, found, 1.0), max(0.0, missing - min(unseen, UNSEEN))
 
 
 def turn_of(mechanism: Mechanism) -> float:
