@@ -158,7 +158,8 @@ def made_up(p, mechanisms, of, batch, curves):
         for reading in of:
             factor = 2.0 if soft and ".vx" in reading else 1.0
             factor = 0.5 if soft and ("B." in reading or ("C." in reading and made.gravity == (0, 0))) else factor
-            means[reading] = Mean.of(factor * draw.gumbel(1.0, 0.02, p.members))
+            x = factor * draw.gumbel(1.0, 0.02, p.members)
+            means[reading] = Mean(x.mean(), x.std(ddof=1) / p.members**0.5, p.members)
         found.append(Turns(means, 0.5, ("PENETRATION",) if k in (3, 36) else ()))
     return found
 

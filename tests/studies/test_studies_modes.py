@@ -122,7 +122,8 @@ def test_planted_difference_gets_its_mark(monkeypatch):
                 means[FORCE.format("B")] *= 1.3
             for reading in of if not body.flexible else ():
                 means[reading] *= 1.5 if ".vx" in reading else 1.0
-            found.append(Turns({reading: Mean.of(values) for reading, values in means.items()}, 0.5, ()))
+            numbers = {name: Mean(x.mean(), x.std(ddof=1) / len(x) ** 0.5, len(x)) for name, x in means.items()}
+            found.append(Turns(numbers, 0.5, ()))
         return found
 
     monkeypatch.setattr(modes, "run_turns", made_up)
