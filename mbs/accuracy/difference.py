@@ -54,8 +54,10 @@ class Difference:
         for key, off in found.items():
             offs, own = self.compared.setdefault(key[0], ({}, {}))
             offs[key], own[key] = _relative(off, sizes[key]), sizes[key]
-        offs, own = zip(*(self.compared[name] for name in alike), strict=True) if alike else ((), ())
-        return {key: off for each in offs for key, off in each.items()}, {key: size for each in own for key, size in each.items()}
+        pairs = [self.compared[name] for name in alike]
+        return {key: off for each, _ in pairs for key, off in each.items()}, {
+            k: size for _, each in pairs for k, size in each.items()
+        }
 
     def _compare(self, alike: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
         """Norms and sizes of signals of both runs, in the signals' units."""

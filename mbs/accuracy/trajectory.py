@@ -106,8 +106,9 @@ def energies_of(run: Run) -> tuple[Trajectory, float]:
     scene = Scene.of(record.mechanism)
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # it goes with the way squared
     whole = max(through * (1 + unseen / SMALL), resting)
+    sticks = any(guide.friction is not None for guide in record.mechanism.guides)  # on bristles that hold all there is
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
-    return Trajectory(record.time, found, 1.0), max(0.0, missing - min(unseen, UNSEEN))
+    return Trajectory(record.time, found, 1.0), max(0.0, missing - (unseen if sticks else min(unseen, UNSEEN)))
 
 
 def turn_of(mechanism: Mechanism) -> float:
