@@ -139,8 +139,9 @@ def figure(result: StudyResult) -> Figure:
                 ax.loglog(1e3 * time, error, marker, color=colour, label=series)
         low, high = (np.log10(limit) for limit in ax.get_ylim())
         ax.set(title=work, xlabel="time [ms]", ylabel="error [1]", ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
-        plain_ticks(ax.xaxis)
-        ax.legend()
+        low, high = ax.get_xlim()
+        plain_ticks(ax.xaxis, (1, 2, 5) if high < 30 * low else (1,))
+    axes.flat[0].legend()
     for ax in axes.flat[len(works) :]:
         ax.remove()
     return fig
