@@ -28,10 +28,11 @@ def number(field: Declaration) -> Quantity | None:
 
 def sound(name):
     """The least that a kind is made of."""
-    given = {"start": 1.0, "end": 2.0} if name == "Ramp" else {}
+    own = {"Ramp": {"start": 1.0, "end": 2.0}, "Piecewise": {"value": "sin(t)", "breaks": (0.0,)}}
+    given = own.get(name, {})
     for key, field in declarations(known_kinds()[name]).items():
         if field.required and key not in given:
-            given[key] = SOUND.get(key, 0.5)
+            given = given | {key: SOUND.get(key, 0.5)}
     return given
 
 

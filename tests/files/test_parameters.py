@@ -81,7 +81,7 @@ def test_commands_take_them_by_name(tmp_path, capsys, monkeypatch):
     (tmp_path / "arm.toml").write_text(TEXT.replace("turn*(1 - exp(-t/0.2))", "turn"), encoding="utf-8")
     assert main(argv=["sweep", "arm.toml", "--vary", "L=200mm:400mm:2", "--measure", "max(abs(A.x))", "--duration", "0.2"]) == 0
     out = capsys.readouterr().out
-    assert "L" in out and "0.2" in out and "0.4" in out
+    assert "L [mm]" in out and "200 " in out and "400 " in out
     assert main(argv=["run", "arm.toml", "--set", "L=150mm", "--measure", "start(A.x)", "--duration", "0.2"]) == 0
     assert f"{0.15 * np.cos(np.pi / 6):.4g}"[:5] in capsys.readouterr().out
 
