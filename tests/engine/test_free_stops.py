@@ -9,7 +9,8 @@ from jointed import turned
 from simulations import fine
 
 from buckler import mbs
-from buckler.mbs.laws import ExactRestitution, Hertz, KelvinVoigt
+from buckler.mbs.engine.forces import FreeContact
+from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt
 
 G = 9.81
 BAR = mbs.Section(0.020, 0.010)
@@ -60,6 +61,55 @@ def test_end_of_a_free_rod_rebounds_by_the_law(angle, side):
     omega = (chord[0] * spin[1] - chord[1] * spin[0]) / 0.25
     assert omega == pytest.approx(impulse * arm / 0.02, rel=2e-3)
     assert result.energy_balance < 1e-4
+
+
+def striking(rng, second):
+    """A scene of two links, one with a face, at random states."""
+    bodies = {"rigid": (ROD, ROD), "beam": (mbs.Beam(BAR, 2), mbs.Beam(BAR, 2)), "cable": (mbs.Cable(BAR, 2), mbs.Cable(BAR, 2)),
+              "beam on rigid": (mbs.Beam(BAR, 2), ROD)}[second]  # fmt: skip
+    on = {"rigid": "face", "beam": "face:M", "cable": "face:M", "beam on rigid": "face"}[second]
+    carries = ({"S": 0.5}, {"M": 0.5})
+    points = {"A": (0, 0), "B": (0.5, 0.1), "C": (0.1, -0.3), "D": (0.7, -0.2), "S": (0, 0), "M": (0, 0)}
+    points["S"], points["M"] = (0.25, 0.05), (0.4, -0.25)
+    links = [mbs.Link("rod", "A", "B", bodies[0], carries[0]), mbs.Link("face", "C", "D", bodies[1], carries[1])]
+    along = (0.3, -1.0)
+    unit = np.array(along) / np.hypot(*along)
+    stop = mbs.Stop("S", at=float(unit @ points["S"]) + 0.01, law=CarvalhoMartins(1e5, 0.5, 1.0), along=along, on=on)
+    return mbs.Mechanism(points, links, stops=[stop]), stop
+
+
+@pytest.mark.parametrize("second", ["rigid", "beam", "cable", "beam on rigid"])
+def test_forces_do_the_work_of_the_depth_and_leave_momentum_alone(second):
+    rng = np.random.default_rng(5)
+    mechanism, _ = striking(rng, second)
+    scene = mbs.build(mechanism)
+    (contact,) = scene.stops.values()
+    assert isinstance(contact, FreeContact)
+    size = len(contact.columns)
+    touched = 0
+    for _ in range(50):
+        q, v = rng.normal(0, 0.05, size), rng.normal(0, 1, size)
+        contact.onset = 0.5
+        depth, rate, slope = contact.look(q, v)
+        h = 1e-6
+        for k in range(size):
+            step = np.eye(size)[k] * h
+            rise = (contact.look(q + step, v)[0] - contact.look(q - step, v)[0]) / (2 * h)
+            assert slope[k] == pytest.approx(rise, abs=1e-8)
+        assert rate == pytest.approx(np.dot(slope, v), abs=1e-12)
+        force = np.array(contact.forces(None, 0.0, 0, q, v))
+        f = contact.force(depth, rate)
+        assert force @ v == pytest.approx(-f * rate, abs=1e-12 * max(1, f))
+        k = contact.first.size
+        assert force[:2] + force[k : k + 2] == pytest.approx([0, 0], abs=1e-12 * max(1, f))
+        assert force[:2] == pytest.approx(-f * np.array(slope[:2]), abs=1e-12 * max(1, f))
+        moments = []
+        for end, at in ((contact.first, 0), (contact.second, k)):
+            x, y = end.place + q[at : at + 2]
+            moments.append(x * force[at + 1] - y * force[at] + (force[at + 2] if end.size == 3 else 0.0))
+        assert sum(moments) == pytest.approx(0.0, abs=1e-12 * max(1, f))
+        touched += f > 0
+    assert touched > 4
 
 
 def test_face_of_a_falling_link_takes_the_blow_and_momentum_stays():
