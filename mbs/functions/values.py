@@ -175,7 +175,7 @@ class Table(Given, Declared):
 
     def integral(self) -> Integral:
         """Return the integral from 0."""
-        return Integral(self)
+        return TableIntegral(self)
 
 
 @dataclass(frozen=True)
@@ -248,6 +248,34 @@ class Integral(Given):
     def derivative(self) -> Callable[..., Any]:
         """Integrand."""
         return self.of
+
+
+@dataclass(frozen=True)
+class TableIntegral(Integral):
+    """The integral from 0 of a table: the antiderivative of its spline, and straight lines beyond its ends."""
+
+    of: Table
+
+    def __post_init__(self) -> None:
+        from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
+
+        table = self.of
+        spline = table._spline() if table.smooth else make_interp_spline(table.times, table.values, k=1)
+        object.__setattr__(self, "_curve", spline.antiderivative())
+
+    def span(self, duration: float) -> None:
+        """Take any span: nothing is searched for."""
+
+    def _since_first(self, t: Any) -> Any:
+        first, last = self.of.times[0], self.of.times[-1]
+        before, after = np.minimum(t - first, 0.0), np.maximum(t - last, 0.0)
+        inside = self._curve(np.clip(t, first, last))  # type: ignore[attr-defined]
+        return inside + self.of.values[0] * before + self.of.values[-1] * after
+
+    def __call__(self, t: Any, *_: Any) -> Any:
+        """Integral from 0 to t, s."""
+        found = self._since_first(t) - self._since_first(0.0)
+        return found if isinstance(t, np.ndarray) else float(found)
 
 
 @declared

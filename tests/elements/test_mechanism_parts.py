@@ -11,6 +11,7 @@ from scipy.integrate import quad, solve_ivp
 
 from buckler.elastica import law, pinned
 from buckler.mbs import STEEL, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
+from buckler.mbs.functions import Table
 
 # --- frozen, normalised, portable -------------------------------------------------------------------------------------
 
@@ -31,6 +32,14 @@ def test_ramp_position_is_the_integral_of_its_speed(ramp):
     for t in (0.0, 0.3 * ramp.duration, ramp.duration, 1.7 * ramp.duration):
         integral = quad(ramp.speed, 0.0, t, points=[ramp.duration] if t > ramp.duration else None, epsabs=1e-13)[0]
         assert ramp.position(t) == pytest.approx(integral, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_the_integral_of_a_table_goes_on_beyond_its_ends(smooth):
+    table = Table((0.1, 0.3, 0.7, 1.0), (1.0, -2.0, 3.0, 0.5), smooth)
+    for t in (0.05, 0.2, 0.65, 1.7):
+        points = [point for point in table.times if point < t] or None
+        assert table.integral()(t) == pytest.approx(quad(table, 0.0, t, points=points, epsabs=1e-13)[0], rel=1e-12, abs=1e-14)
 
 
 @pytest.mark.parametrize("ramp", RAMPS)
