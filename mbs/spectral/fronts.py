@@ -2,7 +2,8 @@
 
 Each front is the sum of the matrix's entries that belong to its pivots and of what the fronts before it hand over. Gauss
 elimination of its pivots, the largest first of those in its column, leaves their factors in place, and what it hands over in
-turn,
+turn. Among rows of constraints the largest on the diagonal comes first, with its column: where two rows say nearly the same,
+as the pins of two bars do that are pinned twice, the better one is kept in every pose.
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
@@ -74,16 +75,26 @@ def _eliminate(order, factors, swaps, amount, f):
     )
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
+        r = c
+        if row > 0:
+            for i in range(c + 1, pivots):
+                if abs(factors[at + i * (size + 1)]) > abs(factors[at + r * (size + 1)]):
+                    r = i
+            if r != c:
+                _swap_rows(factors, at, size, c, r)
+                for i in range(size):
+                    k = at + i * size
+                    factors[k + c], factors[k + r] = factors[k + r], factors[k + c]
+                u, v = order.unknowns[first + c], order.unknowns[first + r]
+                amount[u], amount[v] = amount[v], amount[u]
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
             if found > largest:
                 p, largest = i, found
-        swaps[first + c] = p
+        swaps[first + c] = r * pivots + p
         if p != c:
-            other = view(factors, at + p * size, size)
-            for j in range(size):
-                upper[j], other[j] = other[j], upper[j]
+            _swap_rows(factors, at, size, c, p)
         if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
@@ -102,6 +113,13 @@ def _eliminate(order, factors, swaps, amount, f):
                 below[j] -= share * right[j]
 
 
+@draft
+def _swap_rows(factors, at, size, c, p):
+    upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
+    for j in range(size):
+        upper[j], other[j] = other[j], upper[j]
+
+
 @noinline
 def solve(order, factors, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
@@ -113,7 +131,8 @@ def solve(order, factors, swaps, x, room):
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots):
-            p = swap[c]
+            r, p = swap[c] // pivots, swap[c] % pivots
+            room[c], room[r] = room[r], room[c]
             room[c], room[p] = room[p], room[c]
         for i in range(1, size):
             row, total = view(factors, at + i * size, size), room[i]
@@ -135,5 +154,8 @@ def solve(order, factors, swaps, x, room):
             for j in range(c + 1, size):
                 total -= row[j] * room[j]
             room[c] = total * row[c]
+        for c in range(pivots - 1, -1, -1):
+            r = swaps[first + c] // pivots
+            room[c], room[r] = room[r], room[c]
         for c in range(pivots):
             x[unknowns[c]] = room[c]

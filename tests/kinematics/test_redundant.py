@@ -45,7 +45,8 @@ def test_two_pins_hold_through_a_swing(solver):
     """From level over the lowest pose, where other rows depend on the rest than where it is drawn."""
     run, welded = (mbs.simulate(m, 0.9, solver=solver) for m in (pinned_twice(0.0), two_bars(0.0, [mbs.Weld("A", "one", "two")])))
     assert run.ok
-    assert run["C.x"][-1] == pytest.approx(welded["C.x"][-1], abs=2e-4)
+    exact = isinstance(solver, mbs.Spectral)  # the better one of two rows is kept in every pose, as a weld would be
+    assert run["C.x"][-1] == pytest.approx(welded["C.x"][-1], abs=1e-9 if exact else 2e-4)
     kinds = {name: trait.kind for name, trait in run.traits.items()}
     assert kinds["A.one-two.fx"] is kinds["B.one-two.fy"] is Kind.UNDETERMINED
     assert kinds["O.ground-one.fx"] is Kind.REACTION
