@@ -260,6 +260,8 @@ class TableIntegral(Integral):
         from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
 
         table = self.of
+        if not isinstance(table, Table):
+            raise ValueError(f"of = {table!r}: must be a Table")
         spline = table._spline() if table.smooth else make_interp_spline(table.times, table.values, k=1)
         object.__setattr__(self, "_curve", spline.antiderivative())
 
