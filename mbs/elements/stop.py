@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..declare import declared, direction, names, part, quantity
 from ..geometry import Array, cross, onsets, rotate, rotate_left
-from ..laws import NormalLaw
+from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .references import check_known, known_link, reaches, takes_moments
 from .signal import Depth, Energy, Kind, Signal
@@ -26,7 +26,7 @@ class Stop(Element):
     """A straight face in the way of a point: of the ground, or of a link and moving with it.
 
     At t = 0 the face is the line of all places whose dot product with `along` is `at`. Both bodies feel the contact force where
-    the point is.
+    the point is. Friction is the law's coefficient times the contact force, against the point's sliding along the face.
 
     Examples
     --------
@@ -50,6 +50,15 @@ class Stop(Element):
         doc="what carries the face: 'ground', a rigid link, or a point of a flexible one as 'link:point', whose section turns it",
         default=GROUND,
     )
+    friction: FrictionLaw = part(
+        FrictionLaw, example="Coulomb(0.1)", default_factory=NoFriction,
+        doc="of the face, of `buckler.mbs.laws`, without memory; none by default",
+    )  # fmt: skip
+
+    @property
+    def rubs(self) -> str:
+        """Its point, where its face has friction."""
+        return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
     def is_in_guide(self) -> bool:
@@ -69,7 +78,14 @@ class Stop(Element):
             raise ValueError(
                 f"{where}: along: must be given where no guide tells it: the direction square to the face, as (1, 0)"
             )
+        if isinstance(self.friction, BristleLaw):
+            kind = type(self.friction).__name__
+            raise ValueError(f"{where}: friction = {kind}: a face keeps no bristle; give a law without memory, as Coulomb")
         if self.is_in_guide:
+            if self.rubs:
+                raise ValueError(
+                    f"{where}: friction: the guide lets nothing slide along the face; give it to the guide, or give `along`"
+                )
             return
         reaches(mechanism, self.body(mechanism), self.point, where)
         takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
@@ -145,25 +161,41 @@ class Stop(Element):
         if self.is_in_guide:
             block = record.blocks[self.point]
             return side * (block.travel - face), side * block.speed
-        origin = self.origin(mechanism)
-        (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
-        angle, spin = record.turn(origin)
-        across = rotate(angle, self.across(mechanism))
-        apart = at - start
-        before = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point])
-        travel = (apart * across).sum(axis=1) - float(before @ self.across(mechanism))
-        rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
+        travel, rate = self._way(record, self.across(mechanism))
         return side * (travel - face), side * rate
 
+    def sliding(self, record: Recorded) -> Array:
+        """Speed of the point along the face, to the left of its direction, m/s, (times,)."""
+        return self._way(record, rotate_left(np.array(self.across(record.mechanism))))[1]
+
+    def _way(self, record: Recorded, line: Sequence[float]) -> tuple[Array, Array]:
+        """Travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
+        mechanism, origin = record.mechanism, self.origin(record.mechanism)
+        (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
+        angle, spin = record.turn(origin)
+        across = rotate(angle, line)
+        apart = at - start
+        before = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point])
+        travel = (apart * across).sum(axis=1) - float(before @ np.asarray(line))
+        return travel, ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
+
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield its force on the point, and the same there on what carries the face."""
+        """Yield its force and friction on the point, and the same there on what carries the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
-        force = rotate(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        across = rotate(angle, self.across(mechanism))
+        force = across * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        if self.rubs:
+            force = force - rotate_left(across) * self._drag(name, record)[0][:, None]
         yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
             arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
             yield Push(self.origin(mechanism), -force, cross(force, arm))
+
+    def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:
+        """Friction against the sliding, N, and the sliding speed, m/s, each (times,)."""
+        sliding = self.sliding(record)
+        return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""
@@ -178,19 +210,25 @@ class Stop(Element):
         yield f"{name}.contact_force", f"{name}.penetration"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield contact force, N, and penetration depth, m."""
+        """Yield contact force, N, and penetration depth, m; of a rough face friction, N, and sliding speed, m/s."""
         depth, rate = self.approach(record)
         touched, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
         yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=touched, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
+        if self.rubs:
+            drag, sliding = self._drag(name, record)
+            yield Signal(f"{name}.friction_force", drag, "N", Kind.FRICTION)
+            yield Signal(f"{name}.sliding_speed", sliding, "m/s", Kind.RATE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the elastic potential, and what damping took."""
+        """Yield the elastic potential, and what damping and friction took."""
         depth, rate = self.approach(record)
         potential = self.law.potential(depth)
         work = record.work(record.channel(name, "force")[:, 0] * rate)
         yield Energy("held", "contact", potential)
         yield Energy("taken", "contact", work - (potential - potential[0]))
+        if self.rubs:
+            yield Energy("taken", "friction", record.work(np.prod(self._drag(name, record), axis=0)))
 
 
 SLOWEST_ONSET = 1e-4

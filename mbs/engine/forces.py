@@ -85,7 +85,8 @@ class FreeContact(StopContact):
 
         depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq,
 
-    so both bodies feel the force at p, square to the face; momentum and moment of momentum stay.
+    so both bodies feel the force at p, square to the face; momentum and moment of momentum stay. Friction acts likewise along
+    the way R(phi) (-along_y, along_x) . (p - o).
     """
 
     first: End = field(default_factory=End)
@@ -106,13 +107,18 @@ class FreeContact(StopContact):
 
     def look(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
         """Depth, its rate, and its derivatives by the element's own coordinates."""
+        way, rate, slope = self.way(q, v, self.along)
+        return self.side * (way - self.reach), self.side * rate, [self.side * each for each in slope]
+
+    def way(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
+        """Way along a line that turns with the face, its rate, and its derivatives by the element's own coordinates."""
         ax, ay = self.first.arm
         slope = [0.0] * len(q)
         px, py, wx, wy = self.first.place[0] + q[0], self.first.place[1] + q[1], v[0], v[1]
         c, s = cos(q[2]), sin(q[2])
         bx, by = c * ax - s * ay, s * ax + c * ay
         px, py, wx, wy = px + bx, py + by, wx - v[2] * by, wy + v[2] * bx
-        ux, uy = self.along
+        ux, uy = line
         k = self.first.size
         if self.second.size:
             c, s = cos(q[k + 2]), sin(q[k + 2])
@@ -120,18 +126,22 @@ class FreeContact(StopContact):
             px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
             wx, wy = wx - v[k], wy - v[k + 1]
             swing = ux * py - uy * px
-            slope[k : k + 3] = [-self.side * ux, -self.side * uy, self.side * swing]
-        slope[:3] = [self.side * ux, self.side * uy, self.side * (uy * bx - ux * by)]
-        rate = self.side * (ux * wx + uy * wy)
+            slope[k : k + 3] = [-ux, -uy, swing]
+        slope[:3] = [ux, uy, uy * bx - ux * by]
+        rate = ux * wx + uy * wy
         if self.second.size:
-            rate += self.side * v[k + 2] * swing
-        return self.side * (ux * px + uy * py - self.reach), rate, slope
+            rate += v[k + 2] * swing
+        return ux * px + uy * py, rate, slope
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Engine callback: generalised forces on the element's coordinates, N and N m."""
         depth, rate, slope = self.look(q, q_t)
         force = self.force(depth, rate)
-        return [-force * each for each in slope]
+        if not (force and self.stop.rubs):
+            return [-force * each for each in slope]
+        _, speed, along = self.way(q, q_t, (-self.along[1], self.along[0]))
+        drag = float(self.stop.friction.coefficient(speed)) * force
+        return [-force * across - drag * each for across, each in zip(slope, along, strict=True)]
 
 
 class StrutSpring(StrutLaw):

@@ -61,12 +61,20 @@ from .tables import (
 )  # fmt: skip
 
 
+@draft
+def _pressing(tables, work, k, now):
+    """Force that the friction of force k follows: a constraint's own, or that of the contact before it; 0 of other forces."""
+    row = tables.forces[k, ROW_OF]
+    if row >= 0:
+        return now.lam[row]
+    return work.reports[tables.forces[k, B], VALUE] if tables.forces[k, KIND] == SEAT else 0.0
+
+
 @inline
 def _along(tables, work, k, now, f):
     """A force along a measure."""
-    number, grad, row = tables.forces[k, A], work.grad, tables.forces[k, ROW_OF]
+    number, grad, reaction = tables.forces[k, A], work.grad, _pressing(tables, work, k, now)
     value, rate = measure(tables, work, number, grad)
-    reaction = now.lam[row] if row >= 0 else 0.0
     force = tables.factors[k] * value_along(tables, k, now, value, rate, reaction)
     out = work.reports[k]
     out[VALUE], out[LENGTH], out[RATE], out[SLIP] = force, value, rate, rate
@@ -78,9 +86,8 @@ def _along(tables, work, k, now, f):
 @noinline
 def _bend_along(tables, work, k, now, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
-    number, grad, hess, row = tables.forces[k, A], work.grad, work.hess, tables.forces[k, ROW_OF]
+    number, grad, hess, reaction = tables.forces[k, A], work.grad, work.hess, _pressing(tables, work, k, now)
     a, b, factor, force = tables.measures[number, A], tables.measures[number, B], tables.factors[k], work.reports[k, VALUE]
-    reaction = now.lam[row] if row >= 0 else 0.0
     value, rate = measure(tables, work, number, grad)
     curve(tables, work, number, grad, hess)
     by_value, by_rate = slopes_along(tables, k, now, value, rate, reaction)
@@ -103,7 +110,33 @@ def _bend_along(tables, work, k, now, mass):
         add_pair(tables, work, (a, b, 0), c, -1.0, work.slope, work.damp)
         add_pair(tables, work, (a, b, 0), c, -1.0, work.drift, work.stiff)
     if tables.forces[k, KIND] == SEAT and reaction != 0.0:
-        _add_cross(tables, work, k, number, grad, -force / reaction, mass)
+        if tables.forces[k, ROW_OF] >= 0:
+            _add_cross(tables, work, k, number, grad, -force / reaction, mass)
+        else:
+            _follow_contact(tables, work, k, now, force / reaction)
+
+
+@noinline
+def _follow_contact(tables, work, k, now, share):
+    """Add derivatives of friction along a face by the markers through its contact's force, of which it is a share."""
+    contact, number, grad, h, c = tables.forces[k, B], tables.forces[k, A], work.grad, work.by_place, work.by_rate
+    across, factor = tables.forces[contact, A], share * tables.factors[contact]
+    a, b = tables.measures[across, A], tables.measures[across, B]
+    value, rate = measure(tables, work, across, grad)
+    curve(tables, work, across, grad, work.hess)
+    by_value, by_rate = slopes_along(tables, contact, now, value, rate, 0.0)
+    for i in range(6):
+        bend = 0.0
+        for j in range(6):
+            bend += work.hess[i, j] * rate_of(work, a, b, j)
+        h[0, i], c[0, i] = factor * (by_value * grad[i] + by_rate * bend), factor * by_rate * grad[i]
+    measure(tables, work, number, grad)
+    for i in range(5, -1, -1):
+        for j in range(6):
+            h[i, j], c[i, j] = grad[i] * h[0, j], grad[i] * c[0, j]
+    add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
+    add_pair(tables, work, (a, b, 0), c, -1.0, work.slope, work.damp)
+    add_pair(tables, work, (a, b, 0), c, -1.0, work.drift, work.stiff)
 
 
 @draft

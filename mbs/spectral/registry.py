@@ -57,12 +57,18 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     b = marker_of(builder, origin.body, origin.point)
     before = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
     start = before[0] * across[0] + before[1] * across[1]
-    if stop.carrier == GROUND:
-        measure = builder.add_measure(k.FIXED, a, b, across)
-    else:
-        measure = builder.add_measure(k.TURNING, a, b, turned_back(builder, b, across))
+
+    def measure(line: tuple[float, float]) -> int:
+        """Add the way along a line that turns with the face."""
+        if stop.carrier == GROUND:
+            return builder.add_measure(k.FIXED, a, b, line)
+        return builder.add_measure(k.TURNING, a, b, turned_back(builder, b, line))
+
     law = add_normal(builder, stop.law)
-    builder.add_force(name, k.CONTACT, measure, law=law, numbers=(side, start + face))
+    contact = builder.add_force(name, k.CONTACT, measure(across), law=law, numbers=(side, start + face))
+    if stop.rubs:
+        friction = add_friction(builder, stop.friction)
+        builder.add_force(name, k.SEAT, measure((-across[1], across[0])), contact, friction=friction)
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:

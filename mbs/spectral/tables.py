@@ -23,9 +23,9 @@ REISSNER, KIRCHHOFF = range(2)
 STEADY, RAMP, CALLED = range(3)
 """Motions of a drive: zero, a ramp of the speed, two functions by address."""
 LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH, STATEFUL = range(11)
-"""Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's own
-reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin in a bush; a
-force at a marker, its direction fixed or turning with another; a force or torque at a marker whose law has states."""
+"""Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's
+reaction or of a contact; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin
+in a bush; a force at a marker, direction fixed or turning with another; a force or torque at a marker whose law has states."""
 
 # --- columns ----------------------------------------------------------------------------------------------------------
 KIND, OFFSET, SIZE, FIRST, COUNT, DATA, TWIN = range(7)
@@ -40,8 +40,8 @@ _, CALL, CALL_TOO = range(3)
 SHARE = 2
 """Column of directions: the measure's coefficient in its constraint."""
 _, A, B, LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = range(7)
-"""Columns of measures and forces, after the kind: markers; for forces along a measure, A is the measure. Of forces: law rows, a
-constraint row, where its numbers begin."""
+"""Columns of measures and forces, after the kind: markers; for forces along a measure, A is the measure, and B of friction of a
+face its contact. Of forces: law rows, a constraint row, where its numbers begin."""
 X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = range(11)
 """Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
 VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = range(8)
