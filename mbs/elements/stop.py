@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -166,9 +166,10 @@ class Stop(Element):
 
     def sliding(self, record: Recorded) -> Array:
         """Speed of the point along the face, to the left of its direction, m/s, (times,)."""
-        return self._way(record, rotate_left(np.array(self.across(record.mechanism))))[1]
+        x, y = self.across(record.mechanism)
+        return self._way(record, (-y, x))[1]
 
-    def _way(self, record: Recorded, line: Sequence[float]) -> tuple[Array, Array]:
+    def _way(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
         """Travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
         mechanism, origin = record.mechanism, self.origin(record.mechanism)
         (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)

@@ -10,7 +10,7 @@ from simulations import fine
 
 from buckler import mbs
 from buckler.mbs.engine.forces import FreeContact
-from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt
+from buckler.mbs.laws import CarvalhoMartins, Coulomb, ExactRestitution, Hertz, KelvinVoigt, LuGre
 
 G = 9.81
 BAR = mbs.Section(0.020, 0.010)
@@ -194,6 +194,57 @@ def test_elastic_blow_gives_all_energy_back():
     assert kinetic[-1] + weight[-1] == pytest.approx(weight[0], abs=1e-4 * kinetic.max())
 
 
+SOLVERS = {
+    "compiled": mbs.Spectral(mbs.Controlled(tolerance=1e-7)),
+    "engine": mbs.Exudyn(mbs.Controlled(tolerance=1e-7)),
+}
+
+
+def thrown(tilt=0.0, on="ground", speed=1.0, friction=0.3):
+    """A block thrown along a rough face, of the ground or of a cart of twice its mass; the whole scene turned, gravity not."""
+    points = dict(zip("ABCD", turned(tilt, (0.0, 0.0), (0.1, 0.0), (-0.2, -0.05), (0.5, -0.05)), strict=True))
+    links = [mbs.Link("block", "A", "B", mbs.Rigid.of(mass=0.5, inertia=1e-3, centre=(0.05, 0.0)))]
+    if on == "cart":
+        links += [mbs.Link("cart", "C", "D", mbs.Rigid.of(mass=1.0, inertia=0.1, centre=(0.35, 0.0)))]
+    line, across = turned(tilt, (1.0, 0.0), (0.0, 1.0))
+    face = dict(at=-1e-8, law=KelvinVoigt(1e6, 300.0), along=across, on=on, friction=Coulomb(friction, 1e-4))
+    velocity = tuple(speed * c for c in line)
+    return mbs.Mechanism(
+        points, links, stops=[mbs.Stop(point, **face) for point in "AB"], velocities={"A": velocity, "B": velocity},
+        guides=[mbs.Guide(point, "cart", along=line) for point in "CD"] if on == "cart" else [], gravity=(0.0, -G),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS.keys())
+@pytest.mark.parametrize("tilt", [0.0, 0.2, -0.5])
+def test_block_on_a_rough_slope_slides_by_coulomb(tilt, solver):
+    """It loses g (mu cos + sin) of its speed a second; friction takes mu m g cos of each metre."""
+    mu, duration = 0.3, 0.2
+    result = fine(mbs.simulate(thrown(tilt), duration, solver=solver, ledger=True))
+    run = result.signals
+    slowing = G * (mu * math.cos(tilt) + math.sin(tilt))
+    way = np.hypot(run["A.x"], run["A.y"])[-1]
+    assert way == pytest.approx(duration - slowing * duration**2 / 2, rel=1e-4)
+    assert run["A.sliding_speed"][-1] == pytest.approx(-(1 - slowing * duration), rel=1e-4)  # to the left of the face's direction
+    drag = run["A.friction_force"] + run["B.friction_force"]
+    assert drag[-1] == pytest.approx(-mu * 0.5 * G * math.cos(tilt), rel=1e-4)
+    assert result.energy["taken_friction"][-1] == pytest.approx(-drag[-1] * way, rel=1e-4)
+    assert result.energy_balance < 1e-4
+
+
+@pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS.keys())
+def test_block_takes_its_rough_cart_along(solver):
+    """Friction ends the sliding, not the motion: speeds meet at a third, momentum stays, the reduced mass's energy is gone."""
+    result = fine(mbs.simulate(thrown(on="cart"), 0.4, solver=solver, ledger=True))
+    run = result.signals
+    assert [run["A.vx"][-1], run["C.vx"][-1]] == pytest.approx([1 / 3, 1 / 3], rel=1e-6)
+    assert result.energy["taken_friction"][-1] == pytest.approx(0.5 * (0.5 * 1.0 / 1.5), rel=1e-4)
+    assert result.energy_balance < 1e-4
+    still = abs(run["A.sliding_speed"]) < 1e-3
+    meet = 1.0 / (0.3 * G * (1 + 0.5))  # the block is slowed by mu g, the cart driven by half of it
+    assert result.time[still].min() == pytest.approx(meet, rel=2e-2)
+
+
 WRONG = {
     "no direction": (dict(at=1.0), "stop at 'B': along: must be given"),
     "on itself": (dict(at=1.0, along=(1, 0), on="rod"), "must be another body"),
@@ -201,6 +252,8 @@ WRONG = {
     "on a beam, anywhere": (dict(at=1.0, along=(1, 0), on="beam"), "give a point, as 'link:point'"),
     "out of the beam's reach": (dict(at=1.0, along=(1, 0), on="beam:A"), "'beam' does not reach it"),
     "of another link": (dict(at=1.0, along=(1, 0), link="strut"), "does not reach it"),
+    "rough in a guide": (dict(at=2.0, friction=Coulomb(0.1)), "give it to the guide, or give `along`"),
+    "of a law with a bristle": (dict(at=2.0, along=(1, 0), friction=LuGre(0.3, 0.2, 0.01)), "a face keeps no bristle"),
     "no length": (dict(at=1.0, along=(0, 0)), r"stop at 'B': along"),
 }
 
@@ -214,7 +267,9 @@ def test_stop_that_cannot_be_is_refused(given, message):
         mbs.Link("strut", "A", "D", mbs.Strut(BAR)),
     ]
     with pytest.raises(ValueError, match=message):
-        mbs.Mechanism(points, links, stops=[mbs.Stop("B", law=LAW, **given)])
+        mbs.Mechanism(
+            points, links, stops=[mbs.Stop("B", law=LAW, **given)], guides=[mbs.Guide("B", "rod")] * ("friction" in given)
+        )
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-16, -1e-16, 1e-11, -1e-11])

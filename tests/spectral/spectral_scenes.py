@@ -8,7 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Clearance, Force, GuideFriction, Mechanism, Rigid, States, Strut, Torque
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    Force,
+    GuideFriction,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    States,
+    Stop,
+    Strut,
+    Torque,
+)
 from buckler.mbs.elements.modal import Box, Modal
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
@@ -39,6 +53,7 @@ def scenes() -> dict[str, CompiledScene]:
             crank_rocker(Beam(bar), speed=30.0, play=play(ExactRestitution(1e8, 0.5), LuGre(0.3, 0.2, 0.01))), 4
         ),
         "states": CompiledScene.of(_governed()),
+        "rough": CompiledScene.of(_rough()),
         "modal": CompiledScene.of(crank_rocker(Modal(bar, mesh=Box((6, 1, 1))), speed=30.0)),
     }
 
@@ -52,6 +67,20 @@ def _governed() -> Mechanism:
         Force("crank:A", ["state1*vx + 2*state3*y", "state2*x + vy"], states=push),
     ]
     return replace(slider_crank(Rigid(DAMPED), law=None, mass=0.3, speed=1.25), loads=loads)
+
+
+def _rough() -> Mechanism:
+    """A free link and a hinged one that touch, after a small motion, at rough faces of each other and of the ground."""
+    body, rough = Rigid.of(mass=0.5, inertia=1e-3, centre=(0.05, 0.0)), AdamsFriction(0.3, 0.2)
+    points = {"A": (0.0, 0.0), "B": (0.1, 0.02), "C": (0.02, -0.01), "D": (0.2, -0.03)}
+    faces = [("A", (0.3, 1.0), "ground"), ("B", (0.2, -1.0), "two"), ("A", (1.0, 0.1), "two"), ("B", (-1.0, 0.5), "ground")]
+    stops = []
+    for point, along, on in faces:
+        unit = np.array(along) / np.hypot(*along)
+        at = float(unit @ points[point])
+        stops += [Stop(point, at=at + off, law=STOP, along=along, on=on, friction=rough) for off in (1e-6, -1e-6)]
+    links = [Link("one", "A", "B", body), Link("two", "C", "D", body)]
+    return Mechanism(points, links, [Revolute("D", "ground", "two")], stops=stops)
 
 
 def state(scene: CompiledScene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:
