@@ -1,1 +1,1 @@
-"""How far apart two runs are, and how an accuracy asked for is delivered."""
+"""Differences of two runs, and refinement of a run until an accuracy is met."""

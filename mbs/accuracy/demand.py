@@ -80,7 +80,7 @@ class Asked:
 
     @property
     def words(self) -> str:
-        """What it is asked of, for a sentence."""
+        """Signals that the accuracy holds for, as words of a sentence."""
         return spoken(self.of)
 
     @property
@@ -106,7 +106,7 @@ class Asked:
         return found
 
     def _named(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Of signals by their names: each is measured by its own size."""
+        """Return the scales of signals asked for by name: each has its own size."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:

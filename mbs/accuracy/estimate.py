@@ -38,7 +38,7 @@ LEAST = float(np.sqrt(np.finfo(float).eps))
 def gains(
     now: Mapping[Key, float], before: Mapping[Key, float] | None, ratios: tuple[float, float], orders: tuple[float, float]
 ) -> dict[Key, float]:
-    """By how much the finer run of a pair errs less than the coarser one, for each signal and norm.
+    """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
 
     Parameters
     ----------

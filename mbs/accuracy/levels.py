@@ -116,7 +116,7 @@ class Levels:
         return level
 
     def resolved(self, _run: Run) -> float:
-        """What the last coefficients of a deflection leave out in a run, over its largest."""
+        """Part of a deflection in its last coefficients, over its largest value [1]."""
         return 0.0
 
     @property

@@ -54,7 +54,7 @@ class Trial:
 
     @property
     def failed(self) -> bool:
-        """Whether it ended early."""
+        """True if the run ended early."""
         return self.run.failure is not None or len(self.run.record.time) < 2
 
     @cached_property

@@ -79,7 +79,7 @@ class Trajectory:
 
     @cached_property
     def strikes(self) -> bool:
-        """Whether a contact or friction acts at some time: motions then begin and end suddenly."""
+        """True if a contact or friction acts at some time: motions then begin and end suddenly."""
         return any(s.kind in (Kind.CONTACT, Kind.FRICTION) and bool(np.any(s.values)) for s in self.signals.values())
 
     @cached_property

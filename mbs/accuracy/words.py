@@ -1,4 +1,4 @@
-"""What an accuracy can be asked of, in words; it imports nothing heavy."""
+"""Names of the signals that an accuracy can be asked of; this module imports nothing heavy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ..validate import short
 
 WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
-"""What an accuracy can be asked of, besides signals by their names."""
+"""Groups of signals that an accuracy can be asked of, besides signals by their names."""
 FINEST, COARSEST = 1e-6, 0.1
 """Accuracies that can be asked for; contact laws are known no better than the coarsest."""
 

@@ -85,7 +85,7 @@ class Members:
         return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of members."""
         return len(self.numbers)
 
     def source(self, k: int) -> int:

@@ -1,4 +1,4 @@
-"""What an ensemble found: readings by member and window, their means with standard errors, maps, histograms, sections."""
+"""Results of an ensemble: readings by member and window, their means with standard errors, maps, histograms, sections."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """How many ran, how many failed, and why most often."""
+        """Numbers of members that ran and that failed, with the most frequent reason."""
         ran, failed = int(self.done.sum()), int(self.failed.sum())
         found = f"{ran} of {len(self.members)} members"
         if failed:

@@ -1,4 +1,4 @@
-"""What data cannot tell: numbers that they do not identify, and signals that no numbers explain, in sentences."""
+"""Sentences about the limits of data: numbers that they do not identify, and signals that no numbers explain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scene of a work is made of: objects, unknowns, kernels compiled, modules loaded; what it does not need is not there.
+"""Contents of the scene of a work: objects, unknowns, kernels compiled, modules loaded; nothing that it does not need.
 
 It runs once in a process of its own, `python -m buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only
 what it asks for itself is loaded.
@@ -32,7 +32,7 @@ LIMIT = 600.0
 
 @dataclass(frozen=True)
 class Ingredients:
-    """What one scene and its run took.
+    """Counts of one scene and its run.
 
     Attributes
     ----------

@@ -25,11 +25,11 @@ from buckler.mbs.mechanism import Mechanism
 
 exu.config.printToConsole = False
 POSITION = exu.OutputVariableType.Position
-"""What sensors of motions read."""
+"""Output that sensors of motions record."""
 OPTIONS: dict[str, Any] = {"useReducedOrderIntegration": 2, "strainIsRelativeToReference": 1.0}
-"""Of cables: an integration that does not lock; stress-free as they lie."""
+"""Options of cables: an integration that does not lock; stress-free as they lie."""
 STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
-"""Where they keep it: in memory."""
+"""Options of sensors: they keep their records in memory."""
 
 
 class _System:

@@ -15,7 +15,7 @@ from buckler.mbs.geometry import Array
 Run = Callable[[], Array]
 """Does a whole job, from its description to the numbers that are compared."""
 Runs = dict[tuple[str, str], Run]
-"""By series and setting."""
+"""Runs by series and setting."""
 Hand = tuple[int, int, float, float]
 """Elements, equal steps, Newton's relative and absolute tolerance of a run straight on the engine."""
 Setting = tuple[float, int]
@@ -55,7 +55,7 @@ class Work:
     motion: Motion | None = None
 
     def error(self, series: str, found: Array) -> float:
-        """Of what a run of a series gave; nan if it failed."""
+        """Return the error of an answer of a series; nan if its run failed."""
         return self.apart(found, self.references[series]())
 
     def apart(self, found: Array, exact: Array) -> float:
