@@ -205,6 +205,7 @@ class Mechanism(Parts):
         found: dict[str, Element] = {}
 
         def add(name: str, element: Element) -> None:
+            """Add an element, its name numbered if taken."""
             number = 2
             unique = name
             while unique in found:

@@ -70,6 +70,7 @@ def time_limit(seconds: float | None) -> Iterator[None]:
     """Raise TimeUpError in the main thread once, after so many seconds [s]; without a number never."""
 
     def end(number: int, frame: FrameType | None) -> None:
+        """End the process's work by an error when the time is over."""
         raise TimeUpError(f"--timeout {seconds:g}: the time is over")
 
     if seconds is None:

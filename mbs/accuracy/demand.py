@@ -106,7 +106,7 @@ class Asked:
         return found
 
     def _named(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the scales of signals asked for by name: each has its own size."""
+        """Return the accuracies of signals asked for by name: each is relative to its own size."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:

@@ -93,6 +93,7 @@ class Levels:
         """Return the function that makes a run of a level up to a time [s]."""
 
         def at(level: Level, end: float) -> Run:
+            """Run the mechanism with the settings of a level until a time [s]."""
             mechanism, solver = self.settings(level)
             return run(mechanism, end, solver)
 

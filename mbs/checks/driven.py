@@ -140,6 +140,7 @@ def _difference(mechanism: Mechanism, found: Array, right: Array, speed: Array) 
     off = (np.abs(found - right[:, 2::3]) * lengths).max(axis=1)
 
     def largest(rates: Array) -> float:
+        """Return the largest rate [m/s], those of angles times their lengths."""
         return float(np.abs(np.stack([rates[:, 0::3], rates[:, 1::3], rates[:, 2::3] * lengths])).max())
 
     if right is speed:

@@ -31,6 +31,7 @@ def watch(scene: EngineScene | None, what: str, function: Callback, out_of_range
     """
 
     def call(system: System, t: float, *arguments: float) -> object:
+        """Call the function and keep its error: the engine alters exceptions."""
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
@@ -52,6 +53,7 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     asked = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
+        """Call the function and keep its error: the engine alters exceptions."""
         value = asked(None, t, *arguments)
         try:
             parts = (value,) if size == 1 else tuple(value)

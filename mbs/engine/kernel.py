@@ -38,6 +38,7 @@ def user_function(kernel: Kernel, memory: Array, places: Array, numbers: Array, 
     out, most = np.zeros(size), PATIENCE if kernel.compiled else PATIENCE // SLOWER
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
+        """Return the generalised forces at the engine's state."""
         latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
         if latest[1] > most:
             latest[1] = np.inf

@@ -55,6 +55,7 @@ def _moment_of(
     """Make the moment about its point of a force whose line goes through a fixed place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
+        """Return the moment of the force about the point [N m]."""
         fx, fy, _z = force(None, t, None)
         x, y = scene.position(*at)
         return (through[0] - x) * fy - (through[1] - y) * fx
@@ -75,6 +76,7 @@ def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> C
     value = guard(scene, name, load.value, 2)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
+        """Return the force in the engine's frame [N]."""
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
@@ -117,6 +119,7 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
     """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
 
     def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
+        """Return the torque with the engine's sign, against the turn [N m]."""
         return -float(torque(t, t, angle, speed))
 
     scene.system.AddObject(
@@ -134,6 +137,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         def torque(
             t: float, _value: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage
         ) -> float:
+            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
@@ -159,6 +163,7 @@ def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[st
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
+        """Return the force of the law [N]."""
         return law(t, value, rate)
 
     return {"stiffness": 1.0, "springForceUserFunction": force}

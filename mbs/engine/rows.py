@@ -52,6 +52,7 @@ def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str
     """Reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:
+        """Return a reaction over the run, from its multipliers."""
         places = np.concatenate([scene.system.systemData.GetObjectLTGAE(part) for part in parts])
         return (element.reactions(-run.multipliers[:, places]) or {})[channel]
 
@@ -104,10 +105,12 @@ class RowConstraint:
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
+            """Return the residual of the rows, or of their rates on the velocity level."""
             c, j = forms.system(np.reshape(q, angle.shape) - angle)
             return j @ np.asarray(q_t) if on_speeds else c
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
+            """Return the derivative of the rows by the coordinates."""
             return forms.system(np.reshape(q, angle.shape) - angle)[1]
 
         given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}

@@ -62,6 +62,7 @@ def _record_seldom(scene: EngineScene, control: Recorder) -> None:
     """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
 
     def record(system: System, t: float, *_: object) -> list[float]:
+        """Record a step; an error ends the run early."""
         if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
             raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
         return [0.0]

@@ -105,6 +105,7 @@ def add_states(scene: EngineScene, name: str, load: Stateful, pushed: Pushed) ->
     )
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> list[float]:
+        """Return the forces on the coordinates, then the rates of the states."""
         values = [function(t, t, *pushed.arguments(q, q_t), *q_t[size:]) for function in functions]
         own = pushed.forces(q, values[: load.law.size])
         return [*own, *[0.0] * (size - len(own)), *values[load.law.size :]]

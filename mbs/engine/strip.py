@@ -85,10 +85,12 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
 
     def row(q: Array) -> Array:  # of total coordinates, those at t = 0 included: so the engine hands them over here
+        """Return the derivative of the clamp's residual by the coordinates."""
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
 
     def clamp_residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
+        """Return the residual of the clamp, or its rate on the velocity level."""
         if velocity_level:
             return [float((row(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]

@@ -156,6 +156,7 @@ def _value(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, An
     """Evaluate a formula; `inner` replaces the arguments of statistics first."""
 
     def at(node: ast.expr) -> Any:
+        """Return the value of a node of the syntax tree."""
         match node:
             case ast.Constant(value=value):
                 return value

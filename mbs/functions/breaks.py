@@ -132,6 +132,7 @@ def _outstanding(values: Array) -> Array:
     about = np.pad(second, pad := max(REACHES), mode="edge")
 
     def largest(*places: int) -> Array:
+        """Return the largest of the values at these shifts, for each place."""
         return np.asarray(np.max([about[pad + k : pad + k + len(second)] for k in places], axis=0))
 
     others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)

@@ -143,9 +143,11 @@ class _Plain(ast.NodeTransformer):
     """Numbers as floats, so that none grows without bounds, and powers by `pow`, which makes no complex number."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        """Return a constant as a float."""
         return ast.Constant(float(node.value))  # type: ignore[arg-type]  # `parse` has let numbers pass only
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        """Return a power as a call of pow, other operations unchanged."""
         self.generic_visit(node)
         return ast.Call(ast.Name("pow", ast.Load()), [node.left, node.right], []) if isinstance(node.op, ast.Pow) else node
 

@@ -324,6 +324,7 @@ def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[...
     """One of the numbers that a function returns."""
 
     def component(*values: float) -> float:
+        """Return one component of the function's value."""
         return function(*values)[i]
 
     return component

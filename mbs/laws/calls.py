@@ -17,6 +17,7 @@ if compiler():
         """Make the writer of a call of that many doubles."""
 
         def codegen(context: Any, builder: Any, _signature: Any, values: Sequence[Any]) -> Any:
+            """Emit the call of the function at the address."""
             from llvmlite import ir
 
             kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType()] * arguments)
@@ -44,6 +45,7 @@ if compiler():
         """Call the function at this address with the numbers in an array."""
 
         def codegen(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
+            """Emit the call of the function at the address."""
             from llvmlite import ir
 
             kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType().as_pointer()])

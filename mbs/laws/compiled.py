@@ -220,6 +220,7 @@ def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointe
     """Address of a call back into Python, of these arguments; an exception there becomes nan, which the solver reports."""
 
     def safe(*values: object) -> float:
+        """Call the function and keep its error: ctypes would drop it."""
         try:
             return function(*values)
         except (Exception, SystemExit) as error:  # what leaves a callback is printed by ctypes, and lost

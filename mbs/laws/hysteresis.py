@@ -4,8 +4,6 @@ Here d is the penetration depth, d' its rate, v0 the approach speed at contact o
 What each law then delivers is another number: ``buckler.mbs.laws.delivered`` says which, docs/theory-contact.md tabulates it.
 """
 
-# ruff: noqa: D102 - hysteresis(e) is explained once, in the base class; each law's docstring is its equation.
-
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property
@@ -73,6 +71,7 @@ class HuntCrossley(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 1.5 * (1.0 - e)
 
 
@@ -91,6 +90,7 @@ class LankaraniNikravesh(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 0.75 * (1.0 - e**2)
 
 
@@ -109,6 +109,7 @@ class HerbertMcWhannell(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)
 
 
@@ -128,6 +129,7 @@ class LeeWang(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 0.75 * (1.0 - e)
 
 
@@ -149,6 +151,7 @@ class Gonthier(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return (1.0 - e**2) / e
 
 
@@ -168,6 +171,7 @@ class ZhiyingQishao(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 0.75 * (1.0 - e**2) * math.exp(2.0 * (1.0 - e))
 
 
@@ -189,6 +193,7 @@ class Flores(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 8.0 * (1.0 - e) / (5.0 * e)
 
 
@@ -209,6 +214,7 @@ class HuGuo(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 3.0 * (1.0 - e) / (2.0 * e)
 
 
@@ -228,6 +234,7 @@ class CarvalhoMartins(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e)
 
 
@@ -251,4 +258,5 @@ class ExactRestitution(HysteresisLaw):
 
     @staticmethod
     def hysteresis(e: float) -> float:
+        """Return the hysteresis factor chi [1] of a restitution e [1]."""
         return chi_exact(e)

@@ -84,6 +84,7 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
 
     def integral(t: Array) -> Array:
+        """Return the integral up to times, of values linear between instants."""
         k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
         s = t - time[k]
         slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])

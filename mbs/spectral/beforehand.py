@@ -48,6 +48,7 @@ def _strip() -> Mechanism:
 
 def _rattling() -> Mechanism:
     def play(point: str, first: str, second: str) -> Clearance:
+        """Return a joint with a gap of 0.25 mm, by typical numbers."""
         return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(1e8, 1e4, 1e-5), Coulomb(0.1, 0.1))
 
     return crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)

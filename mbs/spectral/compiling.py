@@ -180,6 +180,7 @@ def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
     """Hand the arrays of a named tuple, and of those within it, by reference to functions that are called from here."""
 
     def table(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
+        """Store the words of a reference on the stack and return their address."""
         words = cgutils.alloca_once(builder, WORD, size=reference.count)
         for i, (name, field) in enumerate(reference.fields.items()):
             part = builder.extract_value(value, i)
@@ -193,6 +194,7 @@ def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
         return words
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
+        """Emit the address that the call returns."""
         return builder.bitcast(table(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
     return Reference(whole)(whole), codegen
@@ -204,6 +206,7 @@ def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, va
     words, field = builder.bitcast(value, WORD.as_pointer()), reference.fields[name]
 
     def word(k: int) -> ir.Value:
+        """Load a word of the field, marked as constant."""
         read = builder.load(cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         read.set_metadata("invariant.load", builder.module.add_metadata([]))
         return read
@@ -227,6 +230,7 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
     """Pointer to an element of an array."""
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
+        """Emit the address of the element."""
         return builder.gep(context.make_array(signature.args[0])(context, builder, values[0]).data, [values[1]])
 
     return types.CPointer(array.dtype)(array, index), codegen

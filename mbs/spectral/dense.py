@@ -81,6 +81,7 @@ def right_hand_side(scene: CompiledScene) -> Callable[[float, Array], Array]:
     n, memory = scene.size, scene.memory()[None]
 
     def rates(t: float, y: Array) -> Array:
+        """Return the rates of the state: speeds and accelerations."""
         seen = _look_at(scene, np.array([t]), y[None, :n], y[None, n:], memory)
         return np.concatenate([y[n:], seen.a[0]])
 

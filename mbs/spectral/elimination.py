@@ -248,6 +248,7 @@ def _work(pivots: int, size: int) -> float:
     left = size - pivots
 
     def squares(n: int) -> float:
+        """Return the sum of the first n squares."""
         return n * (n + 1) * (2 * n + 1) / 6
 
     return squares(size - 1) - squares(left - 1)

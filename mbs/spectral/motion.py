@@ -149,6 +149,7 @@ class SpectralStrip:
         order = 1 if self.shears else 2
 
         def fields(values: Array) -> list[Array]:
+            """Return the displacement's derivatives by the arc, from order 0 up."""
             return [self._fields(values, piece, x, i) for i in range(order + 1)]
 
         value, rate = of(fields(self.q), fields(self.q_t))

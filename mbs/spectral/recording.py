@@ -86,6 +86,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     traces, reports = follow_markers(scene, out)
 
     def trace(marker: int) -> Trace:
+        """Return the motion of a marker: places, speeds, accelerations."""
         t = traces[:, marker]
         return Trace(t[:, :3], t[:, 3:6], t[:, 6:])
 

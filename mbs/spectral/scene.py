@@ -287,6 +287,7 @@ def _attach_masses(builder: Builder) -> None:
     mechanism = builder.mechanism
 
     def attach(link: str, point: str, mass: float, inertia: float) -> None:
+        """Attach a point's mass [kg] and inertia [kg m^2] to a link."""
         if mass or inertia:
             builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
 

@@ -81,6 +81,7 @@ class StripBody:
             for i, places in enumerate(element.places):
 
                 def moves(x: Array, i: int = i, element: Piece = element) -> Array:
+                    """Return a component of the bending speed along the element."""
                     return start.bending(link, at, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
 
                 out[places] = fit(element.degree, moves, tuple(moves(np.array([-1.0, 1.0]))))
@@ -138,6 +139,7 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     nodes, weights = gauss(8)
 
     def line(fraction: Array) -> tuple[Array, Array, Array]:
+        """Return the strip's line at fractions of its arc [1]."""
         fraction = np.atleast_1d(np.asarray(fraction, dtype=float))
         left = np.minimum((fraction * 256).astype(int), 255)
         half = (fraction - grid[left])[:, None] / 2
@@ -154,6 +156,7 @@ def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) ->
     ends = line(np.array([left, right]))
 
     def of(i: int) -> Array:
+        """Return the coefficients of a field of the line in this element."""
         return fit(degree, lambda x: line(left + (right - left) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
 
     return np.array([of(i) for i in range(3 if kind == k.REISSNER else 2)])

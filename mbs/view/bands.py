@@ -83,6 +83,7 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     stations = motion.arcs(per)
 
     def spread(strain: Any) -> Array:
+        """Return the strain at the stations, linear in arc and time."""
         weights = strain.weights.ravel()
         middles = np.cumsum(weights) - weights / 2
         unit = np.array([np.interp(stations, middles, row) for row in np.eye(len(middles))])

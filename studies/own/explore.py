@@ -120,6 +120,7 @@ class Explorer:
         """Run as `buckler run` does and return the pictures with errors, or `late` if a number changes before the end."""
 
         def stop_late(_: float) -> None:
+            """Stop a run whose parameters have changed since."""
             if self.changed.is_set():
                 raise LateError
 
@@ -170,12 +171,14 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
+            """Answer with the page."""
             if self._is_ours() and self.path == f"/{token}/":
                 self._send(HTTPStatus.OK, explorer.page(), "text/html; charset=utf-8")
             else:
                 self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
 
         def do_POST(self) -> None:
+            """Answer a question of the page."""
             name = self.path.removeprefix(f"/{token}/")
             length = int(self.headers.get("Content-Length") or 0)
             if not self._is_ours() or name not in ANSWERS or not 0 < length <= LARGEST:
