@@ -66,8 +66,9 @@ class Forecast:
             least, most = (each + (self.cases - 1) * (each + spent) for each in (least, most))
         if most < WORTH:
             return ""
-        span = spoken(least) if spoken(least) == spoken(most) else f"{spoken(least)} to {spoken(most)}"
-        why = f"; this run takes {spoken(whole)}, and finer ones tell its error" if self.runs[1] > self.number else ""
+        first, last = write_duration(least), write_duration(most)
+        span = first if first == last else f"{first} to {last}"
+        why = f"; this run takes {write_duration(whole)}, and finer ones tell its error" if self.runs[1] > self.number else ""
         cases = f", {self.cases:.3g} cases one after another" if self.cases > 1 else ""
         return f"{self.title}{': ' if self.title else ''}about {span} more{cases}{why}"
 
@@ -103,7 +104,7 @@ def looked_at() -> bool:
     return first and (sys.stderr.isatty() or "ipykernel" in sys.modules)
 
 
-def spoken(seconds: float) -> str:
+def write_duration(seconds: float) -> str:
     """Write a time to one or two digits: 12 s, 3 min, 2 h."""
     for size, unit, limit in ((1.0, "s", 90.0), (60.0, "min", 5400.0)):
         if seconds < limit:

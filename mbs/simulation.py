@@ -16,7 +16,7 @@ import numpy as np
 from .accuracy.demand import PLACE, Asked, Demand, Usual
 from .accuracy.levels import KINDS
 from .accuracy.refine import Answer, refine
-from .accuracy.second_opinion import noted, verified
+from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
 from .functions import Looks, looking
@@ -163,7 +163,7 @@ def simulate(
                 answer = refine(levels.runs(runs), levels, demand, duration)
                 single = answer.run
                 result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
-            return verified(result, single, duration, runs) if verify else result
+            return verify_by_other_solver(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.made) if runs.made else stop) from None
     finally:
@@ -232,18 +232,18 @@ class _Runs:
         names = [type(run.solver).__name__.lower() for run in self.made]
         counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
         work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
-        found = noted(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
+        found = add_notes(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
         found = replace(found, provenance=found.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
         if answer.run.failure:
             return found
         last = self.made[-1].failure
         if last and last[0] is Status.TIMED_OUT:
             best = f"timeout = {self.timeout:g} s is over; the best so far is a run to the end, the one before the last"
-            return replace(found, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, answer.missed(demand)))))
+            return replace(found, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, answer.shortfall(demand)))))
         if answer.chaos:
             status = answer.chaos if demand.asked > 0 else Status.OK
             return replace(found, status=status, message=answer.errors.notes[0])
-        missed = answer.missed(demand)
+        missed = answer.shortfall(demand)
         return found.suspect(missed) if missed else found
 
 

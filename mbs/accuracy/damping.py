@@ -38,7 +38,7 @@ def radau(angle: Array) -> Array:
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
 
 
-def undamped(angle: Array) -> Array:
+def unit_factor(angle: Array) -> Array:
     """Factor of a method whose damping differs from run to run, or that has none."""
     return np.ones_like(angle)
 

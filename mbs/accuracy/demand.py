@@ -18,8 +18,8 @@ from ..record.errors import Key, Norm
 from ..record.lookup import unknown
 from ..units import FORCES as UNITS
 from .estimate import LEAST
-from .trajectory import FORCES, Trajectory, own_size, sizes_of
-from .words import MEANS, PLACES, spoken, wanted
+from .trajectory import FORCES, Trajectory, size_of, sizes_of
+from .words import MEANS, PLACES, read_signals, write_signals
 
 PLACE = 1e-2
 """Error allowed of a place or a deflection in the mean over time, over its range: as fine as a drawing shows. A convention."""
@@ -76,12 +76,12 @@ class Asked:
     energies: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "of", wanted(self.of))
+        object.__setattr__(self, "of", read_signals(self.of))
 
     @property
     def words(self) -> str:
         """Signals that the accuracy holds for, as words of a sentence."""
-        return spoken(self.of)
+        return write_signals(self.of)
 
     @property
     def place(self) -> float:
@@ -91,7 +91,7 @@ class Asked:
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Relative errors allowed; UnknownSignalError if a name is none of a signal."""
         if not isinstance(self.of, str):
-            return self._named(run, [key_of(name) for name in self.of])
+            return self._accuracies_by_name(run, [key_of(name) for name in self.of])
         averaged = {signal.source for signal in run.signals.values()}
         found = dict[Key, float]()
         for name, signal in run.signals.items():
@@ -105,7 +105,7 @@ class Asked:
                 found |= {(name, norm): self.asked for norm in norms}
         return found
 
-    def _named(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
+    def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
         """Return the accuracies of signals asked for by name: each is relative to its own size."""
         found = dict[Key, float]()
         for name, norm in keys:
@@ -113,7 +113,7 @@ class Asked:
                 raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
-            own = own_size(run.time, run.signals[name])[0]
+            own = size_of(run.time, run.signals[name])[0]
             size = sizes_of(run, {name: run.signals[name]})[name, Norm.RMS]
             found[name, norm] = max(LEAST, self.asked * (own / size if norm is Norm.RMS else 1.0))
         return found

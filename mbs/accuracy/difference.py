@@ -43,7 +43,7 @@ class Difference:
     def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf) -> None:
         self.a, self.b = a, b
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
-        self.time = _merged((a.time, b.time), self.end)
+        self.time = _merge_times((a.time, b.time), self.end)
         self.weights = _trapezoid(self.time)
         self.compared: dict[str, tuple[dict[Key, float], dict[Key, float]]] = {}
 
@@ -90,7 +90,7 @@ class Difference:
     def _add_jumping(self, found: dict[Key, float], names: list[str]) -> None:
         """Compare what jumps at onsets and kinks, in a time in which onsets coincide and without the moments about them."""
         mine, theirs = self.onsets
-        times = _merged((self.a.time, np.interp(self.b.time, theirs, mine), mine), self.end)
+        times = _merge_times((self.a.time, np.interp(self.b.time, theirs, mine), mine), self.end)
         other = np.interp(times, mine, theirs)
         jumps = np.append(mine[1:-1], [t for t in self.b.kinks if t < self.end])
         clear = _clear(times, self.a.time, jumps) & _clear(other, self.b.time, np.interp(jumps, mine, theirs))
@@ -100,7 +100,7 @@ class Difference:
     def _add_force(self, found: dict[Key, float], sizes: dict[Key, float], name: str) -> None:
         """Add what a force's impulse is off, and a contact's onset; a contact that was nearly made counts as a difference."""
         a, b = self.a.signals[name], self.b.signals[name]
-        missed = self._missed(a, b)
+        missed = self._possible_contact_force(a, b)
         first, second = (each.integral(name) for each in (self.a, self.b))
         through = max(_upto(self.b.time, self.b.integral(name, np.abs), self.end), SMALL * sizes[name, Norm.RMS] * self.end)
         if b.kind is Kind.CONTACT and not b.group and b.unit == "N":
@@ -127,7 +127,7 @@ class Difference:
         for name, signal in self.b.signals.items():
             if len(signal.onsets) and name in self.a.signals:
                 mine, theirs = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))
-                i, j = matched(mine, theirs)
+                i, j = match_times(mine, theirs)
                 near = np.abs(mine[i] - theirs[j]) < NEAR * self.end
                 found += zip(mine[i][near].tolist(), theirs[j][near].tolist(), strict=True)
         for one, other in sorted(found):
@@ -135,7 +135,7 @@ class Difference:
                 pairs.append((one, other))
         return np.array([*pairs, (self.end, self.end)]).T
 
-    def _missed(self, a: Signal, b: Signal) -> Array:
+    def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
         """Force [N] at the times of contacts that neither run makes but that are within reach of the difference of depths."""
         if not len(b.depth):
             return np.empty(0)
@@ -151,7 +151,7 @@ def _relative(off: float, size: float) -> float:
     return off / size if np.isfinite(off) else np.inf
 
 
-def _merged(times: Iterable[Array], end: float) -> Array:
+def _merge_times(times: Iterable[Array], end: float) -> Array:
     """Times of all up to an end, once each."""
     every = np.unique(np.concatenate(list(times)))
     return np.append(every[every < end * (1 - 1e-12)], end)
@@ -192,7 +192,7 @@ def _clear(times: Array, samples: Array, jumps: Array) -> Array:
     return out
 
 
-def matched(a: Array, b: Array) -> tuple[Array, Array]:
+def match_times(a: Array, b: Array) -> tuple[Array, Array]:
     """Numbers of the times of a and b that are each other's nearest; such pairs never cross."""
     if not len(a) or not len(b):
         return np.empty(0, int), np.empty(0, int)
@@ -213,7 +213,7 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     if not len(mine) or not len(theirs):
         lonely = float(len(mine) != len(theirs))
         return {Norm.IMPULSE: lonely, Norm.PEAK: lonely, Norm.ONSET: lonely}
-    i, j = matched(mine[:, 0], theirs[:, 0])
+    i, j = match_times(mine[:, 0], theirs[:, 0])
     alone = np.delete(mine[:, 2], i), np.delete(theirs[:, 2], j)
     here = np.concatenate([mine[i, 2], alone[0], np.zeros(len(alone[1]))])
     there = np.concatenate([theirs[j, 2], np.zeros(len(alone[0])), alone[1]])

@@ -25,7 +25,7 @@ from ..mechanism import Mechanism
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
-from .damping import radau, undamped
+from .damping import radau, unit_factor
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
@@ -78,7 +78,7 @@ class Levels:
     orders = (1 / 4, 3 / 4)
     """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
     finest = 0.0
-    damping = staticmethod(undamped)
+    damping = staticmethod(unit_factor)
     """Factor of the amplitude of a vibration in one step, where all levels have the same."""
 
     def first(self) -> Level:
@@ -104,7 +104,7 @@ class Levels:
         tolerance = max(self.finest, level.tolerance / ratio)
         return Level(tolerance, level.degree + self.more(ratio))
 
-    def left(self, level: Level) -> float:
+    def refinements_to_go(self, level: Level) -> float:
         """Refinements that are left above the finest tolerance."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
@@ -112,11 +112,11 @@ class Levels:
         """Degrees that go with a ratio of tolerances."""
         return max(1, round(log(ratio) / log(self.ratio)))
 
-    def spanned(self, level: Level, _run: Run, _allowed: float) -> Level:
+    def raise_degree(self, level: Level, _run: Run, _allowed: float) -> Level:
         """The level with degrees enough for an error of the deflection, as far as a run tells."""
         return level
 
-    def resolved(self, _run: Run) -> float:
+    def truncation(self, _run: Run) -> float:
         """Part of a deflection in its last coefficients, over its largest value [1]."""
         return 0.0
 
@@ -161,7 +161,7 @@ class SpectralLevels(Levels):
         degree = min(60, level.degree) if meshed else self.solver.degree
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
-    def spanned(self, level: Level, run: Run, allowed: float) -> Level:
+    def raise_degree(self, level: Level, run: Run, allowed: float) -> Level:
         """The level with degrees enough for an error of the deflection, by the fall of a run's coefficients."""
         last, fall = _tail(run)
         more = log(max(1.0, last / allowed)) / -log(fall)
@@ -171,7 +171,7 @@ class SpectralLevels(Levels):
             else level
         )
 
-    def resolved(self, run: Run) -> float:
+    def truncation(self, run: Run) -> float:
         """The larger of the last two coefficients of a deflection, over the largest."""
         return _tail(run)[0]
 
@@ -195,7 +195,7 @@ class ExudynLevels(Levels):
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
         damped = Scene.of(self.mechanism).is_loose or number % 2 == 0
         radius = self.solver.spectral_radius if damped else UNDAMPED
-        return _meshed(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
+        return _refine_mesh(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 
 
 class ClosureLevels(Levels):
@@ -225,7 +225,7 @@ def _finer(times: float, step: float) -> Controlled:
     return Controlled(max_step=step / times, contact_resolution=resolution)
 
 
-def _meshed(mechanism: Mechanism, times: float) -> Mechanism:
+def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
     """The mechanism with so many times its elements."""
     bodies: list[Any] = [link.body for link in mechanism.links]
     finer = [replace(b, elements=max(1, min(1000, round(times * b.count)))) if b.meshed else b for b in bodies]

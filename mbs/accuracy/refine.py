@@ -112,7 +112,7 @@ class Answer:
     said: str = ""
     count: int = 1
 
-    def missed(self, demand: Demand) -> str:
+    def shortfall(self, demand: Demand) -> str:
         """Return why it is not what was asked for, in a sentence; '' if it is."""
         why = f"; {self.said}" if self.said else ""
         if not self.errors.known:
@@ -188,7 +188,7 @@ class _Refinement:
             errs, now, gain = self.estimate_errors(coarse, fine)
             beyond = worst(self.allowed, errs).ratio
             self.best = partial(self.finish, coarse, fine, errs, gain, dict(self.allowed))
-            if beyond <= 1 and self.levels.resolved(fine.run) <= self.demand.place:
+            if beyond <= 1 and self.levels.truncation(fine.run) <= self.demand.place:
                 return self.best()
             if self.count >= self.levels.runs_at_most or fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(coarse, fine, Status.SENSITIVE) if parting.at < inf else self.best()
@@ -203,7 +203,8 @@ class _Refinement:
     def find_share(self, parting: float, level: Level, ratio: float) -> float:
         """Find the time to which a refinement has to move a parting, if those that are left are to move it to the end [s]."""
         gone = log(ratio) / log(self.levels.ratio)
-        return parting + gone * (self.duration - parting) / max(1.0, self.levels.left(level)) if parting < inf else 0.0
+        to_go = max(1.0, self.levels.refinements_to_go(level))
+        return parting + gone * (self.duration - parting) / to_go if parting < inf else 0.0
 
     def complete(self, trial: Trial) -> Trial:
         """Make the run of a level up to the end."""
@@ -223,7 +224,7 @@ class _Refinement:
 
     def next_level(self, trial: Trial, ratio: float) -> Level:
         """Return the level after a run, with degrees enough as far as that run tells."""
-        return self.levels.spanned(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
+        return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
 
     def find_ratio(self, beyond: float, parts: bool) -> float:
         """Find the ratio of tolerances that should make the error what is allowed."""

@@ -27,7 +27,7 @@ NEGLIGIBLE = 0.1
 NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 
-def verified(result: Result, first: Run, duration: float, run: Runner) -> Result:
+def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
     """Run another solver and put the largest relative difference of places into the result's `verified`.
 
     A difference beyond the sum of both errors makes the result SUSPECT, SOLVERS in the message. A failed result is given back as
@@ -44,13 +44,13 @@ def verified(result: Result, first: Run, duration: float, run: Runner) -> Result
         if _agrees(first, answer, result, least) is False and result.error.known:  # one run's own error may be all there is
             answer = _opinion(result, first.record.mechanism, duration, other, run, refined=True)
     except (ValueError, NotImplementedError, ImportError) as reason:
-        return noted(result, f"not verified: {theirs} does not take this mechanism: {reason}")
+        return add_notes(result, f"not verified: {theirs} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
     second = answer.run
     if second.failure is not None:
-        return noted(result, f"not verified: {theirs} ended as {second.failure[0]}: {second.failure[1]}")
+        return add_notes(result, f"not verified: {theirs} ended as {second.failure[0]}: {second.failure[1]}")
     if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
-        return noted(result, "not verified: a signal is not finite")
+        return add_notes(result, "not verified: a signal is not finite")
     motion, worst = disagreement(first, second, result.error, answer.errors, least)
     result = replace(result, verified=motion)
     why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
@@ -100,7 +100,7 @@ def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEA
     return max(motion, default=0.0), max(farthest, key=lambda each: each.ratio)
 
 
-def noted(result: Result, *notes: str) -> Result:
+def add_notes(result: Result, *notes: str) -> Result:
     """The result with notes."""
     every = [*result.provenance.get("notes", ()), *notes]
     return replace(result, provenance=result.provenance | ({"notes": every} if every else {}))

@@ -122,7 +122,7 @@ def sizes_of(run: Trajectory, signals: Mapping[str, Signal]) -> dict[Key, float]
     """Sizes of signals of a run, for the norms RMS and PEAK, in the signals' units; forces need all forces of the run."""
     jumping = any(signal.kind not in STRAIGHT for signal in signals.values())
     every = run.signals if jumping else {n: s for n, s in run.signals.items() if s.kind in STRAIGHT}
-    own = {name: own_size(run.time, signal) for name, signal in every.items()}
+    own = {name: size_of(run.time, signal) for name, signal in every.items()}
     vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
     for name, signal in every.items():
         group, family = signal.group or name, _family(signal)
@@ -140,7 +140,7 @@ def sizes_of(run: Trajectory, signals: Mapping[str, Signal]) -> dict[Key, float]
     return found
 
 
-def own_size(time: Array, signal: Signal) -> Array:
+def size_of(time: Array, signal: Signal) -> Array:
     """Size of one signal by itself, for RMS and PEAK: range of what does not jump, else root mean square and peak."""
     if signal.kind in STRAIGHT:
         return np.full(2, signal.scale or np.ptp(signal.values))

@@ -12,7 +12,7 @@ FINEST, COARSEST = 1e-6, 0.1
 """Accuracies that can be asked for; contact laws are known no better than the coarsest."""
 
 
-def wanted(of: str | Sequence[str]) -> str | tuple[str, ...]:
+def read_signals(of: str | Sequence[str]) -> str | tuple[str, ...]:
     """One of `WORDS`, or names of signals; a ValueError if it is neither."""
     if isinstance(of, str) and of in WORDS:
         return of
@@ -22,6 +22,6 @@ def wanted(of: str | Sequence[str]) -> str | tuple[str, ...]:
     return tuple(of)
 
 
-def spoken(of: str | Sequence[str]) -> str:
+def write_signals(of: str | Sequence[str]) -> str:
     """For a sentence."""
     return of if isinstance(of, str) else ", ".join(of)

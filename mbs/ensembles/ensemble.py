@@ -196,7 +196,7 @@ def ensemble(
     task = Task(drawn, duration, solver, readings, edges, curves or {})
     _try_first(task)
     found = Ensemble.blank(drawn, tuple(of), edges, skip)
-    found = found.resumed(store) if store and Path(store).exists() else found
+    found = found.resume(store) if store and Path(store).exists() else found
     return _gather(task, found, executor, store, progress)
 
 

@@ -206,7 +206,7 @@ class Ensemble:
         scratch.replace(target)
         return target
 
-    def resumed(self, path: str | Path) -> Ensemble:
+    def resume(self, path: str | Path) -> Ensemble:
         """Take over from a file what the same call has run before.
 
         Raises

@@ -147,7 +147,7 @@ class Looks:
         """Return the shift of narrow features since the last run, edges to step onto, and their distances from each other."""
         every, narrow = _merge(found, time), NARROW * float(time[-1])
         every = every if len(every) <= FEW else np.empty(0)
-        apart = np.minimum(_apart(every), narrow)
+        apart = np.minimum(_spacings(every), narrow)
         return float(_shift(every, self.edges, apart)[apart < narrow].max(initial=0.0)), every, apart
 
 
@@ -187,12 +187,12 @@ def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve])
         values = curve(time)
         low, high = float(values.min()), float(values.max())
 
-        def alone(way: Array, k: int = k, low: float = low) -> Array:
+        def along_state(way: Array, k: int = k, low: float = low) -> Array:
             """Evaluate the function at places of its state."""
             others = [np.zeros_like(way)] * len(curves)
             return evaluate(function, np.zeros_like(way), *others[:k], low + way, *others[k + 1 :])
 
-        edges = search(alone, high - low, SCANNED) if high > low else Edges()
+        edges = search(along_state, high - low, SCANNED) if high > low else Edges()
         found.append(low + np.array(edges.times) if len(edges.times) <= FEW else np.empty(0))
     return found
 
@@ -234,17 +234,17 @@ def _is_followed(function: Callable[..., object], time: Array, curves: Sequence[
     return bool((off > OFF * np.ptp(found, axis=0).max()).mean() < SHARE)
 
 
-def _apart(edges: Array) -> Array:
+def _spacings(edges: Array) -> Array:
     """Distances of edges from the nearest others."""
     gaps = np.diff(edges)
     return np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps))[: len(edges)]
 
 
-def _shift(edges: Array, before: Array, apart: Array) -> Array:
+def _shift(edges: Array, before: Array, spacings: Array) -> Array:
     """Distances of edges from the nearest of the run before, over those from their neighbours."""
     known = np.concatenate([[-np.inf], before, [np.inf]])
     place = np.searchsorted(known, edges)
-    return np.asarray(np.minimum(edges - known[place - 1], known[place] - edges) / apart)
+    return np.asarray(np.minimum(edges - known[place - 1], known[place] - edges) / spacings)
 
 
 def _between(edges: Array, time: Array, near: float) -> Array:

@@ -19,7 +19,7 @@ APART = ("begins", "ends", "peak")
 """Readings of single contacts: a force is zero between them, whatever its error."""
 
 
-def doubt(text: str, result: Result) -> float:
+def bound_error(text: str, result: Result) -> float:
     """Bound the error of a reading, in its unit; nan where the error of a signal is not known to the end of the run.
 
     Parameters

@@ -27,7 +27,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..record.result import Result
-from .doubt import doubt
+from .doubt import bound_error
 from .reading import ARGUMENTS, measure, parse_reading, value_of
 
 BATCHES = 20
@@ -64,7 +64,7 @@ def read(result: Result, text: str) -> Reading:
     if not result.error.known:
         return Reading(value, nan, unit, "unknown")
     if result.error.until >= result.time[-1] * (1 - 1e-9):
-        return Reading(value, doubt(text, result), unit, "difference")
+        return Reading(value, bound_error(text, result), unit, "difference")
     error = sampling_error(text, result)
     return Reading(value, error, unit, "sampling" if error >= 0 else "unknown")
 

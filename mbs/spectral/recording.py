@@ -80,7 +80,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     for link in mechanism.links:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and body.model is None:
-            frames[link.name] = _own_centre(scene, link, body)
+            frames[link.name] = _centre_frame(scene, link, body)
     if len(builder.markers) > len(scene.tables.markers):
         scene.refresh()
     traces, reports = follow_markers(scene, out)
@@ -116,7 +116,7 @@ def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     return traces, reports
 
 
-def _own_centre(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
+def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)

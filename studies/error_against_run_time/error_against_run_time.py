@@ -55,7 +55,7 @@ class Measured:
     uncertainty: float
 
     @property
-    def tuned(self) -> Point:
+    def tuned_point(self) -> Point:
         """The hand-tuned run that others are compared with."""
         return self.points[PLAIN, self.work.tuned]
 
@@ -65,12 +65,12 @@ class Measured:
 
     def metrics(self) -> dict[str, Metric]:
         """Errors, and the tuned run's time over that of the fastest run of a series that is no less accurate, nan without one."""
-        found = {"engine_error": self.tuned.error, "uncertainty": self.uncertainty}
+        found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):
-                best = fastest(points, self.tuned.error)
+                best = fastest(points, self.tuned_point.error)
                 found[f"{series}_error"] = min(point.error for point in points)
-                found[f"{series}_ratio"] = best.speedup(self.tuned) if best else nan
+                found[f"{series}_ratio"] = best.speedup(self.tuned_point) if best else nan
         return {name: Metric(value, "1") for name, value in found.items()}
 
     def wrong(self) -> list[str]:
@@ -110,7 +110,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _table(found: Mapping[str, Measured], notes: str) -> Table:
     rows = [
-        [name, *key, f"{x.error:.1e}", f"{1e3 * x.time:.3g}", f"{x.speedup(each.tuned):.2g}", "*" if x.front else ""]
+        [name, *key, f"{x.error:.1e}", f"{1e3 * x.time:.3g}", f"{x.speedup(each.tuned_point):.2g}", "*" if x.front else ""]
         for name, each in found.items()
         for key, x in each.points.items()
     ]

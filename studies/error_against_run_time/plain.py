@@ -96,7 +96,7 @@ class _System:
         with suppress(exu.ExudynError):  # what it gave up is nan, see `seen`
             self.system.SolveDynamic(settings)
 
-    def seen(self, sensor: int, times: Array) -> Array:
+    def read_sensor(self, sensor: int, times: Array) -> Array:
         """Places that a sensor kept, shape (times, 2); nan after the end of a run that failed."""
         t, *places = np.asarray(self.system.GetSensorStoredData(sensor)).T
         found = np.stack([np.interp(times, t, place) for place in places[:2]], axis=1)
@@ -173,7 +173,7 @@ def slider_crank(mechanism: Mechanism, times: Array, steps: int, relative: float
     _add_slider(job, mechanism, nodes[-1])
     sensors = [job.watch(nodes[k]) for k in (0, len(nodes) // 2, -1)]
     job.solve(float(times[-1]), steps, relative, absolute)
-    start, middle, end = (job.seen(sensor, times) for sensor in sensors)
+    start, middle, end = (job.read_sensor(sensor, times) for sensor in sensors)
     chord, middle = end - start, middle - start
     return np.asarray((chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T))
 
@@ -260,4 +260,4 @@ def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absol
         end = other
     sensor = int(job.system.AddSensor(eii.SensorMarker(markerNumber=middle, outputVariableType=POSITION, **STORED)))
     job.solve(float(times[-1]), steps, relative, absolute)
-    return job.seen(sensor, times)
+    return job.read_sensor(sensor, times)

@@ -56,9 +56,9 @@ class Work:
 
     def error(self, series: str, found: Array) -> float:
         """Return the error of an answer of a series; nan if its run failed."""
-        return self.apart(found, self.references[series]())
+        return self.difference(found, self.references[series]())
 
-    def apart(self, found: Array, exact: Array) -> float:
+    def difference(self, found: Array, exact: Array) -> float:
         """Difference of two answers, by the work's measure."""
         if self.largest:
             return float(np.abs(found / exact - 1).max())
@@ -68,7 +68,7 @@ class Work:
     def uncertainty(self) -> float:
         """Difference of the references of two codes, below which no error is known; 0 of exact ones."""
         one, other = self.references[ONCE], self.references[PLAIN]
-        return 0.0 if one is other or self.largest else self.apart(one(), other())
+        return 0.0 if one is other or self.largest else self.difference(one(), other())
 
 
 def _size(x: Array) -> float:
@@ -116,7 +116,7 @@ def by_hand(run: Callable[[Hand], Array], settings: Sequence[Hand]) -> Runs:
     return {(PLAIN, f"{given[0]} x {given[1]}"): partial(run, given) for given in settings}
 
 
-def crossed(engine: Run, compiled: Run) -> dict[str, Run]:
+def cross_references(engine: Run, compiled: Run) -> dict[str, Run]:
     """References where no solution is exact: each code is judged by the other."""
     by_engine = cache(engine)
     return {PLAIN: cache(compiled), ONCE: by_engine, KNOWN: by_engine}

@@ -26,7 +26,7 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import KNOWN, ONCE, PLAIN, STEPS, Hand, Motion, Runs, Setting, Work, by_hand, crossed, power
+from .work import KNOWN, ONCE, PLAIN, STEPS, Hand, Motion, Runs, Setting, Work, by_hand, cross_references, power
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -81,21 +81,21 @@ def strip() -> Work:
 
 
 def slider_work(
-    about: str, made: Callable[[Body], mbs.Mechanism], section: mbs.Section, bow: float, *, hand: Sequence[Hand],
+    about: str, build: Callable[[Body], mbs.Mechanism], section: mbs.Section, bow: float, *, hand: Sequence[Hand],
     once: Sequence[Setting], finest: Hand, fine: Setting, tuned: str,
 ) -> Work:  # fmt: skip
     """Deflection of the coupler's middle from its chord over one turn; the engine's cables do not shear, Buckler's beams do."""
-    mechanism = made(mbs.Beam(section, imperfection=bow))
+    mechanism = build(mbs.Beam(section, imperfection=bow))
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def plainly(given: Hand) -> Array:
         """Return the signals of a model straight on the engine."""
-        return _engine().slider_crank(made(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
+        return _engine().slider_crank(build(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
-    references = crossed(partial(plainly, finest), partial(motion.once, *fine))
+    references = cross_references(partial(plainly, finest), partial(motion.once, *fine))
     return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
@@ -124,7 +124,7 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
     """A chain of `LINKS` links let go from the horizontal: the last bar's centre, or the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
-    def made(elements: int | None = None) -> mbs.Mechanism:
+    def build(elements: int | None = None) -> mbs.Mechanism:
         """Return the mechanism, its bodies with so many elements."""
         body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
         points = {f"P{k}": (SIDE * k, 0.0) for k in range(LINKS + 1)}
@@ -133,15 +133,15 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
     what = f"link{last}" if bars else f"P{LINKS}"
-    motion = Motion(made(), 0.2, (f"{what}.x", f"{what}.y"))
+    motion = Motion(build(), 0.2, (f"{what}.x", f"{what}.y"))
 
     def plainly(given: Hand) -> Array:
         """Return the signals of a model straight on the engine."""
-        return _engine().chain(made(given[0]), motion.times, *given[1:])
+        return _engine().chain(build(given[0]), motion.times, *given[1:])
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-5)
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
-    by_other = crossed(partial(plainly, (8, 3200, 1e-5, 1e-6)), partial(motion.once, 1e-7, 8))
+    by_other = cross_references(partial(plainly, (8, 3200, 1e-5, 1e-6)), partial(motion.once, 1e-7, 8))
     references = dict.fromkeys((PLAIN, ONCE, KNOWN), exact) if bars else by_other
     return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
@@ -182,7 +182,7 @@ def rattling(
         damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
         return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
 
-    def made(elements: int | None = None) -> mbs.Mechanism:
+    def build(elements: int | None = None) -> mbs.Mechanism:
         """Return the mechanism, its bodies with so many elements."""
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
@@ -195,12 +195,12 @@ def rattling(
 
     def engine(elements: int, tolerance: float) -> Array:
         """Return the signals from the engine with error control."""
-        return Motion(made(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
+        return Motion(build(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
 
-    motion = Motion(made(), 0.01, signals)
+    motion = Motion(build(), 0.01, signals)
     runs: Runs = {(PLAIN, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(engine, n, x) for n, x in hand}
     runs |= motion.onces(*once) | motion.knowns(1e-2, 1e-3)
-    references = crossed(partial(engine, *finest), partial(motion.once, *fine))
+    references = cross_references(partial(engine, *finest), partial(motion.once, *fine))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
     return Work(about, measure, runs, tuned, references, GAP, motion=motion)
 

@@ -11,7 +11,7 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.accuracy.demand import key_of
-from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, wanted
+from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, read_signals, write_signals
 from buckler.mbs.declare import Flag, Name, Quantity, declared, field
 from buckler.mbs.declare.spec import Anything, Text
 from buckler.mbs.documents.document import change
@@ -43,7 +43,7 @@ class _Of(Repeated):
     def read(self, name: str, given: object) -> Any:
         """Return one of `WORDS`, or names."""
         found = super().read(name, given)
-        return wanted(found[0] if len(found) == 1 and found[0] in WORDS else found)
+        return read_signals(found[0] if len(found) == 1 and found[0] in WORDS else found)
 
 
 @declared
@@ -99,7 +99,7 @@ class Parameters(StudyParameters):
         run |= {"measures": list(self.measure)}
         run |= {"verify": True} if self.verify else {}
         run |= {"solver": dict(self.solver)} if self.solver else {}
-        run |= {} if self.of == PLACES else {"of": spoken(self.of)}
+        run |= {} if self.of == PLACES else {"of": write_signals(self.of)}
         return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
 
 

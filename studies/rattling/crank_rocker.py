@@ -168,7 +168,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     return found | checks
 
 
-def drawn(joint: str) -> str:
+def signal_prefix(joint: str) -> str:
     """Return the beginning of a joint's force among the samples: B.coupler-rocker."""
     return f"{joint}.{'-'.join(BODIES[joint])}"
 
@@ -177,7 +177,7 @@ def samples(variant: Variant) -> dict[str, Array]:
     """Return arrays of one run by name, for signals.npz."""
     names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
     signals = {name: variant.result.signals[name] for name in names}
-    signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
+    signals |= {f"{signal_prefix(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 
@@ -211,7 +211,7 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
     each = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
     found = {f"{name}.band.time": time}
-    for signal in (*SAMPLES, *(f"{drawn(joint)}.fx" for joint in FORCES.values())):
+    for signal in (*SAMPLES, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found
@@ -248,7 +248,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
         "contact_force": _histories(
             result,
-            {f"{drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
+            {f"{signal_prefix(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
         ),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})

@@ -72,7 +72,7 @@ class Parameters(Assumptions, Judged):
         self.bars("N.s/m", 5e-3)
 
     @property
-    def chosen(self) -> list[str]:
+    def mode_sets(self) -> list[str]:
         """Sets to run, in order."""
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
@@ -92,10 +92,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        rockers = [flexibility(depth, each, p.rocker_damping) for each in p.chosen]
+        rockers = [flexibility(depth, each, p.rocker_damping) for each in p.mode_sets]
         damped = [each and set_damping(each, p.modal_damping, p.rocker_damping) for each in rockers]
         made = [p.bars(unit, depth, rocker) for rocker in damped]
-        found = dict(zip(p.chosen, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
+        found = dict(zip(p.mode_sets, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
         wrong += [f"{name}.{each}: {note}" for each, one in found.items() for note in one.notes]
         for each, one in found.items():
             metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
@@ -108,7 +108,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         **status_of(wrong),
         metrics=metrics,
-        work={"turns": len(p.cases) * len(p.chosen) * p.members * (p.settle + p.cycles)},
+        work={"turns": len(p.cases) * len(p.mode_sets) * p.members * (p.settle + p.cycles)},
         tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases)],
     )
 
@@ -126,7 +126,7 @@ def _count_modes(depth: float) -> dict[str, Metric]:
 def _numbers(p: Parameters, name: str, one: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
     """Return every claim's number for one set, over that of the rigid rocker and over that of the fullest set."""
     found: dict[str, Metric] = {}
-    level = p.level / (2 * len(CLAIMS) * (len(p.chosen) - 1) * len(p.cases))
+    level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))
     for claim in CLAIMS:
         own, of = one.means[claim.reading], claim.reading
         rigid, fullest = (Ratio(1.0, 0.0, 1.0) if one is other else ratio(own, other.means[of]) for other in (base, best))
@@ -177,7 +177,7 @@ def _modes_table(depth: float) -> Table:
 def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
     """Make a table of one case: a row a set, a column a number over the rigid rocker's, and its mark."""
     rows = []
-    for name in p.chosen:
+    for name in p.mode_sets:
         row = [NAMES[name]]
         for claim in SHOWN:
             over, mark = (metrics[f"{case}.{name}.{claim}.{key}"] for key in ("over_rigid", "agrees"))
@@ -195,7 +195,7 @@ def figure(result: StudyResult) -> Figure:
     p = result.of(Parameters)
     shape = {"squeeze": False, "sharey": True, "sharex": True}
     fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)
-    names = p.chosen[::-1]
+    names = p.mode_sets[::-1]
     for ax, case in zip(axes.ravel(), p.cases, strict=True):
         ax.axvline(1, color="#999999", linewidth=0.8)
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)

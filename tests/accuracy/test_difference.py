@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from buckler.mbs.accuracy.difference import Difference, contact_norms, levy, matched
+from buckler.mbs.accuracy.difference import Difference, contact_norms, levy, match_times
 from buckler.mbs.accuracy.trajectory import RESTING, SMALL, Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import onsets
@@ -127,10 +127,10 @@ def test_a_touch_that_one_of_two_runs_nearly_has_counts_by_its_force():
         depth = np.where(time < 1.0, 1e-2 * np.sin(2 * np.pi * time) - 9e-3 - gap, -1.0) + 1e-3 * (time >= 1.0)
         return made(time, c=(np.zeros_like(time), "N", Kind.CONTACT, "", "", 0.0, 0.0, "", NONE, depth, lambda d: 1e4 * d))
 
-    missed = Difference(near := run(1.5e-3), far := run(3e-3))._missed(near.signals["c"], far.signals["c"])
+    missed = Difference(near := run(1.5e-3), far := run(3e-3))._possible_contact_force(near.signals["c"], far.signals["c"])
     assert missed.max() == pytest.approx(10.0) and missed[0] == missed[-1] == 0.0
     a, b = run(0.5e-3), run(0.4e-3)
-    assert not Difference(a, b)._missed(a.signals["c"], b.signals["c"]).any()
+    assert not Difference(a, b)._possible_contact_force(a.signals["c"], b.signals["c"]).any()
 
 
 # --- trains of blows --------------------------------------------------------------------------------------------------
@@ -186,5 +186,5 @@ def test_levys_distance_of_a_shift_is_the_shift():
 
 
 def test_mutual_nearest_times_do_not_cross():
-    i, j = matched(np.array([0.1, 0.2, 0.21, 0.9]), np.array([0.11, 0.205, 0.5]))
+    i, j = match_times(np.array([0.1, 0.2, 0.21, 0.9]), np.array([0.11, 0.205, 0.5]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [0, 1])

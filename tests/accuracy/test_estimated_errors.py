@@ -94,7 +94,7 @@ def test_right_within_the_estimate_or_suspect(name, demand):
     mechanism, duration, truth = CASES[name]()
     found = delivered(mechanism, duration, DEMANDS[demand])
     assert found.run.failure is None
-    if not found.missed(DEMANDS[demand]) and not found.chaos:
+    if not found.shortfall(DEMANDS[demand]) and not found.chaos:
         assert found.errors.until == pytest.approx(duration)
         for key, true in true_errors(found.run, truth).items():
             if key in found.errors:

@@ -84,7 +84,7 @@ def test_the_estimate_is_no_less_than_the_error_of_the_run_that_is_handed_back(o
     answer, levels = found(power(order, 4e-3))
     true = 4e-3 * (levels[-1][0] / FIRST) ** order
     assert len(levels) == 2 and levels[0][0] / levels[1][0] == pytest.approx(8.0)
-    assert 1 <= answer.errors["P.x"] / true < 30 and answer.missed(Asked(1e-2)) == ""
+    assert 1 <= answer.errors["P.x"] / true < 30 and answer.shortfall(Asked(1e-2)) == ""
 
 
 @pytest.mark.parametrize("order", [0.25, 0.5, 0.75])
@@ -93,7 +93,7 @@ def test_a_third_run_knows_the_order(order):
     answer, levels = found(power(order, 0.06), 1e-2)
     true = 0.06 * (levels[-1][0] / FIRST) ** order
     assert 3 <= len(levels) <= 9 and 0.9 < answer.errors["P.x"] / true < 8
-    assert answer.missed(Asked(1e-2)) == "" or answer.errors["P.x"] > 1e-2
+    assert answer.shortfall(Asked(1e-2)) == "" or answer.errors["P.x"] > 1e-2
 
 
 def test_gains_are_observed_within_bounds():
@@ -106,25 +106,25 @@ def test_gains_are_observed_within_bounds():
 def test_an_error_that_does_not_get_smaller_ends_as_suspect():
     answer, levels = found(lambda tolerance, time: 0.1 * np.sin(1e3 * tolerance ** (1 / 7)) + 0 * time, 1e-3)
     assert len(levels) <= Levels.runs_at_most
-    assert answer.missed(Asked(1e-3)).startswith("ACCURACY: 'P.x' is off by")
+    assert answer.shortfall(Asked(1e-3)).startswith("ACCURACY: 'P.x' is off by")
 
 
 def test_without_a_finer_run_the_error_is_not_known():
     answer, _ = found(power(0.5, 1e-5), fails=[2])
-    assert not answer.errors.known and "not known (2 runs); a finer run ended as NEWTON_DIVERGED" in answer.missed(Asked(1e-3))
+    assert not answer.errors.known and "not known (2 runs); a finer run ended as NEWTON_DIVERGED" in answer.shortfall(Asked(1e-3))
 
 
 def test_a_coarse_run_that_fails_is_made_finer_and_a_late_failure_keeps_the_best():
     answer, levels = found(power(0.5, 1e-3), fails=[1])
     assert answer.run.failure is None and answer.errors.known and len(levels) == 3
     late, _ = found(power(0.5, 0.06), 1e-3, fails=[3])
-    assert late.errors.known and "a finer run ended as" in late.missed(Asked(1e-3))
+    assert late.errors.known and "a finer run ended as" in late.shortfall(Asked(1e-3))
 
 
 def test_energies_that_do_not_add_up_are_an_error_of_the_run():
     answer, _ = found(power(0.5, 1e-6), balance=2 * BALANCE_ALLOWED)
     assert answer.worst.key == BALANCE and answer.worst.ratio == pytest.approx(2.0)
-    assert found(power(0.5, 1e-6), balance=0.5 * BALANCE_ALLOWED)[0].missed(Asked(1e-3)) == ""
+    assert found(power(0.5, 1e-6), balance=0.5 * BALANCE_ALLOWED)[0].shortfall(Asked(1e-3)) == ""
 
 
 # --- chaos ------------------------------------------------------------------------------------------------------------
@@ -154,7 +154,7 @@ def test_refinements_that_cease_to_move_a_parting_end_as_chaotic():
 
 def test_a_motion_within_reach_of_the_digits_is_followed_to_its_end():
     answer, _ = found(exponential(12.0))
-    assert answer.chaos is None and answer.errors.until == 1.0 and answer.missed(Asked(1e-2)) == ""
+    assert answer.chaos is None and answer.errors.until == 1.0 and answer.shortfall(Asked(1e-2)) == ""
 
 
 def test_a_phase_that_drifts_is_no_chaos():
@@ -162,7 +162,7 @@ def test_a_phase_that_drifts_is_no_chaos():
         return (np.cos(3 * (1 + 30 * tolerance**0.75) * time) - np.cos(3 * time)) / np.ptp(RIGHT)
 
     answer, _ = found(drift)
-    assert answer.chaos is None and answer.missed(Asked(1e-2)) == ""
+    assert answer.chaos is None and answer.shortfall(Asked(1e-2)) == ""
 
 
 def test_a_snap_that_comes_later_parts_no_runs():

@@ -116,7 +116,7 @@ def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier,
     other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
     monkeypatch.setattr(second_opinion, "refine", lambda *_: Answer(other, tiny))
-    assert second_opinion.verified(result, made, 0.5, once).ok == agree
+    assert second_opinion.verify_by_other_solver(result, made, 0.5, once).ok == agree
 
 
 @pytest.mark.parametrize("accuracy", [None, 1e-3])

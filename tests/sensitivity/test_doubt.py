@@ -6,7 +6,7 @@ from simulations import BAR, pendulum
 
 from buckler.mbs import Controlled, Exudyn, Spectral, simulate, slider_crank
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.sensitivity.doubt import doubt
+from buckler.mbs.sensitivity.doubt import bound_error
 from buckler.mbs.sensitivity.reading import measure
 
 CASES = {
@@ -34,12 +34,12 @@ def read(text, pair):
 @pytest.mark.parametrize(("name", "text"), [(name, text) for name, (_, texts) in CASES.items() for text in texts])
 def test_a_measure_is_no_more_off_than_is_told(runs, name, text):
     found, right = read(text, runs[name])
-    assert abs(found - right) <= doubt(text, runs[name][0]) < 0.05 * max(abs(right), 0.1)
+    assert abs(found - right) <= bound_error(text, runs[name][0]) < 0.05 * max(abs(right), 0.1)
 
 
 def test_a_fifth_of_the_told_errors_would_not_do(runs):
     shares = [
-        abs(np.subtract(*read(text, runs[name]))) / doubt(text, runs[name][0])
+        abs(np.subtract(*read(text, runs[name]))) / bound_error(text, runs[name][0])
         for name, (_, all_) in CASES.items()
         for text in all_
     ]
@@ -47,4 +47,4 @@ def test_a_fifth_of_the_told_errors_would_not_do(runs):
 
 
 def test_without_an_estimate_nothing_is_told(runs):
-    assert np.isnan(doubt("max(A.x)", runs["pendulum"][1]))
+    assert np.isnan(bound_error("max(A.x)", runs["pendulum"][1]))

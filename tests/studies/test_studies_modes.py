@@ -186,4 +186,4 @@ def test_engine_that_fails_is_suspect(monkeypatch):
 
 def test_on_the_list_and_input():
     assert mode_sets.NAMES.keys() == SETS.keys()
-    assert Parameters(sets="axial_1").chosen == ["none", "axial_1", BEST]
+    assert Parameters(sets="axial_1").mode_sets == ["none", "axial_1", BEST]

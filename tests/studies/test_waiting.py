@@ -9,7 +9,7 @@ import pytest
 from own_file import metrics
 
 from buckler.mbs import Status
-from buckler.mbs.progress import Forecast, spoken
+from buckler.mbs.progress import Forecast, write_duration
 from buckler.studies.kit.cli import main
 
 
@@ -30,7 +30,7 @@ def test_the_time_is_told_within_three_seconds(clock, capsys):
     first = 10.0 - 2.0
     growth = [10 * 8 ** (k / 4) for k in range(1, 5)]
     said = capsys.readouterr().err
-    span = f"{spoken(first + growth[0])} to {spoken(first + sum(growth))}"
+    span = f"{write_duration(first + growth[0])} to {write_duration(first + sum(growth))}"
     assert said == f"arch: about {span} more; this run takes 10 s, and finer ones tell its error\n"
 
 
