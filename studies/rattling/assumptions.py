@@ -60,7 +60,7 @@ class JointAssumptions(Gravity):
     )
 
     @property
-    def turned(self) -> str:
+    def reversed_joints(self) -> str:
         """Joints whose pin is on the body that carries the bush by default; ValueError if one is named twice."""
         named = [name[0] for name in self.pin_on]
         if len(set(named)) < len(named):
@@ -75,7 +75,7 @@ class JointAssumptions(Gravity):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        pins = ", ".join(f"{j} on {BODIES[j][j in self.turned]}" for j in JOINTS)
+        pins = ", ".join(f"{j} on {BODIES[j][j in self.reversed_joints]}" for j in JOINTS)
         low, high = self.thresholds
         return f"Left open by the paper: gravity {self.down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
 

@@ -81,7 +81,7 @@ class PlayParameters(JointAssumptions):
         """Return the crank-rocker, some arguments of `bars` changed."""
         given: dict[str, Any] = {
             "law": self.law, "friction": self.friction, "gap": self.clearance, "depth": self.in_plane_depth, "pin": self.pin,
-            "speed": self.speed, "turned": self.turned, "gravity": self.pull,
+            "speed": self.speed, "turned": self.reversed_joints, "gravity": self.pull,
         }  # fmt: skip
         return bars(**given | changes)
 

@@ -61,7 +61,7 @@ class Parameters(StrikeParameters):
 
     def check(self) -> None:
         """One of each group is 0."""
-        self.given  # noqa: B018 - refuses any other number
+        self.given_numbers  # noqa: B018 - refuses any other number
 
     @property
     def wish(self) -> Wish:
@@ -69,7 +69,7 @@ class Parameters(StrikeParameters):
         return Wish(self.contact_force, self.impact_force, self.contact_angle)
 
     @property
-    def given(self) -> Given:
+    def given_numbers(self) -> Given:
         """Numbers fixed."""
         return Given(
             self.thickness or None, self.width or None, self.speed or None, self.mass or None, self.stop_stiffness or None,
@@ -91,13 +91,13 @@ def check(model: str, chosen: Design, p: StrikeParameters) -> ModelRun:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Design, and simulate one turn of what was designed."""
-    d = design(p.wish, p.given)
+    d = design(p.wish, p.given_numbers)
     bounds = {f"limit.{limit.name}": Metric(float(limit.use), "1") for limit in limits(d)}
     if not feasible(d):
         return StudyResult(parameters=p, status="INFEASIBLE", message=str(binding(d)), metrics=bounds)
     turn = check(p.model, d, p)
     found = read(turn)
-    asked = {"contact_force": found.force_180, "impact_force": found.impact_peak, "contact_angle": degrees(found.turned)}
+    asked = {"contact_force": found.force_180, "impact_force": found.impact_peak, "contact_angle": degrees(found.contact_turn)}
     wish = {name: degrees(value) if name == "contact_angle" else value for name, value in vars(d.wish).items()}
     metrics = {
         **{name: Metric(value, "deg" if name == "contact_angle" else "N", exact=wish[name]) for name, value in asked.items()},
@@ -122,7 +122,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def figure(result: StudyResult) -> Figure:
     """Draw the contact force over thickness and contact angle, grey where the impact force wished cannot be had with it."""
     p = result.of(Parameters)
-    d = design(p.wish, p.given)
+    d = design(p.wish, p.given_numbers)
     fig, ax = subplots(height=90)
     h, turned = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
     u = np.clip(d.given.lengths.shortening(pi, d.given.lengths.slider(pi - turned / 2)), 0.0, 1.0)

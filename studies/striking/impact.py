@@ -137,7 +137,7 @@ class Reading(NamedTuple):
     buckles_before_stop: bool = False
 
     @property
-    def turned(self) -> float:
+    def contact_turn(self) -> float:
         """Angle from first contact to the last [rad]."""
         return self.release_angle - self.contact_angle
 

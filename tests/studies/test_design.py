@@ -194,7 +194,7 @@ def test_random_wishes_come_true(count):
         settled += 1
         assert found.force_180 == pytest.approx(d.wish.contact_force, rel=5e-3), d
         assert found.impact_peak == pytest.approx(d.wish.impact_force, rel=2e-2), d
-        assert found.turned == pytest.approx(d.wish.contact_angle, abs=np.radians(0.5)), d
+        assert found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(0.5)), d
     assert settled >= 0.6 * count
 
 
@@ -211,7 +211,7 @@ def test_strut_does_what_was_asked(result):
     assert result.status == "OK", result.message
     for name, wished, bar in (("contact_force", 2.0, 5e-3), ("impact_force", 30.0, 2e-2), ("contact_angle", 120.0, 5e-3)):
         assert result.metrics[name].exact == pytest.approx(wished) and result.metrics[name].error < bar
-    d = design(study.Parameters().wish, study.Parameters().given)
+    d = design(study.Parameters().wish, study.Parameters().given_numbers)
     assert (value(result, "thickness"), value(result, "speed"), value(result, "width")) == (d.thickness, d.speed, 0.030)
     (ax,) = inked(study, result).axes
     assert "[mm]" in ax.get_xlabel() and "[deg]" in ax.get_ylabel()

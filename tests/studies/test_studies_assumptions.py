@@ -67,20 +67,20 @@ def test_engine_and_reference_agree_on_either_body(pins):
     p = crank_rocker.Parameters(**given, rocker=("rigid",), start_angle=0.0, duration=8e-3, settle=0.0, tolerance=1e-6)
     made = on_engine(p, "rigid", "OABC")
     q = FourBarParameters(**given)
-    assert q.turned == ("OABC" if pins == OTHER else "") and q.pull[1] == pytest.approx(-9.81)
+    assert q.reversed_joints == ("OABC" if pins == OTHER else "") and q.pull[1] == pytest.approx(-9.81)
 
     def compiled(**changes):
         bars = q.bars(angle=p.start_angle + chance(p.seed), **changes)
         return simulate(bars, 8e-3, solver=solver(bars, 1e-10))
 
-    one, two = compiled(), compiled(turned="" if q.turned else "OABC")
+    one, two = compiled(), compiled(turned="" if q.reversed_joints else "OABC")
     for name in ("coupler.x", "coupler.y", "rocker.x", "rocker.y"):
         assert np.abs(made.signals[name] - one.at(name, made.time)).max() < 1e-3 * 2.5e-4
     assert np.abs(two.at("rocker.x", one.time) - one["rocker.x"]).max() > 1e-6  # or the pins' side went untested
 
 
 def test_a_joint_has_one_pin():
-    assert FourBarParameters(pin_on="B.rocker").turned == "B" and len(PINS) == 8
+    assert FourBarParameters(pin_on="B.rocker").reversed_joints == "B" and len(PINS) == 8
 
 
 # --- the rest ---------------------------------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ def test_a_joint_has_one_pin():
 def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
     assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
-    assert p.turned == "" and p.pull == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
+    assert p.reversed_joints == "" and p.pull == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
     assert "gravity none in the plane" in p.describe() and "0.1 and 1 m/s" in p.describe()
 
 
