@@ -245,6 +245,28 @@ def test_block_takes_its_rough_cart_along(solver):
     assert result.time[still].min() == pytest.approx(meet, rel=2e-2)
 
 
+@pytest.mark.parametrize(
+    "solver",
+    [mbs.Spectral(mbs.Controlled(tolerance=1e-8)), mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), mbs.Closure()],
+    ids=["compiled", "engine", "closure"],
+)
+def test_driven_crank_scrapes_a_rough_face(solver):
+    """Friction takes mu times the integral of k d |v_x| dt, with d = r sin(w t) - h, v_x = -r w sin(w t)."""
+    r, w, h, k, mu = 0.1, 5.0, 0.0995, 1e5, 0.4
+    mechanism = mbs.Mechanism(
+        {"O": (0, 0), "A": (r, 0)},
+        [mbs.Link("crank", "O", "A", mbs.Rigid.of(mass=0.2, inertia=1e-3, centre=(r / 2, 0)))],
+        [mbs.Revolute("O", "ground", "crank")],
+        stops=[mbs.Stop("A", at=h, law=KelvinVoigt(k, 0.0), along=(0, 1), friction=Coulomb(mu))],
+        drives=[mbs.Drive("crank", w)],
+    )
+    result = fine(mbs.simulate(mechanism, 0.6, solver=solver, ledger=True))
+    t = np.linspace(0, 0.6, 200001)
+    rubbed = mu * np.trapezoid(k * np.maximum(r * np.sin(w * t) - h, 0) * abs(r * w * np.sin(w * t)), t)
+    assert result.energy["taken_friction"][-1] == pytest.approx(rubbed, rel=1e-3)
+    assert result.energy_balance < 1e-4
+
+
 WRONG = {
     "no direction": (dict(at=1.0), "stop at 'B': along: must be given"),
     "on itself": (dict(at=1.0, along=(1, 0), on="rod"), "must be another body"),
