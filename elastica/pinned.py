@@ -5,7 +5,7 @@ pins. Everything here is normalised by L and E I:
 
     u = end shortening / L,    p = P L^2 / (E I),    s = arc length / L.
 
-With the end angle alpha and the elliptic parameter m = sin^2(alpha/2), m1 = 1 - m,
+Let alpha be the end angle, m = sin^2(alpha/2) the elliptic parameter and m1 = 1 - m. Then:
 
     p = 4 K(m)^2                                                               (1)
     u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m)                                        (2)
@@ -202,9 +202,9 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
 
     Jacobi's functions have the argument v = 2 K s and the parameter m; R_D is Carlson's:
 
-        x = s - (m/K) (sn cd + sn^3 R_D(cn^2, dn^2, 1)/3),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd,
+        x = s - (m/K) (sn cd + sn^3 R_D(cn^2, dn^2, 1)/3),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd.
 
-    evaluated from the nearer end, so that both ends are exact: the far half is the mirror image.
+    They are evaluated from the nearer end, so that both ends are exact: the far half is the mirror image.
 
     Parameters
     ----------

@@ -3,19 +3,18 @@
 A planar rod of Reissner's theory: bending stiffness E I, axial stiffness E A, shear stiffness G A, stress-free tangent angle
 theta0(s). Everything is normalised by E I and by the stress-free arc length L: s in [0, 1], force F L^2/(E I), moment M L/(E I),
 a = E I/(E A L^2), g = E I/(G A L^2). Let theta be the rotation of the cross-section and m the bending moment. Let n = (nx, ny) be
-the force which the part beyond s exerts on the part before it; n is constant but for a jump at a point load. Then
-
+the force which the part beyond s exerts on the part before it; n is constant but for a jump at a point load. Then:
 
     x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos                                               (1)
     y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2)                                               (2)
     m' = nx y' - ny x',    theta' - theta0' = m                                                          (3)
 
-Integrated twice, with J[f](s) the integral of f from 0 to s,
+Let J[f](s) be the integral of f from 0 to s. Integrated twice:
 
-    theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'],                                           (4)
+    theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'].                                           (4)
 
-collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds theta, n at the start, and phi
-(pinned start) or m0 (clamped start). The three conditions at s = 1 prescribe either a place or the force that works on
+These are collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds theta, n at the start,
+and phi (pinned start) or m0 (clamped start). The three conditions at s = 1 prescribe either a place or the force that works on
 it.
 
 References

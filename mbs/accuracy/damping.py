@@ -1,9 +1,9 @@
-"""Vibration that numerical damping takes of a run, in closed form: of what two runs both damp their difference shows nothing.
+"""Vibration that numerical damping takes from a run, in closed form: the difference of two runs does not show what both lose.
 
-A strut is a spring that rings with the masses it holds, at a pace w [rad/s], with no damping of its own. A step h multiplies the
-amplitude of the ringing by |R(i w h)|, R the stability function of the integrator. What the steps take adds up to the amplitude
-A(t) of a force that the motion should still have at the time t; masses m err by A/(w m) in their speeds, and by A/(w^2 m) in
-their places. The force of a blow goes with the speed of its approach; its impulse errs by A/w.
+A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
+amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of all steps add up to the
+amplitude A(t) of a force that the motion should still have at time t. Masses m err by A/(w m) in speed, and by A/(w^2 m) in
+place. The force of a blow goes with the speed of its approach; its impulse errs by A/w.
 
 References
 ----------
@@ -27,9 +27,9 @@ Factor = Callable[[Array], Array]
 
 
 LIGHTER = 2.0
-"""Mass of the mechanism over that which rings: of two ends of a link the lighter one has at most half of it."""
+"""Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
 BEFORE = 3
-"""Samples before one, of which the largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
+"""Number of earlier samples whose largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
 
 
 def radau(angle: Array) -> Array:
@@ -39,12 +39,12 @@ def radau(angle: Array) -> Array:
 
 
 def unit_factor(angle: Array) -> Array:
-    """Factor of a method whose damping differs from run to run, or that has none."""
+    """Return 1, for a method that has no damping, or whose damping differs from run to run."""
     return np.ones_like(angle)
 
 
 def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
-    """Amplitude of force [N] that numerical damping took of struts up to each sample, the largest of all."""
+    """Return the amplitude of force [N] that numerical damping took from struts up to each sample, the largest of all struts."""
     most = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in run.struts:
@@ -56,7 +56,7 @@ def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
 
 
 def damped(run: Trajectory, factor: Factor) -> dict[Key, float]:
-    """Relative errors of places and blows of which both of two runs know nothing."""
+    """Return relative errors of places and of impacts that the difference of two runs does not show."""
     period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
     found = dict[Key, float]()
     if not period:

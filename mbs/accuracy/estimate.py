@@ -1,6 +1,6 @@
 """Error of the finer of two runs from their difference, and the time at which two runs part.
 
-With an error e ~ tol^q, the difference of runs B and C at tolerances tol_B > tol_C is e_B - e_C, and
+The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B > tol_C is e_B - e_C. So
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 

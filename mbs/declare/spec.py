@@ -25,13 +25,13 @@ class Spec:
     Attributes
     ----------
     unit : str
-        Of a quantity; '' for what is none.
+        Unit of a quantity; '' if the value has none.
     allowed : str
         Its range in words.
     words : str
-        What may stand there, in words of a message.
+        Values that are expected, in words of a message.
     metavar : str
-        What stands for a value in the help of the command line.
+        Placeholder of a value in the help of the command line.
     """
 
     unit: str = ""
@@ -44,11 +44,11 @@ class Spec:
         raise NotImplementedError
 
     def read(self, name: str, given: object) -> Any:
-        """Return the value as it is kept; ValueError, in one line that begins with the name, if it may not stand there."""
+        """Return the value as it is stored; ValueError, in one line that begins with the name, if it is not allowed."""
         raise NotImplementedError
 
     def write(self, name: str, value: Any) -> Any:
-        """Return a value that was read as a document has it."""
+        """Return a stored value in the form that documents have."""
         return value
 
     def schema(self) -> Schema:
@@ -62,7 +62,7 @@ class Spec:
 
 @dataclass(eq=False, repr=False)
 class Quantity(Spec):
-    """A number with a unit; `low` and `high` may stand there themselves unless they are open.
+    """A number with a unit; the bounds `low` and `high` are allowed values unless they are open.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Quantity(Spec):
     open_low, open_high : bool
     nonzero : bool
     hint : str
-        What is said to somebody who gave a number out of the range.
+        Advice in the message about a number out of the range.
     """
 
     unit: str = "1"
@@ -141,7 +141,7 @@ class Quantity(Spec):
 
 @dataclass(eq=False, repr=False)
 class Whole(Spec):
-    """A whole number from `low` to `high`; 8.0 and 1e3 are none."""
+    """A whole number from `low` to `high`; 8.0 and 1e3 are not accepted."""
 
     low: int = 0
     high: int = 10**9
@@ -265,7 +265,7 @@ class Nothing(Spec):
 
 
 class Anything(Spec):
-    """Whatever stands there, as it is: fields that are declared by nobody."""
+    """Any value, unchanged: for fields without a declaration."""
 
     def fits(self, given: object) -> bool:
         """Return True: every input will do."""

@@ -51,7 +51,7 @@ class EndFace(Declared):
     tolerance: float = quantity("m", above=0, doc="how far from it they may be", default=1e-7)
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Mask of the nodes."""
+        """Return the mask of the nodes that the joint holds."""
         return np.abs(nodes[:, 0] - joint[0]) <= self.tolerance
 
 
@@ -62,7 +62,7 @@ class PinHole(Declared):
     radius: float = quantity("m", above=0, doc="of the hole")
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Mask of the nodes."""
+        """Return the mask of the nodes that the joint holds."""
         return np.hypot(*(nodes - joint)[:, :2].T) <= 1.01 * self.radius
 
 
@@ -73,7 +73,7 @@ class Nearest(Declared):
     count: int = whole(3, 100_000, doc="how many", default=12)
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Mask of the nodes."""
+        """Return the mask of the nodes that the joint holds."""
         distance = np.linalg.norm(nodes - joint, axis=1)
         return distance <= np.sort(distance)[min(self.count, len(distance)) - 1] * (1 + 1e-9)
 
@@ -143,7 +143,7 @@ class BarModes(Declared):
     of_solid: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """One mode at least."""
+        """Raise a ValueError unless there is a mode."""
         if not self.bending + self.axial:
             raise ValueError("bending + axial = 0: must be one mode at least")
 
@@ -168,7 +168,7 @@ class AdamsDamping(Declared):
     high: float = quantity("1", low=0, high=10, doc="above: critical", default=1.0)
 
     def ratios(self, frequencies: ArrayLike) -> Array:
-        """Damping ratios of modes of these frequencies, Hz."""
+        """Return damping ratios [1] of modes of these frequencies [Hz]."""
         f = np.asarray(frequencies, dtype=float)
         return np.where(f < 100.0, self.low, np.where(f <= 1000.0, self.middle, self.high))
 
@@ -220,9 +220,9 @@ class Modal(Body):
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:
-        """Natural frequencies of its modes in the plane, Hz, (modes,), of a link this long [m]: free, or as its modes are made.
+        """Return natural frequencies [Hz] of the modes that move in the plane, at a length [m], with the modes' end conditions.
 
-        The other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` tells all of them.
+        Other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` has all of them.
         """
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
@@ -231,7 +231,7 @@ class Modal(Body):
         return find_offer("planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
-        """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""
+        """Return the damping ratio of all modes, or one for each of their angular frequencies [rad/s]."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:

@@ -48,7 +48,7 @@ class Slot(Joint):
         takes_moments(mechanism, (self.first, self.second), where)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the point stays on the line."""
+        """Yield the row that keeps the point on the line."""
         yield from on_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
@@ -56,7 +56,7 @@ class Slot(Joint):
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:
-        """Way along the line since t = 0, m, (times,)."""
+        """Return the travel along the line since t = 0 [m], shape (times,)."""
         on = f"{self.second}:{self.point}"
         apart = record.point(f"{self.first}:{self.point}")[0] - record.point(on)[0]
         found: Array = (apart * rotate(record.turn(on)[0], self.along)).sum(axis=1)
@@ -81,7 +81,7 @@ class Slider(Slot):
     keeps_angle: ClassVar[bool] = True
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the point stays on the line, and the angle as it is."""
+        """Yield the rows that keep the point on the line and the angle."""
         yield from super().rows(mechanism)
         yield from same_turn(self.point, self.first, self.second)
 

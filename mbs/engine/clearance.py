@@ -44,11 +44,11 @@ class ClearanceGroup:
     columns : array, shape (nodes, 3)
         Places of the element's coordinates in the engine's vector, once assembled.
     memory : array, shape (joints, 4)
-        What `clearance.MEMORY` names, of the last accepted step.
+        Variables at the last accepted step, by column as `laws.journal.MEMORY` names them.
     latest : array, shape (2,)
-        Latest time the element was asked for, s, and calls since then; infinite once it was asked too often.
+        Latest time at which the engine called the element [s], and the number of calls at it; infinite once too many.
     remembers : bool
-        True if a law asks for anything of that.
+        True if a law depends on the memory.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -65,11 +65,11 @@ class ClearanceGroup:
         self._before: Array | None = None
 
     def locate(self, system: System) -> None:
-        """Take down where the element's coordinates lie, once the system is assembled."""
+        """Find the columns of the element's coordinates, once the system is assembled."""
         self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
-        """Take over an accepted step where a law remembers: bristles, onset speeds of contacts that have just begun.
+        """Update the memory after an accepted step: bristles, and onset speeds of contacts that have just begun.
 
         Returns
         -------
@@ -122,11 +122,12 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
 
 
 def _memory(group: int, k: int, run: History, _record: Record) -> Array:
+    """Return the memory of one joint over the run."""
     return run.memory[group][:, k]
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
-    """One side of a joint with clearance; its node joins `nodes`."""
+    """Return one side of a joint with clearance; add its node to `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
         return End(-1, (x, y), (0.0, 0.0))
@@ -139,7 +140,7 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
 
 
 def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack ends, radii and laws for the kernel: ints (joints, 2), floats (joints, what `journal` names and the constants)."""
+    """Pack ends, radii and constants of laws for the kernel: ints (joints, 2) and floats (joints, columns)."""
     places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
         [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel_of(joint.law, joint.friction).constants]

@@ -2,7 +2,7 @@
 
 K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 + 1/R2, a pin
 in a bush 1/R = 1/R_pin - 1/R_bush. This is the rule for spheres; studies of clearance joints use it for pins too. It
-holds for small contact patches; a pin that nearly fills its bush conforms to it, and is no longer described by K d^1.5.
+holds for small contact patches. A pin that nearly fills its bush touches it over a wide arc: K d^1.5 then fails.
 
 References
 ----------
@@ -16,7 +16,7 @@ from ..validate import number, positive
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
-    """E* [Pa] of two bodies in contact; the second is like the first unless given.
+    """Return the effective modulus E* [Pa] of two bodies in contact; the second is like the first unless given.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def effective_modulus(young1: float, poisson1: float, young2: float | None = Non
 
 
 def hertz_external(modulus: float, radius1: float, radius2: float) -> float:
-    """K [N/m^1.5] of two convex bodies: R = R1 R2/(R1 + R2).
+    """Return the stiffness K [N/m^1.5] of two convex bodies: R = R1 R2/(R1 + R2).
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def hertz_external(modulus: float, radius1: float, radius2: float) -> float:
 
 
 def hertz_internal(modulus: float, pin: float, bush: float) -> float:
-    """K [N/m^1.5] of a pin in a bush: R = R_pin R_bush/(R_bush - R_pin).
+    """Return the stiffness K [N/m^1.5] of a pin in a bush: R = R_pin R_bush/(R_bush - R_pin).
 
     Parameters
     ----------

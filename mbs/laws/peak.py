@@ -4,8 +4,8 @@ A mass m comes to F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(m/K) a
 
     x dx = -w dw/(1 + chi w),     f = x (1 + chi w),                                (1)
 
-so that f is largest where w = chi x^2. There x^2 = 2 E(w), with E(w) the integral of s/(1 + chi s) from w to 1. The root is,
-with y = 1 + chi w,
+so that f is largest where w = chi x^2. There x^2 = 2 E(w), with E(w) the integral of s/(1 + chi s) from w to 1. Let y = 1 +
+chi w. The root is
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)),        (2)
 
@@ -14,7 +14,7 @@ order, by q I, with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f i
 
     F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
 
-Equation (2) is exact, and so is F = Q + sqrt(Q^2 + S^2) for chi = 0. Both are met, and (3) to first order, by
+Equation (2) is exact, and so is F = Q + sqrt(Q^2 + S^2) for chi = 0. The following meets both, and (3) to first order:
 
     F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2],                                           (4)
 

@@ -26,13 +26,13 @@ class ReducedModel:
     Attributes
     ----------
     nodes : array, shape (n, 3)
-        Of the mesh, in link axes [m].
+        Places of the mesh's nodes in link axes [m].
     cells : str, array of int, shape (cells, corners)
         Shape of the mesh's cells and the nodes at their corners, as meshio has them.
     numbers : array of int, shape (m,)
-        Of the modes among all flexible ones.
+        Numbers of the modes among all flexible ones.
     omega, damping : arrays, shape (m,)
-        rad/s and 1. The modal stiffness is omega^2.
+        Angular frequencies [rad/s] and damping ratios [1]; the modal stiffness is omega^2.
     modes : array, shape (m, n, 3)
         Displacements of the nodes [1/sqrt(kg)].
     participation : array, shape (m, 4)
@@ -40,7 +40,7 @@ class ReducedModel:
     length, mass, centre
         Distance of the joints, m; kg; centre of mass in link axes, m, shape (3,).
     inertia : float
-        About the centre of mass, in the plane [kg m^2].
+        Moment of inertia about the centre of mass, in the plane [kg m^2].
     radial, gram, gyration : arrays, shape (m,), (m, m), (m, m)
         Integrals over the mass of X . phi_k, phi_k . phi_l and phi_k x phi_l, in-plane parts, X from the centre of mass.
     at_stations : array, shape (3 stations, m, 6)
@@ -69,7 +69,7 @@ class ReducedModel:
 
     @property
     def frequencies(self) -> Array:
-        """Hz, shape (m,)."""
+        """Natural frequencies [Hz], shape (m,)."""
         return self.omega / (2 * np.pi)
 
     @property
@@ -154,13 +154,13 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     arms = (solid.nodes - solid.centre)[:, :2]
     plane = modes[..., :2]
     heavy = np.array([solid.mass @ mode for mode in plane]).reshape(-1, *arms.shape)
-    swirl = np.einsum("kn,ln->kl", plane[..., 0], heavy[..., 1])
+    moments = np.einsum("kn,ln->kl", plane[..., 0], heavy[..., 1])
     return ReducedModel(
         solid.nodes, solid.cells, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
         inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
         radial=np.einsum("na,kna->k", arms, heavy),
         gram=np.einsum("kna,lna->kl", plane, heavy),
-        gyration=swirl - swirl.T,
+        gyration=moments - moments.T,
         at_stations=at_stations,
         line=line,
         line_modes=line_modes,
@@ -185,7 +185,7 @@ def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple
 
 
 def _choose(modal: Modal, seen: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
-    """Indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes drop out."""
+    """Return indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes are left out."""
     wanted: Any = modal.modes
     if wanted.numbers is None:
         chosen = np.flatnonzero(seen)

@@ -60,7 +60,7 @@ def read(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the file is none.
+        If the file holds no result.
     """
     data = np.load(Path(path), allow_pickle=False)
     if not isinstance(data, np.lib.npyio.NpzFile):
@@ -89,7 +89,7 @@ def read(path: str | Path) -> dict[str, Any]:
 
 
 def _errors(head: Mapping[str, Any]) -> Errors:
-    """Return the errors a file holds: those of an older version are the motion's."""
+    """Return the errors that a file holds; a file of an older version has one number, the error of the motion."""
     found = head.get("error", nan)
     return Errors.of(found) if isinstance(found, dict) else Errors(float(found), {}, head.get("error_kind", ""))
 
@@ -102,4 +102,5 @@ def _film(arrays: Mapping[str, Array]) -> Any:
 
 
 def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
+    """Return the arrays whose names begin with a prefix, by the rest of their names."""
     return {name.removeprefix(prefix): value for name, value in arrays.items() if name.startswith(prefix)}

@@ -16,7 +16,7 @@ from .reading import ARGUMENTS, parse_reading, value_of
 NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
 """Norm of a signal's error that bounds a reading; PEAK bounds the others."""
 APART = ("begins", "ends", "peak")
-"""Readings of single contacts: a force is zero between them, whatever its error."""
+"""Readings of single contacts: an error of the force counts only while there is contact, as the force is zero between."""
 
 
 def bound_error(text: str, result: Result) -> float:

@@ -1,4 +1,4 @@
-"""Runs of the compiled solver for derivatives, fits and designs; one that does not end is an exception."""
+"""Runs of the compiled solver for derivatives, fits and designs; a run that ends early raises an exception."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..spectral.scene import CompiledScene
 from .reading import RunFailedError
 
 before_run: ContextVar[Callable[[], object]] = ContextVar("before_run", default=lambda: None)
-"""Function that is called before each run, as by a command that shows their number."""
+"""Function that is called before each run; a command counts and shows the runs with it."""
 
 
 def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
@@ -28,7 +28,7 @@ def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
-    """Integrate implicitly; the run has the signals that a text names, or all.
+    """Integrate implicitly; the run has the signals that the text `asked` names, or all.
 
     Raises
     ------

@@ -1,17 +1,17 @@
 """One step of the collocation at three Radau points, compiled: first guess, error, projection; `newton` solves it.
 
-Unknowns are rates V_i and multipliers L_i at the nodes c_i, with A = (a_ij) the integrals of the nodes' Lagrange polynomials,
+Unknowns are rates V_i and multipliers L_i at the nodes c_i, with A = (a_ij) the integrals of the nodes' Lagrange polynomials:
 
-    Q = q + h A V,    M A_i = f(Q_i, V_i) - G^T L_i,    A^-1 (V - v)/h = (A_i),    G(Q_i) V_i = speed(t + c_i h),
+    Q = q + h A V,    M A_i = f(Q_i, V_i) - G^T L_i,    A^-1 (V - v)/h = (A_i),    G(Q_i) V_i = speed(t + c_i h).
 
-that is, constraints at the level of velocities: index 2, in which places and rates are of fifth order. Its eigenvalues take A^-1
-apart into one real problem of the mechanism's size and one complex one; with mu an eigenvalue and k = h/mu,
+These are constraints at the level of velocities: index 2, in which places and rates are of fifth order. Its eigenvalues take A^-1
+apart into one real problem of the mechanism's size and one complex one. With mu an eigenvalue and k = h/mu:
 
     [ M + k C + k^2 K   G^T ] [ dV   ]     [ k R ]
     [ G                 0   ] [ k dL ]  = -[ r   ],
 
 R and r what the equations lack. Strips' stresses are further unknowns, see `strips`. The local error is that of the embedded
-method of third order, freed by the real matrix of what steps of this length need not resolve,
+method of third order; the real matrix filters parts that steps of this length need not resolve:
 
     e = (mu/h - J)^-1 (y'(t) + sum_i e_i (Y_i - y)/h).
 

@@ -1,7 +1,8 @@
 """Forces whose law has states, compiled, with their derivatives.
 
 A state is the velocity of a coordinate of unit mass, and its rate the force there: each has a marker of its own, whose angle is
-that coordinate. With p the places of the marker that is pushed, one angle or x and y, and c all of these coordinates and p,
+that coordinate. Let p be the places of the marker that is pushed, one angle or x and y, and c all of these coordinates and
+p. Then:
 
     dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp'_c = J_c dv + J'_c dq,
 

@@ -31,17 +31,17 @@ BEND = 0.15
 CORNER = 0.5
 """Largest turn of the coordinates in a step [rad]; a step that turns more has jumped to a crossing path."""
 ASIDE = (1e-2, 1e-3, 5e-2)
-"""Half widths, over the step, of the stencils for a crossing; the last serves paths that separate before they cross."""
+"""Half widths, over the step, of the stencils for a crossing. The last is for paths that pass each other without crossing."""
 ALIKE = 1e-3
-"""Largest difference of the roots of two polynomials, over the spacing of the stencil."""
+"""Largest difference, over the spacing of the stencil, of roots by 4 and by 6 points; above it `root` is used."""
 SAME = 1e-2
 """Largest distance of an equilibrium on the path from the curve of a step, over the step."""
 CLOUD = 3
 """Number of known equilibria through which a step is interpolated."""
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs over which a path is extended into or out of a contact, and lengths of the first step behind it."""
+"""Arcs that are tried ahead for a contact that opens or closes, and lengths of the first step behind it."""
 HALVINGS = 30
-"""Halvings of such an arc, down to where the contact closes or opens."""
+"""Number of halvings that locate this contact: a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
 SHARP = 1e-7
 """Difference of the two roots, over the step, at which no narrower stencil is tried: an upper bound of the error."""

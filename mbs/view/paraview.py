@@ -35,7 +35,7 @@ class Solid(NamedTuple):
 
 
 def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None = None) -> FilePath:
-    """Write a run; see `Result.write_paraview`."""
+    """Write the motion of a run as an .xdmf file, at its movie's times or others [s]; see `Result.write_paraview`."""
     from meshio.xdmf import TimeSeriesWriter
 
     path = FilePath(path)
@@ -87,7 +87,7 @@ def _solids(movie: Movie, record: Record | None) -> Iterator[Solid]:
 
 
 def _at_height(plane: Array, height: ArrayLike) -> Array:
-    """Places (times, n, 2) as places in space at a height [m]."""
+    """Lift places in the plane (times, n, 2) to a height [m] in space."""
     return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
 
 

@@ -2,8 +2,8 @@
 
 A reference shares nothing with what it judges. Loads of the buckled strip are held against the boundary value problem of the
 element's own theory, a chain of bars against Lagrange's equations of an n-fold pendulum. Of other motions there is no exact
-solution: the compiled solver is judged by a fine run of the engine, the engine by a fine run of the compiled solver, and the
-difference of the two is part of what is found.
+solution: the compiled solver is judged by a fine run of the engine, and the engine by a fine run of the compiled solver. The
+difference of the two is part of the result.
 """
 
 from __future__ import annotations

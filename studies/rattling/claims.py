@@ -2,7 +2,7 @@
 
 The paper on rattling joints shows x-velocities (Figs 5, 6), x-accelerations (7, 8) and x contact forces (9, 10) of one run.
 It says that with the flexible rocker they fluctuate less, peak lower and run smoother. A run of rattling joints is one draw
-of many, so a claim is decided by means over turns of many runs, rigid and flexible, with the standard error of their ratio.
+of many. So a claim is decided by means over turns of many runs, rigid and flexible, with the standard error of their ratio.
 """
 
 from __future__ import annotations
@@ -67,9 +67,10 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 
 @lru_cache(maxsize=16)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
-    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, periodic functions of the time since the
-    crank's angle was 0, by the names that readings of claims have for them.
-    """  # fmt: skip
+    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by the names that readings have.
+
+    They are periodic functions of the time since the crank's angle was 0.
+    """
     made, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
     plain = simulate(made, times[-1], solver=Closure(Equal(4000)))  # samples that splines join to 1e-6
     found = {}

@@ -2,8 +2,8 @@
 
 Every point of the grid is one strike of the beam of `slider-crank`, read as the strip's largest compression and the stop's
 largest force, both over the Euler load P. A theory that knows nothing of the simulation, a strip of sine modes (`sine_strip`),
-stands beside it. Two numbers decide the regime: the strip's bend on arrival over its radius of gyration, and the rise of the
-compression in Euler loads over a radian of its first vibration,
+stands beside it. Two numbers decide the regime. One is the strip's bend on arrival over its radius of gyration. The other is the
+rise of the compression in Euler loads over a radian of its first vibration:
 
     s = K' v/(P w1 cos phi),
 

@@ -8,10 +8,10 @@ elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
     contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12             (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega (3)
 
-At the dead centre the coupler lies on the slider's line, and the stop has given way by F_c/K. In the impact a coupler that
-never pushes with more than its Euler load pushes with Q = P_cr cos(phi) - f, f the friction of the slider, as soon as the
-strip has been pressed up to that load. Until then a time t has passed in which the slider, slowed down by K (1 + chi) v t,
-has fallen behind by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4 and so
+At the dead centre the coupler lies on the slider's line, and the stop has given way by F_c/K. A coupler that never
+pushes with more than its Euler load pushes in the impact with Q = P_cr cos(phi) - f, f the friction of the slider. It does so
+once the strip is pressed up to that load, after a time t. Until then K (1 + chi) v t slows the slider down. It falls behind
+by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4. So:
 
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2,                   (4)
 
@@ -116,7 +116,7 @@ class Design:
     """A mechanism that does what was wished, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
     `stop` is its place on the slider's line, `angle` that of the crank at first contact, `shortening` the strip's largest over
-    its length, `push` and `strength` are Q and S - D of equation (3); strength is 0 where the push alone is too much.
+    its length; `push` and `strength` are Q and S - D of equation (3); strength is 0 where the push alone is too much.
     """
 
     wish: Wish

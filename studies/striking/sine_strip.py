@@ -1,7 +1,7 @@
 """One strike with the coupler a strip of sine modes: a theory of a few lines beside the simulated strike.
 
 The coupler from the crank's pin A to the slider B has bending stiffness E I, mass mu a length, axial stiffness E A, and no axial
-inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it, so that its compression is
+inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it. So its compression is:
 
     P = (E A/L) (L - l - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),     l = |AB|,                                        (1)
 

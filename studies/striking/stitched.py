@@ -2,8 +2,8 @@
 
 1. Rigid: the coupler stays straight, the slider follows from the loop closure (eqs 1-5).
 2. Impact: the slider, of mass m, meets the stop at speed v and leaves it at e v (eq. 6); the stop feels a pulse
-   F = m (1 + e) v / dt. The coupler pushes it back with the constant force F_c of that crank angle, friction f opposes
-   its motion, so it comes back at e v sqrt((F_c - f)/(F_c + f)), and so on until its rebounds are negligible.
+   F = m (1 + e) v / dt. The coupler pushes it back with the constant force F_c of that crank angle; friction f opposes
+   its motion. So it comes back at e v sqrt((F_c - f)/(F_c + f)), and so on until its rebounds are negligible.
 3. Contact: the slider rests against the stop and feels F_c = p(u) E I/L^2 cos(phi) (eqs 7-13), quasi-statically, until
    the coupler is straight again.
 
@@ -73,7 +73,7 @@ class Rebound(NamedTuple):
 class Stitched:
     """The slider-crank with a stop, as published.
 
-    Mass of the slider [kg], restitution e, friction at any speed [N], dt of one impact [s], E I of the strip [N m^2], lengths,
+    Mass of the slider [kg], restitution e, friction at any speed [N], dt of one impact [s], E I of the strip [N m^2]; lengths,
     place of the stop on the slider's line [m], and normalised force p(u).
     """
 

@@ -1,7 +1,7 @@
 """The slider-crank over strip thickness and crank speed: contact force, impact, duration of the contact, energy balance.
 
 Every case is a run of the study `slider-crank`, one model each, swept over processes. The force with which the strip
-presses on the stop at the dead centre goes with the cube of the thickness and not with the speed, as long as the strip has
+presses on the stop at the dead centre goes with the cube of the thickness. It does not depend on the speed if the strip has
 time to come to rest: the published ratios are 27 and 125. Where it has not, the case says why: the slider is still in the
 air, or its inertia and friction have buckled the strip before it got to the stop. The cube is read off at a speed low
 enough for every strip.

@@ -1,8 +1,8 @@
 """A pinned column whose ends approach at constant speed: Hoff's problem, its first mode, and its peak force.
 
 The column of critical load P_E, first bending frequency w1, radius of gyration r and length L has the stress-free bow
-a0 sin(pi x/L). With a its whole amplitude, tau = w1 t and the force p = P/P_E in units of the critical load, its
-first mode obeys
+a0 sin(pi x/L). Let a be its whole amplitude, tau = w1 t, and p = P/P_E the force in units of the critical load. Its
+first mode obeys:
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2),                           (1)
 
