@@ -8,8 +8,10 @@ from ..validate import short
 
 WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
 """Groups of signals that an accuracy can be asked of, besides signals by their names."""
-FINEST, COARSEST = 1e-6, 0.1
-"""Accuracies that can be asked for; contact laws are known no better than the coarsest."""
+FINEST = 1e-6
+"""Finest accuracy that can be asked for [1]; contact laws are known far less well."""
+COARSEST = 0.1
+"""Coarsest accuracy that can be asked for [1]; contact laws are known no better."""
 
 
 def read_signals(of: str | Sequence[str]) -> str | tuple[str, ...]:

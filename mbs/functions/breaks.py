@@ -24,14 +24,20 @@ MOST = 20_000
 """Most jumps and kinks that are located: each costs a run some steps, so that looking costs less than a tenth of it."""
 QUICK = 2000
 """Most edges of smooth pieces: steps follow a function with more of them by themselves."""
-OUTSTANDING, REACHES = 30.0, (6, 9)
-"""Second difference of a jump or kink over those of neighbours, and their distances [samples]: another edge lies at one only."""
-DEGREE, FEWEST = 8, 4
-"""Degree of the polynomials, and least number of sample intervals of a piece."""
+OUTSTANDING = 30.0
+"""Least second difference of a jump or kink, over those of its neighbours."""
+REACHES = (6, 9)
+"""Distances of the neighbours [samples]: another edge lies at one of them only."""
+DEGREE = 8
+"""Degree of the polynomials."""
+FEWEST = 4
+"""Least number of sample intervals of a piece."""
 MISFIT = 1e-3
 """Error allowed of a polynomial, over the range; times a step over the run, over the integral: a step may miss that much."""
-HALVINGS, SAME = 60, 1e-12
-"""Halvings of an interval, down to neighbouring floats; relative difference of equal values, and of equal times over the run."""
+HALVINGS = 60
+"""Number of halvings of an interval, down to neighbouring floats."""
+SAME = 1e-12
+"""Relative difference of equal values, and of equal times over the run."""
 AT_ONCE = 64
 """Least number of arguments that are tried as an array."""
 MOST_OTHERS = 20

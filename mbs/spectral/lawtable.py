@@ -9,8 +9,10 @@ from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
 bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
-AFTER, BEFORE = 1e-6, -1e-6
-"""Step, s, of the difference that gives a drive's acceleration just after a time or just before it: short beside any motion."""
+AFTER = 1e-6
+"""Step [s] of the difference that gives a drive's acceleration just after a time: short beside any motion."""
+BEFORE = -1e-6
+"""Step [s] of the difference that gives a drive's acceleration just before a time."""
 
 
 @noinline

@@ -36,10 +36,14 @@ MASS = 0.3
 """Mass of the slider [kg]."""
 STIFFNESS = 1e5
 """Stiffness of its stop [N/m], which is damped critically."""
-PIN, GAP = 5e-3, 2.5e-4
-"""Radius of the pins, radial clearance of the joints [m]."""
-LINKS, SIDE = 16, 0.1
-"""Links of a chain, and the length of one [m]."""
+PIN = 5e-3
+"""Radius of the pins [m]."""
+GAP = 2.5e-4
+"""Radial clearance of the joints [m]."""
+LINKS = 16
+"""Number of links of a chain."""
+SIDE = 0.1
+"""Length of a chain's link [m]."""
 
 
 def _engine() -> ModuleType:

@@ -29,8 +29,10 @@ from .verdict import Verdict
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
 """Accuracies asked of a run, each as often as the others; most often none."""
 BARS = mbs.Section(0.005, 0.020, STEEL)
-LEAST, MOST = 1e-4, 1e4
-"""Errors over what is allowed at which the figure ends; what lies beyond is drawn there."""
+LEAST = 1e-4
+"""Least error, over the one allowed, of the figure; smaller ones are drawn there."""
+MOST = 1e4
+"""Largest error, over the one allowed, of the figure; larger ones are drawn there."""
 
 
 def strike(dice: Dice) -> Made:
