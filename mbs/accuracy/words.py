@@ -9,7 +9,7 @@ from ..validate import short
 WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
 """Groups of signals that an accuracy can be asked of, besides signals by their names."""
 FINEST = 1e-6
-"""Finest accuracy that can be asked for [1]; contact laws are known far less well."""
+"""Finest accuracy that can be asked for [1]."""
 COARSEST = 0.1
 """Coarsest accuracy that can be asked for [1]; contact laws are known no better."""
 
