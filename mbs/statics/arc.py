@@ -146,9 +146,9 @@ class Arc:
         return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
-        """Check that an equilibrium lies on the curve of a step, not only near it."""
-        arc = self.reach(step, rest)
-        return 0.0 < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < SAME * step.arc
+        """Check that an equilibrium lies on the curve of a step, ahead of its start, not only near it."""
+        arc, near = self.reach(step, rest), SAME * step.arc
+        return near < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < near
 
     def reach(self, step: Step, rest: Rest) -> float:
         """Return the coordinate of an equilibrium along the direction of a step."""
