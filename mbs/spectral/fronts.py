@@ -2,8 +2,9 @@
 
 Each front is the sum of the matrix's entries that belong to its pivots and of what the fronts before it hand over. Gauss
 elimination of its pivots, the largest first of those in its column, leaves their factors in place, and what it hands over in
-turn. Among rows of constraints the largest on the diagonal comes first, with its column: where two rows say nearly the same,
-as the pins of two bars do that are pinned twice, the better one is kept in every pose.
+turn. Among rows of constraints one that is weak on the diagonal gives way to the largest, with its column: where two rows say
+nearly the same, as the pins of two bars do that are pinned twice, the better one is kept in every pose. Else they keep their
+order, as a multiplier that is left out stays as it is guessed.
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
@@ -21,6 +22,8 @@ from .elimination import Fronts
 
 ROUNDED = 1e-13
 """A row's pivot below this share of what it is a difference of is rounding."""
+WEAK = 1e-4
+"""Share of the largest of the diagonal below which a row's pivot gives way: rows change their order near singular poses alone."""
 
 
 class Orders(NamedTuple):
@@ -80,6 +83,8 @@ def _eliminate(order, factors, swaps, amount, f):
             for i in range(c + 1, pivots):
                 if abs(factors[at + i * (size + 1)]) > abs(factors[at + r * (size + 1)]):
                     r = i
+            if abs(factors[at + c * (size + 1)]) > WEAK * abs(factors[at + r * (size + 1)]):
+                r = c
             if r != c:
                 _swap_rows(factors, at, size, c, r)
                 for i in range(size):
