@@ -78,20 +78,7 @@ def _eliminate(order, factors, swaps, amount, f):
     )
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = c
-        if row > 0:
-            for i in range(c + 1, pivots):
-                if abs(factors[at + i * (size + 1)]) > abs(factors[at + r * (size + 1)]):
-                    r = i
-            if abs(factors[at + c * (size + 1)]) > WEAK * abs(factors[at + r * (size + 1)]):
-                r = c
-            if r != c:
-                _swap_rows(factors, at, size, c, r)
-                for i in range(size):
-                    k = at + i * size
-                    factors[k + c], factors[k + r] = factors[k + r], factors[k + c]
-                u, v = order.unknowns[first + c], order.unknowns[first + r]
-                amount[u], amount[v] = amount[v], amount[u]
+        r = _bring_strong(order, factors, amount, f, c) if row > 0 else c
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -119,7 +106,29 @@ def _eliminate(order, factors, swaps, amount, f):
 
 
 @draft
+def _bring_strong(order, factors, amount, f, c):
+    """Let pivot c, where it is weak on the diagonal, change places with the largest, row and column; return that one's place."""
+    pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
+    r, here = c, abs(factors[at + c * (size + 1)])
+    largest = here
+    for i in range(c + 1, pivots):
+        found = abs(factors[at + i * (size + 1)])
+        if found > largest:
+            r, largest = i, found
+    if r == c or here > WEAK * largest:
+        return c
+    _swap_rows(factors, at, size, c, r)
+    for i in range(size):
+        k = at + i * size
+        factors[k + c], factors[k + r] = factors[k + r], factors[k + c]
+    u, v = order.unknowns[first + c], order.unknowns[first + r]
+    amount[u], amount[v] = amount[v], amount[u]
+    return r
+
+
+@draft
 def _swap_rows(factors, at, size, c, p):
+    """Let rows c and p of the front that begins at `at` change places."""
     upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
     for j in range(size):
         upper[j], other[j] = other[j], upper[j]
