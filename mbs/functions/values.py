@@ -264,6 +264,7 @@ class TableIntegral(Integral):
             raise ValueError(f"of = {table!r}: must be a Table")
         spline = table._spline() if table.smooth else make_interp_spline(table.times, table.values, k=1)
         object.__setattr__(self, "_curve", spline.antiderivative())
+        object.__setattr__(self, "_at_zero", self._since_first(0.0))
 
     def span(self, duration: float) -> None:
         """Take any span: nothing is searched for."""
@@ -276,7 +277,7 @@ class TableIntegral(Integral):
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Integral from 0 to t, s."""
-        found = self._since_first(t) - self._since_first(0.0)
+        found = self._since_first(t) - self._at_zero  # type: ignore[attr-defined]
         return found if isinstance(t, np.ndarray) else float(found)
 
 
