@@ -92,15 +92,6 @@ def path(
     return _ladder(run, degree)
 
 
-def ends(problem: Problem, load: float) -> list[Rest]:
-    """Find equilibria at a load, at the ends of the path to it and of the paths that leave that one."""
-    try:
-        first = _Follower(problem, load, None, STEPS, FIRST, LONGEST).whole(True)
-    except StaticsError:
-        return []
-    return [Rest(each.q[-1], each.multipliers[-1], load) for each in (first, *first.branches) if each.ended == "reached"]
-
-
 def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
     if parameter is not None:
         return Varied(mechanism, parameter, degree)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,12 +11,11 @@ from ..mechanism import Mechanism
 from ..process import one_thread
 from ..spectral import tables as k
 from ..spectral.scene import CompiledScene, Place
-from ..validate import number, one_of
+from ..validate import number
 from .algebra import sparse_null_space
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
-from .follow import DEGREE, ends
 from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places, prolong
-from .settling import RunsAwayError, SlackError, check_ropes, find, others
+from .settling import RunsAwayError, SlackError, check_ropes, find
 
 FRICTION = "friction may hold it elsewhere"
 
@@ -46,8 +44,6 @@ class Equilibrium(Answer):
         Links that a small motion moves without resistance: the equilibrium is one of many.
     error : float
         Error of positions over the longest link, and of angles [rad]: change by a higher degree of the strips, and last step.
-    others : tuple of Equilibrium
-        Further equilibria, on request.
     """
 
     scene: CompiledScene
@@ -58,7 +54,6 @@ class Equilibrium(Answer):
     growth: float
     neutral: tuple[str, ...]
     error: float
-    others: tuple[Equilibrium, ...] = ()
 
     def point(self, link: str, point: str) -> Place:
         """Return the place of a point of a link."""
@@ -82,7 +77,7 @@ class Equilibrium(Answer):
 @one_thread()
 def equilibrium(
     mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None,
-    scene: CompiledScene | None = None, all: bool = False,
+    scene: CompiledScene | None = None,
 ) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
@@ -100,8 +95,6 @@ def equilibrium(
         Coordinates near the answer; of a scene of `degree`.
     scene : CompiledScene, optional
         CompiledScene of this mechanism to reuse, with its degree.
-    all : bool
-        True to find further equilibria, stable or not: on the path from zero load, on paths that leave it, and by deflation.
 
     Returns
     -------
@@ -115,7 +108,6 @@ def equilibrium(
     """
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
-    one_of("all", all, (bool,))
     fixed = degree is not None or scene is not None
     scene = scene or CompiledScene.of(mechanism, degree)
     problem = Problem(scene, loads_of(scene))
@@ -124,27 +116,11 @@ def equilibrium(
         start = start._replace(q=check_coordinates("guess", guess, problem.scene))
     try:
         rest, message = find(problem, start, guess is not None)
-        found = _answer(problem, rest, message, fixed)
+        return _answer(problem, rest, message, fixed)
     except StaticsError as error:
         return _make_failure(problem, start, error, load)
     finally:
         problem.set(1.0)
-    return replace(found, others=tuple(_others(problem, rest, fixed))) if all else found
-
-
-def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
-    """Find further equilibria at the degree of paths; keep those confirmed at a higher degree, in which ropes pull."""
-    load = rest.parameter
-    if not fixed and has_strips(problem.scene):
-        problem, guess = _raise_degree(problem, rest, DEGREE - problem.scene.degree)
-        rest = problem.newton(guess)
-    for each in others(problem, rest, ends(problem, load) if load else []):
-        try:
-            found = _answer(problem, each, "", fixed, search=False)
-        except StaticsError:
-            continue
-        if fixed or found.error < np.inf:
-            yield found
 
 
 def _raise_degree(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
@@ -154,8 +130,8 @@ def _raise_degree(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]
     return finer, guess._replace(multipliers=finer.balancing(guess))
 
 
-def _refine(problem: Problem, rest: Rest, message: str, fixed: bool, search: bool) -> tuple[Problem, Rest, str, float]:
-    """Raise the degree, unless `fixed`, until the error is small; `search` from the start where Newton's method fails."""
+def _refine(problem: Problem, rest: Rest, message: str, fixed: bool) -> tuple[Problem, Rest, str, float]:
+    """Raise the degree, unless `fixed`, until the error is small; search from the start where Newton's method fails."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = _raise_degree(problem, rest, RISE)
@@ -163,7 +139,7 @@ def _refine(problem: Problem, rest: Rest, message: str, fixed: bool, search: boo
             new = finer.newton(guess)
         except StaticsError:
             error = np.inf
-            if fixed or not search or finer.scene.degree > HIGHEST:
+            if fixed or finer.scene.degree > HIGHEST:
                 break
             try:
                 new, message = find(finer, finer.start(load), False)
@@ -181,9 +157,9 @@ def _refine(problem: Problem, rest: Rest, message: str, fixed: bool, search: boo
     return problem, rest, message, error
 
 
-def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, search: bool = True) -> Equilibrium:
+def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibrium:
     """Make the result: equilibrium with error and stability."""
-    problem, rest, message, error = _refine(problem, rest, message, fixed, search)
+    problem, rest, message, error = _refine(problem, rest, message, fixed)
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)

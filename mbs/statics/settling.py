@@ -1,25 +1,20 @@
-"""Pseudo-transient continuation to an equilibrium far from the drawn pose, and deflation to find further ones.
+"""Pseudo-transient continuation to an equilibrium far from the drawn pose.
 
 Implicit Euler steps on M q' = f - G^T lambda grow: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. For large dt they are Newton's.
-Deflation solves F(q)/m(q) = 0, with m small near known solutions. Its step is Newton's times a number that avoids them.
 
 References
 ----------
 C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508-523,
 doi 10.1137/S0036142996304796.
-P. E. Farrell, A. Birkisson, S. W. Funke, Deflation techniques for finding distinct solutions of nonlinear partial differential
-equations, SIAM J. Sci. Comput. 37 (2015) A2026-A2045, doi 10.1137/140984798.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 
 from ..elements import Rope
 from .algebra import solve
-from .problem import BALANCED, ITERATIONS, Problem, Rest, StaticsError, moving
+from .problem import BALANCED, Problem, Rest, StaticsError, moving
 
 MOVE = 0.1
 """Intended change in a step far from rest [lengths or rad]."""
@@ -167,74 +162,3 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
         else:
             part *= 0.5
     return rest, done
-
-
-APART = 1e-6
-"""Distance, in units of the coordinates, up to which two states are the same."""
-KICKS = (0.03, 0.3)
-"""Offsets along a shape, to both sides, at which a search starts; settling uses the second from the first equilibrium only."""
-SHAPES = 4
-"""Number of lowest shapes of each equilibrium along which searches start."""
-
-
-def others(problem: Problem, rest: Rest, further: list[Rest]) -> list[Rest]:
-    """Find further equilibria by deflation and by settling, from offsets along the lowest shapes of all known ones."""
-    known = [rest]
-    known += [each for each in further if _new(problem, each, known)]
-    for base in known:
-        for start, kick in _starts(problem, base):
-            for way in (_deflate, _settle_damped) if base is rest or kick == KICKS[0] else (_deflate,):
-                found = way(problem, start, known)
-                if found is not None and len(known) < 30:
-                    known.append(found)
-    return known[1:]
-
-
-def _starts(problem: Problem, rest: Rest) -> Iterator[tuple[Rest, float]]:
-    shapes = np.real(problem.spectrum(rest).shapes[:, :SHAPES])
-    for shape in shapes.T:
-        shape = shape / max(float(np.abs(shape / problem.extents).max()), 1e-300)
-        for kick in KICKS:
-            for side in (kick, -kick):
-                yield rest._replace(q=rest.q + side * shape), kick
-
-
-def _new(problem: Problem, found: Rest, known: list[Rest]) -> Rest | None:
-    """Return a state unless it is known up to whole turns, else None."""
-    whole = np.where(problem.scene.units == 1.0, 2 * np.pi, np.inf)
-    for other in known:
-        change = found.q - other.q
-        turns = np.where(np.isfinite(whole), np.round(change / np.where(np.isfinite(whole), whole, 1.0)) * 2 * np.pi, 0.0)
-        if np.abs((change - turns) / problem.units).max() < APART:
-            return None
-    return found
-
-
-def _deflate(problem: Problem, rest: Rest, known: list[Rest]) -> Rest | None:
-    for _ in range(2 * ITERATIONS):
-        new, size = problem.step(rest)
-        if not np.isfinite(size):
-            return None
-        step, slope = (new.q - rest.q) / problem.units, 0.0
-        for other in known:
-            away = (rest.q - other.q) / problem.units
-            square = float(away @ away)
-            slope += -2.0 * float(away @ step) / (square * (1.0 + square))
-        factor = 1.0 / (1.0 - slope) if slope != 1.0 else 1.0
-        factor = float(np.sign(factor)) * min(abs(factor), 5.0)
-        moved = (rest.q + factor * (new.q - rest.q), rest.multipliers + factor * (new.multipliers - rest.multipliers))
-        rest = Rest(*moved, rest.parameter)
-        if size < 1e-8:
-            break
-    try:
-        found = problem.newton(rest)
-    except StaticsError:
-        return None
-    return _new(problem, found, known)
-
-
-def _settle_damped(problem: Problem, start: Rest, known: list[Rest]) -> Rest | None:
-    try:
-        return _new(problem, settle(problem, start), known)
-    except StaticsError:
-        return None

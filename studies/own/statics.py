@@ -34,7 +34,6 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     add("--csv", metavar="FILE", type=Path, help="also write the numbers there")
     if kind == "equilibrium":
         add("--load", type=float, default=1.0, help="factor of all loads; default 1")
-        add("--all", action="store_true", help="also list further equilibria")
     if kind == "frequencies":
         add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
     if kind in ("periodic", "response"):
@@ -66,7 +65,7 @@ def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argpar
     if options.csv:
         options.csv.write_text("\n".join(_csv(found, options)) + "\n", encoding="utf-8")
     print(found)
-    for each in (*getattr(found, "others", ()), *getattr(found, "branches", ())):
+    for each in getattr(found, "branches", ()):
         print(f"\n{each}")
     return 0 if found.status == "OK" else 1
 
@@ -125,7 +124,7 @@ def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) 
     return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
 
 
-equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all))
+equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree))
 frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
 periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
 path = _command("path", _path)

@@ -2,11 +2,7 @@
 
 import numpy as np
 import pytest
-from exact import columns
-from exact.columns import THIN, column
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
 from buckler import mbs
 
@@ -51,20 +47,6 @@ def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
     assert rest.error < 1e-7
     assert rest.stable
     assert rest.neutral == ()
-
-
-@pytest.mark.slow
-def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
-    """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
-    load = 5 * THIN.euler_load(columns.LENGTH)
-    rest = mbs.equilibrium(column("pinned", THIN, load), all=True)
-    for waves in (1, 2):
-        m = brentq(lambda m, n=waves: (2 * n * ellipk(m)) ** 2 - 5 * np.pi**2, 1e-6, 0.999)
-        end = (2 * ellipe(m) / ellipk(m) - 1) * columns.LENGTH
-        found = [each.point("strip", "B") for each in rest.others if abs(each.point("strip", "B").position[0] - end) < 1e-5]
-        assert len(found) == 2
-        assert sum(each.angle for each in found) == pytest.approx(0.0, abs=1e-6)
-        assert np.abs(found[0].angle) == pytest.approx(2 * np.arcsin(np.sqrt(m)), abs=1e-5)
 
 
 def test_a_torque_where_its_strip_is_clamped_is_told_to_move_nothing():
