@@ -20,16 +20,21 @@ from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
 from .data import Experiment, read_csv
-from .identification import list_unexplained, vague
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import CLOSE, FAR, Bounds, Problem
+from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
 from .runs import needs_compiler
 
 LEVEL = 0.95
 """Probability of an interval."""
 POLISHED = 2
 """Number of the best starts from which least squares are sought."""
+VAGUE = 0.5
+"""Width of an interval over the range of a number above which the number is not identified."""
+TOGETHER = 0.95
+"""Correlation of two numbers above which the data identify them only together."""
+SHIFTED = 0.1
+"""First value of a measured angle, over its range, above which it does not count from the start of the run: beyond noise."""
 
 
 class Interval(NamedTuple):
@@ -72,7 +77,7 @@ class Fit:
     Attributes
     ----------
     values : dict of str to float
-        SI; those that each experiment has of its own as `name [k]`.
+        SI.
     intervals : dict of str to Interval
         95 %, from the tangent at the best point, or from the profile where one was asked for.
     unidentified : list of str
@@ -121,7 +126,6 @@ def fit(
     data: Experiment | Sequence[Experiment] | str | Path,
     *,
     free: Mapping[str, Bounds],
-    own: Mapping[str, Bounds] | None = None,
     signals: Sequence[str] = (),
     settings: Sequence[str] = (),
     start: float | None = None,
@@ -135,14 +139,11 @@ def fit(
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
-        Or the content of its file; or a function that makes one of arguments by the names in `free`, `own` and the
-        experiments' settings.
+        Or the content of its file; or a function that makes one of the numbers in `free` and the experiments' settings.
     data : Experiment, sequence of Experiment, or path of a text file
         Of a file, `signals`, `settings` and `start` are those of `read_csv`.
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI. `time_zero` is the time of the data at which the run begins.
-    own : dict of str to (low, high), optional
-        Numbers that each experiment has of its own, such as how it starts.
     solver : Spectral, optional
         By default with a tolerance of 1e-8.
     starts : int
@@ -173,100 +174,129 @@ def fit(
     whole("starts", starts, 1, 10**9)
     if isinstance(data, str | Path):
         data = read_csv(data, signals, settings, start)
-    experiments = [data] if isinstance(data, Experiment) else list(data)
-    search = Search(Problem.of(mechanism, experiments, free, own or {}, solver))
-    if unknown := [name for name in profiles if name not in search.problem.names]:
-        raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(search.problem.names)}")
-    best = search.best(starts, seed)
-    if not search.problem.has_errors and not search.problem.stopped:
-        search.problem.weigh(best)
-        best = search.solve(best)
-    return search.answer(best, {name: search.profile(best, name) for name in profiles})
+    problem = Problem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
+    if unknown := [name for name in profiles if name not in problem.names]:
+        raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
+    best = _find_best(problem, starts, seed)
+    if not problem.has_errors and not problem.stopped:
+        problem.weigh(best)
+        best = _solve(problem, best)
+    return _answer(problem, best, {name: _profile(problem, best, name) for name in profiles})
 
 
-class Search(NamedTuple):
-    """Least squares of a problem."""
-
-    problem: Problem
-
-    def best(self, starts: int, seed: int) -> Array:
-        """Find the best point from the middle and from points of a Halton sequence."""
-        d, residuals = len(self.problem.names), self.problem.residuals
-        points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)])
-        alive, ends = list[tuple[float, Array]](), list[Array]()
-        try:
-            for x in points:
-                if not np.all((r := residuals(x)) == FAR):
-                    alive.append((float(np.sum(r**2)), x))
-            alive.sort(key=lambda pair: pair[0])
-            for _, x in alive[:POLISHED]:
-                ends.append(self.solve(x))
-        except TimeUpError as error:
-            if not alive:
-                raise
-            self.problem.stopped = f"TIMED_OUT: {error}; these numbers are the best so far"
-            return ends[0] if ends else min(alive, key=lambda pair: pair[0])[1]
+def _find_best(problem: Problem, starts: int, seed: int) -> Array:
+    """Find the best point from the middle and from points of a Halton sequence."""
+    d, alive, ends = len(problem.names), list[tuple[float, Array]](), list[Array]()
+    try:
+        for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)]):
+            if not np.all((r := problem.residuals(x)) == FAR):
+                alive.append((float(r @ r), x))
+        alive.sort(key=lambda pair: pair[0])
+        for _, x in alive[:POLISHED]:
+            ends.append(_solve(problem, x))
+    except TimeUpError as error:
         if not alive:
-            raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {self.problem.failed}")
-        return min(ends, key=lambda x: float(np.sum(residuals(x) ** 2)))
+            raise
+        problem.stopped = f"TIMED_OUT: {error}; these numbers are the best so far"
+        return ends[0] if ends else min(alive, key=lambda pair: pair[0])[1]
+    if not alive:
+        raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
+    return min(ends, key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
 
-    def solve(self, x: Array, kept: int | None = None) -> Array:
-        """Find least squares from a point; all numbers are free but one that is kept."""
-        loose = np.arange(len(x)) != kept
 
-        def point(part: Array) -> Array:
-            """Insert free numbers into the point."""
-            out = x.copy()
-            out[loose] = part
-            return out
+def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
+    """Find least squares from a point; all numbers are free but one that is kept."""
+    loose = np.arange(len(x)) != kept
+    if not loose.any():
+        return x
 
-        if not loose.any():
-            return x
-        # a residual of one, with the slope zero, ends the search of data without noise
-        found = least_squares(
-            lambda part: np.append(self.problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
-            jac=lambda part: np.vstack([self.problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
-            x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
-        )  # fmt: skip
-        return point(found.x)
+    def point(part: Array) -> Array:
+        """Insert free numbers into the point."""
+        return np.insert(part, kept, x[kept]) if kept is not None else part
 
-    def profile(self, best: Array, name: str) -> Profile:
-        """Find the least cost over a number, from its best value on to both sides."""
-        i, residuals = self.problem.names.index(name), self.problem.residuals
-        wide = min(0.5, 3.0 * float(np.sqrt(self.problem.covariance(best)[i, i])))
-        found = {float(best[i]): float(np.sum(residuals(best) ** 2))}
-        for side in (-1, 1):
-            x = best.copy()
-            for part in (0.25, 0.5, 0.75, 1.0):
-                x[i] = np.clip(best[i] + side * part * wide, 0.0, 1.0)
-                x = self.solve(x, kept=i)
-                found[float(x[i])] = float(np.sum(residuals(x) ** 2))
-        at, (low, high) = np.array(sorted(found)), (self.problem.low[i], self.problem.high[i])
-        cost = 0.5 * np.array([found[each] for each in at])
-        return Profile(low + at * (high - low), cost, float(cost.min()) * self.growth)
+    # a residual of one, with the slope zero, ends the search of data without noise
+    found = least_squares(
+        lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
+        jac=lambda part: np.vstack([problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
+        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
+    )  # fmt: skip
+    return point(found.x)
 
-    @property
-    def growth(self) -> float:
-        """Factor by which the sum of squares grows to the ends of the 95 % interval of one number."""
-        freedom = max(1, self.problem.count - len(self.problem.names))
-        return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
-    def answer(self, best: Array, profiles: dict[str, Profile]) -> Fit:
-        """Make the result."""
-        problem, covariance = self.problem, self.problem.covariance(best)
-        deviation = np.sqrt(np.diag(covariance))
-        freedom = max(1, problem.count - len(best))
-        quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else freedom))
-        reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
-        intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
-        intervals |= {name: profile.interval() for name, profile in profiles.items()}
-        correlation = covariance / np.outer(deviation, deviation)
-        said = [*filter(None, [problem.stopped]), *vague(problem, best, deviation, correlation),
-                *list_unexplained(problem, best, self.growth)]  # fmt: skip
-        return Fit(
-            dict(zip(problem.names, map(float, values), strict=True)), intervals,
-            [*said], correlation, self.problem.residual_sizes(best),
-            problem.predictions(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
-            {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
-            problem.units, profiles,
-        )  # fmt: skip
+def _profile(problem: Problem, best: Array, name: str) -> Profile:
+    """Find the least cost over a number, from its best value on to both sides."""
+    i = problem.names.index(name)
+    wide = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
+    found = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
+    for side in (-1, 1):
+        x = best.copy()
+        for part in (0.25, 0.5, 0.75, 1.0):
+            x[i] = np.clip(best[i] + side * part * wide, 0.0, 1.0)
+            x = _solve(problem, x, kept=i)
+            found[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
+    at, (low, high) = np.array(sorted(found)), (problem.low[i], problem.high[i])
+    cost = 0.5 * np.array([found[each] for each in at])
+    return Profile(low + at * (high - low), cost, float(cost.min()) * _growth(problem))
+
+
+def _growth(problem: Problem) -> float:
+    """Return the factor by which the sum of squares grows to the ends of the 95 % interval of one number."""
+    freedom = max(1, problem.count - len(problem.names))
+    return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
+
+
+def _answer(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
+    """Make the result."""
+    names, covariance = problem.names, problem.covariance(best)
+    deviation = np.sqrt(np.diag(covariance))
+    quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else max(1, problem.count - len(best))))
+    reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
+    intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, reach, strict=True)}
+    correlation = covariance / np.outer(deviation, deviation)
+    said = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
+    return Fit(
+        dict(zip(names, map(float, values), strict=True)),
+        intervals | {name: profile.interval() for name, profile in profiles.items()},
+        [problem.stopped, *said] if problem.stopped else said, correlation, problem.residual_sizes(best),
+        problem.predict(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
+        {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
+        problem.units, profiles,
+    )  # fmt: skip
+
+
+def _list_unidentified(problem: Problem, best: Array, deviation: Array, correlation: Array) -> list[str]:
+    """List numbers that the data do not identify, in sentences."""
+    found, names = [], problem.names
+    for i, name in enumerate(names):
+        twins = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > TOGETHER]
+        if name in problem.blocked:
+            found.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
+        elif 2 * 1.96 * deviation[i] > VAGUE:
+            why = f"only together with {', '.join(twins)}" if twins else "the data hardly depend on it"
+            found.append(f"{name} is not identified: {why}.")
+        elif min(best[i], 1 - best[i]) < 1e-6:
+            found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
+    return found
+
+
+def _list_unexplained(problem: Problem, best: Array) -> list[str]:
+    """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
+    left, found = problem.residual_sizes(best), []
+    for name in signals_of(problem.experiments):
+        x = gather(problem.experiments, name)
+        if shift := _shift(problem, name):
+            found.append(
+                f"{name} counts the turn since the start of the run, and {shift:.3g} rad is measured there: it is explained "
+                f"worse than '{name.removesuffix('angle')}direction', the angle from the x axis, would be."
+            )
+        elif left[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
+            found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
+    return found
+
+
+def _shift(problem: Problem, name: str) -> float:
+    """Return the angle of a link [rad] measured at the start of a run, where the signal is 0 whatever the numbers are."""
+    if not name.endswith(".angle") or name.count(".") > 1 or TIME_ZERO in problem.names:
+        return 0.0
+    starts = [each.signals[name] for each in problem.experiments if name in each.signals and each.time[0] == 0.0]
+    return max((float(x[0]) for x in starts if abs(x[0]) > SHIFTED * np.ptp(x)), key=abs, default=0.0)

@@ -65,7 +65,6 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
-    add_repeated(parser, "--own", "PATH=LOW:HIGH", "a number that each experiment has of its own")
     about = "a column that separates the experiments, and sets the number of this path if it is one"
     add_repeated(parser, "--setting", "COLUMN", about)
     add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
@@ -77,14 +76,13 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
 def _fit(options: argparse.Namespace, file: Opened) -> int:
     if not options.signal:
         raise ValueError("--signal: none; write for instance --signal B.contact_force")
-    if not options.free and not options.own:
+    if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.imperfection=-1mm:1mm")
     free = dict(read_range(file.document, text) for text in options.free)
-    own = dict(read_range(file.document, text, "--own") for text in options.own)
     out = writable(options.out / f"{options.file.stem}-fit")
     with count("runs"):
         found = fitted(
-            file.document, options.data, free=free, own=own, signals=options.signal, settings=options.setting,
+            file.document, options.data, free=free, signals=options.signal, settings=options.setting,
             start=options.start, starts=options.starts, profiles=options.profile,
         )  # fmt: skip
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}

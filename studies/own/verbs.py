@@ -112,14 +112,14 @@ def print_json(content: object) -> None:
 # --- numbers of a document --------------------------------------------------------------------------------------------
 
 
-def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
+def read_range(document: Mapping[str, object], text: str) -> tuple[str, tuple[float, float]]:
     """Read a number's path and its range, PATH=LOW:HIGH, in SI."""
     path, _, ends = text.partition("=")
     if ends.count(":") != 1:
-        raise ValueError(f"{option} {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
-    low, high = read_quantities(document, path, ends.split(":"), f"{option} {text}")
+        raise ValueError(f"--free {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
+    low, high = read_quantities(document, path, ends.split(":"), f"--free {text}")
     if not low < high:
-        raise ValueError(f"{option} {text}: low must be less than high")
+        raise ValueError(f"--free {text}: low must be less than high")
     return path, (low, high)
 
 
