@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 from scipy.stats import qmc
@@ -17,10 +18,9 @@ from ..validate import positive, whole
 from .derivatives import Reading, readings_of
 from .numbers import Family, Source
 from .reading import RunFailedError
-from .residuals import STEADY
+from .residuals import STEADY, check_ranges
 from .runs import needs_compiler
-from .searching import EnoughError, Search, point_of
-from .wants import BINDS, parse_want
+from .searching import BINDS, EnoughError, Search, parse_want, point_of
 
 BUDGET = 1000
 """Largest number of runs of a search, by default."""
@@ -138,9 +138,7 @@ def optimise(
         raise ValueError("minimise and subject_to: neither; give a reading")
     span = duration if duration is None or callable(duration) else float(positive("duration", duration, "s"))
     used = readings_of({name: known.get(name, name) for name in names}, moving=span is not None)
-    for name, (low, high) in free.items():
-        if not low < high:
-            raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
+    check_ranges(free)
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(seed)).random(count - 1)
@@ -197,8 +195,9 @@ def _design(search: Search, x: Array, found: Array, fine: Array) -> Design:
     ]
     binding += [want.text for want, value in pairs if want.binds(value)]
     wrong = "; ".join(
-        f"{want.text}: {want.describe(value, behind(search.units, want.name))}" for want, value in pairs if want in missed
-    )
+        f"{want.text}: {value:.6g}{behind(search.units, want.name)}, {100 * want.miss(value):.2g} % off" if isfinite(value)
+        else f"{want.text}: it has no value there" for want, value in pairs if want in missed
+    )  # fmt: skip
     message = f"none of the designs tried keeps {wrong}" if missed else ""
     if not complete:
         best = f"; the best so far misses {wrong}" if missed else ": this is the best so far"

@@ -7,9 +7,11 @@ D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-2
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
+from typing import NamedTuple, cast
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
@@ -17,13 +19,23 @@ from scipy.optimize import least_squares, minimize
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Spectral
+from ..units import Measured, measured
 from .derivatives import Reading, read
 from .numbers import Family
-from .reading import RunFailedError, WrongReadingError, statical
-from .residuals import WIDTH
+from .reading import WrongReadingError, statical
+from .residuals import FAILURES, WIDTH
 from .runs import finer
-from .wants import FAR, KEPT, Want
 
+EXACT = 1e-3
+"""Relative tolerance of a value that is required without one."""
+KEPT = 1e-6
+"""Relative violation at which a constraint still counts as met: the accuracy of a search."""
+BINDS = 1e-3
+"""Relative distance from an end within which a constraint binds."""
+NARROW = 0.1
+"""Relative width up to which a band stands for a value, and binds."""
+FAR = 1e3
+"""Violation by a reading without a value."""
 FINER = 32.0
 """Factor by which the tolerance of the finer run is smaller."""
 DEGREES = 4
@@ -40,10 +52,79 @@ HALF = 0.5
 """Convergence radius about the middle of a band, over half its width."""
 WIDE = 0.02
 """Width of wide differences, over a range: they average ripples of a reading, as of the force of an impact."""
+WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
 class EnoughError(Exception):
     """End of a search: constraints are met, or the budget of runs is used up."""
+
+
+class Want(NamedTuple):
+    """Constraint of a reading, by its name, to lie between two values; `given` is its value with unit, '' without."""
+
+    text: str
+    name: str
+    low: float
+    high: float
+    given: str = ""
+
+    @property
+    def ends(self) -> list[tuple[float, float, float]]:
+        """Finite ends: side, value, and scale of a violation; side * (reading - value) >= 0 where it is met."""
+        sizes = [abs(each) for each in (self.low, self.high) if isfinite(each) and each]
+        pairs = [(1.0, self.low), (-1.0, self.high)]
+        return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
+
+    @property
+    def is_narrow(self) -> bool:
+        """True if it is a narrow band about a value."""
+        width = self.high - self.low
+        return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
+
+    def miss(self, value: float) -> float:
+        """Compute the relative violation by a value; 0 within."""
+        return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
+
+    def residual(self, value: float) -> tuple[float, float]:
+        """Compute the distance from the middle of a narrow band over half its width, else the violation over `EXACT`; slope."""
+        if not isfinite(value):
+            return FAR, 0.0
+        if self.is_narrow:
+            slope = 2.0 / max(self.high - self.low, KEPT * self.ends[0][2])
+            return (value - 0.5 * (self.low + self.high)) * slope, slope
+        side, end, scale = max(self.ends, key=lambda one: one[0] * (one[1] - value) / one[2])
+        off = side * (end - value) / (scale * EXACT)
+        return (off + 1.0, -side / (scale * EXACT)) if off > -1.0 else (0.0, 0.0)
+
+    def binds(self, value: float) -> bool:
+        """Check whether a value lies at an end."""
+        return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
+
+
+def parse_want(given: str | tuple[str, float, float]) -> Want:
+    """Parse one constraint.
+
+    Raises
+    ------
+    ValueError
+        If the text is no constraint.
+    """
+    if not isinstance(given, str):
+        name, low, high = given
+        return Want(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
+    found = WANTED.fullmatch(given)
+    try:
+        if found is None:
+            raise ValueError("has none of =, <=, >= with a value behind it")
+        value, (off, percent, _) = measured(found["value"]), (found["off"] or "").partition("%")
+        width = EXACT * abs(value) if not off else float(off) / 100 * abs(value) if percent else float(measured(off))
+        if width < 0:
+            raise ValueError("a tolerance is positive")
+    except ValueError as error:
+        raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
+    sign = found["sign"]
+    low, high = (value - width, value + width) if sign == "=" else (value, inf) if sign == ">=" else (-inf, value)
+    return Want(given.strip(), found["reading"], float(low), float(high), getattr(value, "given", ""))
 
 
 @dataclass
@@ -69,6 +150,9 @@ class Search:
     offset: float | Array = 0.0
     cache: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        self.row = {name: k for k, name in enumerate(self.readings)}
+
     def values(self, x: Array) -> dict[str, float]:
         """Compute the numbers at a point of the cube."""
         return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
@@ -82,11 +166,12 @@ class Search:
             if not self.units.keys() >= self.readings.keys():
                 self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
                 for want in self.wants:
-                    want.check_unit(self.units[want.name])
+                    if (unit := self.units[want.name]) and want.given and not cast(Measured, measured(want.given)).fits(unit):
+                        raise WrongReadingError(f"subject_to '{want.text}': {want.name} is in {unit}")
             return found.values
         except WrongReadingError:
             raise
-        except (RunFailedError, ArithmeticError, ValueError) as error:
+        except FAILURES as error:
             self.failed = str(error) if self.runs == 1 else self.failed
             return np.full(len(self.readings), np.nan)
 
@@ -122,13 +207,9 @@ class Search:
             columns.append((behind - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
-    def row(self, name: str) -> int:
-        """Find the place of a reading."""
-        return list(self.readings).index(name)
-
     def pairs(self, found: Array) -> list[tuple[Want, float]]:
         """Pair each constraint with its reading."""
-        return [(want, float(found[self.row(want.name)])) for want in self.wants]
+        return [(want, float(found[self.row[want.name]])) for want in self.wants]
 
     def residuals(self, x: Array) -> Array:
         """Compute the residuals of the constraints at a point."""
@@ -137,7 +218,7 @@ class Search:
     def jacobian(self, x: Array, width: float) -> Array:
         """Compute derivatives of the residuals over the cube."""
         found, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
-        return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in found])
+        return np.array([want.residual(value)[1] * slopes[self.row[want.name]] for want, value in found])
 
     def list_violated(self, found: Array) -> list[Want]:
         """List the constraints that readings violate."""
@@ -146,7 +227,7 @@ class Search:
     def merit(self, found: Array) -> tuple[float, float]:
         """Compare readings: by the misses of the constraints first, then by what is minimised."""
         miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.list_violated(found) else 0.0
-        aim = float(found[self.row(self.aim)]) if self.aim else 0.0
+        aim = float(found[self.row[self.aim]]) if self.aim else 0.0
         return miss, aim if isfinite(aim) else inf
 
     def best(self) -> Array | None:
@@ -167,28 +248,21 @@ class Search:
         """Minimise along the constraints; with nothing to minimise meet them by least squares, over wide differences first."""
         if not self.aim:
             for width in (WIDE, WIDTH):
-                found = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                      method="dogbox", xtol=SAME, ftol=1e-2, max_nfev=MET)  # fmt: skip
-                x = found.x
+                x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
+                                  method="dogbox", xtol=SAME, ftol=1e-2, max_nfev=MET).x  # fmt: skip
             return
-        row, start = self.row(self.aim), self.merit(self.evaluate(x))[1]
-        scale = abs(start) or 1.0
-        ends = [(self.row(want.name), *end) for want in self.wants for end in want.ends]
+        row, scale = self.row[self.aim], abs(self.merit(self.evaluate(x))[1]) or 1.0
+        ends = [(self.row[want.name], *end) for want in self.wants for end in want.ends]
+        margins = {
+            "type": "ineq",
+            "fun": lambda x: np.nan_to_num([side * (self.evaluate(x)[k] - end) / size for k, side, end, size in ends], nan=-FAR),
+            "jac": lambda x: np.array([side * self.slopes(x)[k] / size for k, side, end, size in ends]),
+        }
         minimize(
-            lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x,
-            jac=lambda x: self.slopes(x)[row] / scale, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
-            options={"maxiter": ITERATIONS, "ftol": 1e-9},
-            constraints=[{
-                "type": "ineq",
-                "fun": lambda x: self.inside(x, ends),
-                "jac": lambda x: np.array([side * self.slopes(x)[k] / size for k, side, end, size in ends]),
-            }] if ends else (),
+            lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x, jac=lambda x: self.slopes(x)[row] / scale,
+            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": 1e-9},
+            constraints=[margins] if ends else (),
         )  # fmt: skip
-
-    def inside(self, x: Array, ends: Sequence[tuple[int, float, float, float]]) -> Array:
-        """Compute relative margins of readings to the ends of the constraints; very negative without a value."""
-        found = self.evaluate(x)
-        return np.nan_to_num([side * (found[k] - end) / size for k, side, end, size in ends], nan=-FAR)
 
     def check(self, x: Array) -> Array:
         """Take the readings at a point from a finer run."""

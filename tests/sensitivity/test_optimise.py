@@ -24,7 +24,7 @@ from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.process import time_limit
 from buckler.mbs.sensitivity import runs
 from buckler.mbs.sensitivity.reading import RunFailedError
-from buckler.mbs.sensitivity.wants import parse_want
+from buckler.mbs.sensitivity.searching import parse_want
 
 K, F = "loads[0].stiffness", "loads[1].value[0]"
 
