@@ -11,8 +11,9 @@ Central differences and their errors: W. H. Press et al., Numerical recipes, 3rd
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, nan
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +21,11 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Controlled, Spectral
-from ..validate import as_tuple, positive, short
-from .curve import Smooth
+from ..validate import positive
 from .numbers import DURATION, Family, Source
-from .reading import RunFailedError, check, measure, statical
-from .runs import finer, needs_compiler, run
-from .table import Derivative, Sensitivities
+from .reading import FAILURES, statical
+from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
 
-Reading = str | Callable[[Mechanism], float]
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Solver of the finer runs by default: at 1e-7 a derivative after an impact errs by up to 1e-4, at 1e-9 by 1e-7."""
 DEGREES = 4
@@ -54,28 +52,96 @@ VISIBLE = 1e-3
 """Least difference of one-sided derivatives at a kink, over the derivative."""
 
 
-class Read(NamedTuple):
-    """Values of readings, their units and, if known, their errors."""
+class Derivative(NamedTuple):
+    """Derivative of one reading by one number.
 
-    values: Array
-    units: list[str]
-    errors: Array
+    Attributes
+    ----------
+    reading, number : str
+    value, at : float
+        Values of the reading and of the number, SI.
+    unit, by_unit : str
+        Units of both.
+    derivative, error : float
+        d reading/d number and its error; nan and inf where there is none.
+    below, above : float
+        One-sided derivatives.
+    note : str
+        Reason why there is none; '' where there is one.
+    """
+
+    reading: str
+    number: str
+    value: float
+    at: float
+    unit: str
+    by_unit: str
+    derivative: float = nan
+    error: float = inf
+    below: float = nan
+    above: float = nan
+    note: str = ""
+
+    @property
+    def relative(self) -> float:
+        """Relative change of the reading by a relative change of the number; nan where one of them is zero."""
+        return self.derivative * self.at / self.value if self.value and self.at else nan
+
+    @property
+    def relative_error(self) -> float:
+        """Error of `relative`."""
+        return self.error * abs(self.at / self.value) if self.value and self.at else nan
 
 
-class Level(NamedTuple):
-    """Runs of one accuracy, and half the width of the differences between them, over the number."""
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of some readings by some numbers.
 
-    solver: Spectral
-    width: float
+    Attributes
+    ----------
+    rows : sequence of Derivative
+        By reading, in it the largest effect first.
+    spreads : dict of str to float
+        Standard deviations of numbers, SI, where they were given.
+    """
+
+    rows: Sequence[Derivative]
+    spreads: Mapping[str, float]
+
+    def __getitem__(self, key: tuple[str, str]) -> Derivative:
+        """Return the derivative of a reading by a number."""
+        for row in self.rows:
+            if (row.reading, row.number) == key:
+                return row
+        raise KeyError(f"no derivative of '{key[0]}' by '{key[1]}'")
+
+    def spread(self, reading: str) -> float:
+        """Return the standard deviation of a reading for independent small deviations of the numbers, first order."""
+        return sqrt(sum(each**2 for each in self.contributions(reading).values()))
+
+    def contributions(self, reading: str) -> dict[str, float]:
+        """Return the standard deviation of a reading due to each number, the largest first."""
+        if not self.spreads:
+            raise ValueError("no standard deviations; give by={path: standard deviation}")
+        found = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    def __str__(self) -> str:
+        """Return a table, of each reading the largest effect first."""
+        heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]
+        rows = [
+            [row.reading, row.number, f"{row.relative:+.4g}", f"{row.derivative:.6g}", f"{row.error:.1e}",
+             _per(row.unit, row.by_unit), row.note]
+            for row in self.rows
+        ]  # fmt: skip
+        widths = [max(len(row[k]) for row in (heads, *rows)) for k in range(len(heads))]
+        return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in (heads, *rows))
 
 
-class Differences(NamedTuple):
-    """One-sided derivatives of a reading from below and above, of the finer runs and of the coarser ones."""
-
-    below: float
-    above: float
-    coarse_below: float
-    coarse_above: float
+def _per(unit: str, by: str) -> str:
+    """Return the unit of a quotient."""
+    top, bottom = unit or "?", by or "?"
+    return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"
 
 
 def sensitivities(
@@ -149,7 +215,7 @@ class Neighbours(NamedTuple):
     scales: dict[str, float]
     duration: float | None
 
-    def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Read:
+    def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Readings:
         """Read a mechanism with other values of some numbers."""
         found = {**self.points, **changes}
         span = found.pop(DURATION, self.duration)
@@ -158,83 +224,29 @@ class Neighbours(NamedTuple):
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of some readings; of each reading the largest first."""
         coarse = finer(solver, 1 / WIDER, -DEGREES if (solver.degree or 0) > DEGREES else 0)
-        levels = [Level(solver, width), Level(coarse, WIDER * width)]
-        starts = [self.read(readings, level.solver) for level in levels]
-        slopes = {name: self.slopes(readings, name, levels, starts) for name in self.scales}
-        rows = []
+        levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
+        slopes = {name: [side for level in levels for side in self.slopes(readings, name, *level)] for name in self.scales}
+        start, rows = levels[0][2], []
         for i, reading in enumerate(readings):
-            value, unit = float(starts[0].values[i]), starts[0].units[i]
-            share = float(starts[0].errors[i]) / abs(value) if value else 0.0
-            made = []
+            value, made = float(start.values[i]), []
+            share = float(start.errors[i]) / abs(value) if value else 0.0
             for name, scale in self.scales.items():
-                about = Derivative(reading, name, value, self.points[name], unit, self.family.units.get(name, "s"))
+                about = Derivative(reading, name, value, self.points[name], start.units[i], self.family.units.get(name, "s"))
                 rounding = ROUNDING * abs(value) / (width * scale)
-                made.append(_derivative(about, scale, Differences(*slopes[name][:, i].tolist()), share, rounding))
-            rows += sorted(
-                made, key=lambda row: -abs(row.derivative * self.scales[row.number]) if isfinite(row.derivative) else 0.0
-            )
+                made.append(_derivative(about, scale, [float(side[i]) for side in slopes[name]], share, rounding))
+            rows += sorted(made, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 
-    def slopes(self, readings: Mapping[str, Reading], name: str, levels: Sequence[Level], starts: Sequence[Read]) -> Array:
-        """Take one-sided derivatives by a number, as in `Differences`, shape (4, readings); nan where a run fails."""
+    def slopes(self, readings: Mapping[str, Reading], name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
+        """Take one-sided derivatives by a number, from below and above, shape (readings,) each; nan where a run fails."""
         found = []
-        for level, start in zip(levels, starts, strict=True):
-            for side in (-1.0, 1.0):
-                change = side * level.width * self.scales[name]
-                try:
-                    moved = self.read(readings, level.solver, **{name: self.points[name] + change}).values
-                except (RunFailedError, ValueError, ArithmeticError):  # a number may have an end there
-                    moved = np.full(len(readings), nan)
-                found.append((moved - start.values) / change)
-        return np.array(found)
-
-
-def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Read:
-    """Take all readings of a mechanism, those of motions from one run.
-
-    Raises
-    ------
-    RunFailedError
-        If the run does not end, or the state of rest that a frequency belongs to is not stable.
-    """
-    values, units, errors, ended = list[float](), list[str](), list[float](), None
-    asked = " ".join(text for text in readings.values() if isinstance(text, str))
-    for reading in readings.values():
-        error = 0.0
-        if callable(reading):
-            value, unit = float(reading(mechanism)), ""
-        elif resting := statical(reading):
-            value, error = resting(mechanism)
-            unit = "Hz"
-        elif duration is None:
-            raise ValueError(f"{short(reading)}: is read off a run; give a duration")
-        else:
-            ended = ended or run(mechanism, duration, solver, asked)
-            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)
-        values.append(value)
-        units.append(unit)
-        errors.append(error)
-    return Read(np.array(values), units, np.array(errors))
-
-
-def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Name readings, and check them by their grammar.
-
-    Raises
-    ------
-    ValueError
-    """
-    found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
-        text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
-    }  # fmt: skip
-    if not found:
-        raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
-    for name, reading in found.items():
-        if not callable(reading):
-            check(reading)
-            if not moving and not statical(reading):
-                raise ValueError(f"{name}: is read off a run; give a duration")
-    return found
+        for change in (-width * self.scales[name], width * self.scales[name]):
+            try:
+                moved = self.read(readings, solver, **{name: self.points[name] + change}).values
+            except FAILURES:  # a number may have an end there
+                moved = np.full(len(readings), nan)
+            found.append((moved - start.values) / change)
+        return found
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
@@ -245,8 +257,8 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _derivative(about: Derivative, scale: float, found: Differences, share: float, rounding: float) -> Derivative:
-    """Combine finer and coarser differences to a derivative; `share` is the relative error of the reading."""
+def _derivative(about: Derivative, scale: float, found: Sequence[float], share: float, rounding: float) -> Derivative:
+    """Combine one-sided derivatives, finer and coarser, from below and above; `share` is the relative error of the reading."""
     below, above, coarse_below, coarse_above = found
     if isfinite(below) != isfinite(above):
         value, other, note = (below, coarse_below, "") if isfinite(below) else (above, coarse_above, "")

@@ -15,11 +15,10 @@ from ..process import TimeUpError
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import positive, whole
-from .derivatives import Reading, readings_of
 from .numbers import Family, Source
 from .reading import RunFailedError
 from .residuals import STEADY, check_ranges
-from .runs import needs_compiler
+from .runs import Reading, needs_compiler, readings_of
 from .searching import BINDS, EnoughError, Search, parse_want, point_of
 
 BUDGET = 1000

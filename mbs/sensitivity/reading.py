@@ -51,6 +51,10 @@ class RunFailedError(RuntimeError):
     """A run that a derivative, a fit or a design needs did not end."""
 
 
+FAILURES = (RunFailedError, ArithmeticError, ValueError)
+"""Errors of a run, or of a mechanism that cannot be made."""
+
+
 class WrongReadingError(ValueError):
     """Error of a reading that no run has: no such signal, or another kind of unit."""
 

@@ -17,7 +17,7 @@ from ..units import fits
 from .curve import Smooth
 from .data import Experiment
 from .numbers import Family, Source
-from .reading import RunFailedError, WrongReadingError, measure
+from .reading import FAILURES, WrongReadingError, measure
 from .runs import run
 
 Bounds = tuple[float, float]
@@ -33,8 +33,6 @@ CLOSE = 1e-7
 """Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
-FAILURES = (RunFailedError, ArithmeticError, ValueError)
-"""Errors of a run or of a mechanism that cannot be made."""
 
 
 @dataclass

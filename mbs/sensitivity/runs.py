@@ -1,11 +1,15 @@
-"""Runs of the compiled solver for derivatives, fits and designs; a run that ends early raises an exception."""
+"""Runs of the compiled solver for derivatives, fits and designs, and their readings; a run that fails raises an exception."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
+
+from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import compiler
 from ..record.errors import Status
@@ -14,10 +18,21 @@ from ..solvers import Controlled, Spectral
 from ..spectral.recording import record_of
 from ..spectral.run import integrate
 from ..spectral.scene import CompiledScene
-from .reading import RunFailedError
+from ..validate import as_tuple, short
+from .curve import Smooth
+from .reading import RunFailedError, check, measure, statical
 
+Reading = str | Callable[[Mechanism], float]
 before_run: ContextVar[Callable[[], object]] = ContextVar("before_run", default=lambda: None)
 """Function that is called before each run; a command counts and shows the runs with it."""
+
+
+class Readings(NamedTuple):
+    """Values of readings, their units and, if known, their errors."""
+
+    values: Array
+    units: list[str]
+    errors: Array
 
 
 def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
@@ -43,6 +58,54 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
     if failure:
         raise RunFailedError(f"{failure[0]}: {failure[1]}")
     return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=asked)
+
+
+def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
+    """Take all readings of a mechanism, those of motions from one run.
+
+    Raises
+    ------
+    RunFailedError
+        If the run does not end, or the state of rest that a frequency belongs to is not stable.
+    """
+    values, units, errors, ended = list[float](), list[str](), list[float](), None
+    asked = " ".join(text for text in readings.values() if isinstance(text, str))
+    for reading in readings.values():
+        error = 0.0
+        if callable(reading):
+            value, unit = float(reading(mechanism)), ""
+        elif resting := statical(reading):
+            value, error = resting(mechanism)
+            unit = "Hz"
+        elif duration is None:
+            raise ValueError(f"{short(reading)}: is read off a run; give a duration")
+        else:
+            ended = ended or run(mechanism, duration, solver, asked)
+            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)
+        values.append(value)
+        units.append(unit)
+        errors.append(error)
+    return Readings(np.array(values), units, np.array(errors))
+
+
+def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
+    """Name readings, and check them by their grammar.
+
+    Raises
+    ------
+    ValueError
+    """
+    found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
+        text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
+    }  # fmt: skip
+    if not found:
+        raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
+    for name, reading in found.items():
+        if not callable(reading):
+            check(reading)
+            if not moving and not statical(reading):
+                raise ValueError(f"{name}: is read off a run; give a duration")
+    return found
 
 
 def needs_compiler() -> None:

@@ -18,7 +18,7 @@ E. J. Gumbel, Statistics of Extremes, Columbia University Press 1958.
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from math import nan
 from typing import NamedTuple
@@ -26,10 +26,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
+from ..record.errors import Key, Norm
 from ..record.result import Result
-from .doubt import bound_error
+from .curve import Smooth
 from .reading import ARGUMENTS, measure, parse_reading, value_of
 
+NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
+"""Norm of a signal's error that bounds a reading; PEAK bounds the others."""
+APART = ("begins", "ends", "peak")
+"""Readings of single contacts: an error of the force counts only while there is contact, as the force is zero between."""
 BATCHES = 20
 """Most batches, and their number where no drive turns: fewer hide the spread, more correlate with each other."""
 FEWEST = 4
@@ -65,22 +70,57 @@ def read(result: Result, text: str) -> Reading:
         return Reading(value, nan, unit, "unknown")
     if result.error.until >= result.time[-1] * (1 - 1e-9):
         return Reading(value, bound_error(text, result), unit, "difference")
-    error = sampling_error(text, result)
+    tree, names = parse_reading(text, result.signals)
+    signals = {short: result.signals[name] for short, name in names.items()}
+    error = _propagate(tree, result.time, signals, lambda leaf, reading, _: _spread(leaf, reading, result, signals))
     return Reading(value, error, unit, "sampling" if error >= 0 else "unknown")
 
 
-def sampling_error(text: str, result: Result) -> float:
-    """Estimate the half-width of a 95 % interval of a reading of a chaotic motion; nan of a value at a time, or of few turns."""
+def bound_error(text: str, result: Result) -> float:
+    """Bound the error of a reading, in its unit; nan where the error of a signal is not known to the end of the run.
+
+    Errors of signals are propagated to each reading in the formula, to first order. The difference of linear and cubic
+    interpolation is added.
+    """
     tree, names = parse_reading(text, result.signals)
-    signals = {short: result.signals[name] for short, name in names.items()}
-    exact, total = value_of(tree, result.time, signals), 0.0
+    signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
+    whole = result.error.until >= time[-1] * (1 - 1e-9)
+    known = {(short, norm): result.error.absolute(name, norm) if whole else nan for short, name in names.items() for norm in Norm}
+    with np.errstate(all="ignore"):
+        interpolated = abs(value_of(tree, time, signals) - value_of(tree, time, signals, Smooth))
+        found = _propagate(tree, time, signals, lambda leaf, reading, value: _change(leaf, reading, value, time, signals, known))
+    return float(interpolated) + found
+
+
+def _propagate(
+    tree: ast.expr, time: Array, signals: Mapping[str, Array], change: Callable[[ast.Call, str, float], float]
+) -> float:
+    """Sum what the changes of each reading in a formula make of it, to both sides."""
+    exact, total = value_of(tree, time, signals), 0.0
     for leaf in ast.walk(tree):
         if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
-            off = _spread(leaf, leaf.func.id, result, signals)
-            value = value_of(leaf, result.time, signals)
-            ways = [value_of(tree, result.time, signals, given={leaf: value + d}) for d in (off, -off)]
+            value = value_of(leaf, time, signals)
+            off = change(leaf, leaf.func.id, value)
+            ways = [value_of(tree, time, signals, given={leaf: value + d}) for d in (off, -off)]
             total += float(np.max(np.abs(np.subtract(ways, exact))))
-    return float(total)
+    return total
+
+
+def _change(
+    leaf: ast.Call, reading: str, value: float, time: Array, signals: dict[str, Array], known: Mapping[Key, float]
+) -> float:
+    """Bound the change of a reading by the errors of its signals."""
+    change, norm = 0.0, NORMS.get(reading, Norm.PEAK)
+    for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
+        x, off = signals[short], known[short, norm]
+        if norm is Norm.ONSET:
+            change += off + float(np.interp(value, time[1:], np.diff(time)))  # it is a sample
+            continue
+        off = off / float(time[-1]) if norm is Norm.IMPULSE else off
+        ways = (np.sign(x),) if reading in APART else (np.sign(x), np.ones(len(x)))
+        others = [value_of(leaf, time, {**signals, short: x + side * off * way}) for way in ways for side in (1, -1)]
+        change += float(np.max(np.abs(np.subtract(others, value))))
+    return change
 
 
 def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, Array]) -> float:

@@ -20,11 +20,10 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Spectral
 from ..units import Measured, measured
-from .derivatives import Reading, read
 from .numbers import Family
-from .reading import WrongReadingError, statical
-from .residuals import FAILURES, WIDTH
-from .runs import finer
+from .reading import FAILURES, WrongReadingError, statical
+from .residuals import WIDTH
+from .runs import Reading, finer, read
 
 EXACT = 1e-3
 """Relative tolerance of a value that is required without one."""
