@@ -2,7 +2,7 @@
 
     a = M^-1 (f - G^T lambda),   (G M^-1 G^T) lambda = G M^-1 f - change.
 
-M^-1 is kept (modal links' own part is taken out by a small solve). Bodies that constraints and a drive hold from the ground move
+M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Bodies that constraints and a drive hold from the ground move
 exactly as the drive says, as positions and velocities are put back onto the constraints after each step. Bristles are states.
 
 References
@@ -20,7 +20,7 @@ from .compiling import by_reference, copy, draft, inline, jit, noinline
 from .contacts import begins_smoothly, first_onset, remember_onset, touches
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, change_at, renew_mass, row_at, row_times
+from .kernel import add_modal, change_at, couple_modes, renew_mass, renew_rows, row_at, row_times
 from .lawtable import AFTER, bristle_rate
 from .markers import place_marker
 from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
@@ -52,8 +52,8 @@ ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0
 
 @inline
 def _has_changed(tables, flight):
-    """Tell whether the matrix is another than the one factored last: it has modal links, or other gradients of constraints."""
-    changed = tables.modal.shape[0] > 0 or flight.begun[0] == 0
+    """Tell whether the matrix is another than the one factored last: of modal links, or with other gradients of constraints."""
+    changed = (tables.modal.shape[0] > 0 and flight.apart[0] == 0) or flight.begun[0] == 0
     for i in range(flight.jacobian.size):
         changed = changed or flight.jacobian[i] != flight.factored[i]
         flight.factored[i] = flight.jacobian[i]
@@ -84,10 +84,15 @@ def rates_at(model, t, y, out):
         change_at(tables, work, k, t, AFTER, flight.change)
         flight.right[n + k] = flight.change[k]
     if _has_changed(tables, flight):
-        renew_mass(tables, work, q, flight.jacobian, flight.matrix)
+        if flight.apart[0] > 0:
+            renew_rows(tables, flight.jacobian, flight.matrix)
+        else:
+            renew_mass(tables, work, q, flight.jacobian, flight.matrix)
         factor(order, flight.matrix, flight.factors, flight.swaps, flight.amount, flight.begun[0] > 0)
         flight.begun[0] = 1
     solve(order, flight.factors, flight.swaps, flight.right, flight.part)
+    if flight.apart[0] > 0:
+        couple_modes(tables, q, flight.right)
     for i in range(n):
         out[i], out[n + i] = v[i], flight.right[i]
     for k in range(r):

@@ -132,6 +132,7 @@ class DormandPrinceState(NamedTuple):
     pace: Array
     units: Array
     begun: Array
+    apart: Array
 
 
 class DormandPrince(NamedTuple):
@@ -152,5 +153,11 @@ def dormand_prince_state(scene: Arrays, q: Array, v: Array, lam: Array, memory: 
         y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
         z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
         z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
-        scene.units, z(1, dtype=np.int64),
+        scene.units, z(1, dtype=np.int64), np.array([int(_modal_links_are_free(s))]),
     )  # fmt: skip
+
+
+def _modal_links_are_free(tables: Tables) -> bool:
+    """Check that there are modal links, and that no constraint touches them."""
+    held = {int(x) for at, m, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + m]}
+    return len(tables.modal) > 0 and all(held.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())

@@ -97,6 +97,12 @@ def renew_mass(tables, work, q, jacobian, mass):
         for k in range(slot, slot + m * m):
             mass[tables.slots[k]] = tables.mass[tables.slots[k]]
     add_modal_mass(tables, work, q, mass)
+    renew_rows(tables, jacobian, mass)
+
+
+@draft
+def renew_rows(tables, jacobian, mass):
+    """Write G and G^T anew."""
     for r in range(tables.rows.shape[0]):
         _, m, slot = tables.blocks[r]
         for i in range(m - 1):
@@ -124,6 +130,26 @@ def _coupling(tables, row, q, i):
     """Inertia that the amplitude of mode i of a modal link adds, and mass between it and the frame's angle."""
     _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
     return 2.0 * tables.data[radial + i] + _times(tables, gram, i, m, q, e), -_times(tables, gyration, i, m, q, e)
+
+
+@draft
+def couple_modes(tables, q, a):
+    """Turn M_0^-1 f into M(q)^-1 f in the accelerations of modal links that no constraint touches.
+
+    M(q) differs from the constant M_0 in the frame's inertia and in its row and column of the modes, whose own mass is 1.
+    """
+    for row in range(tables.modal.shape[0]):
+        o, e, m = tables.modal[row, 0], tables.modal[row, 0] + 3, tables.modal[row, 1]
+        _, size, slot = tables.blocks[_block(tables, row)]
+        inertia = tables.mass[tables.slots[slot + 2 * size + 2]]
+        moment = inertia * a[o + 2]
+        for i in range(m):
+            wide, swirl = _coupling(tables, row, q, i)
+            moment -= swirl * a[e + i]
+            inertia += wide * q[e + i] - swirl * swirl
+        a[o + 2] = moment / inertia
+        for i in range(m):
+            a[e + i] -= _coupling(tables, row, q, i)[1] * a[o + 2]
 
 
 @draft
