@@ -2,8 +2,9 @@
 
     a = M^-1 (f - G^T lambda),   (G M^-1 G^T) lambda = G M^-1 f - change.
 
-M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Bodies that constraints and a drive hold from the ground move
-exactly as the drive says, as positions and velocities are put back onto the constraints after each step. Bristles are states.
+M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Bodies that constraints and a drive hold
+from the ground move exactly as the drive says, as positions and velocities are put back onto the constraints after each step.
+Bristles are states.
 
 References
 ----------

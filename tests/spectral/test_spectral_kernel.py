@@ -13,6 +13,7 @@ from spectral_scenes import apart, energy, play, scenes, slope, state
 from buckler.mbs.elements import Clearance, Modal, Rigid, Section
 from buckler.mbs.laws import AdamsFriction, Ambrosio, Coulomb, ExactRestitution, Impact, KelvinVoigt, LuGre, Stribeck, Threlfall
 from buckler.mbs.library import RATTLING, crank_rocker
+from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral import integrators, kernel
 from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.lawtable import friction, normal_force
@@ -166,9 +167,8 @@ def test_laws_of_the_table_are_those_of_python(law, rubs) -> None:
 def test_modes_that_no_constraint_touches_accelerate_as_by_the_whole_matrix(monkeypatch) -> None:
     """Their part of M(q) is inverted in closed form; amplitudes and speeds are far beyond what a rocker has."""
     rubbing = AdamsFriction(0.3, 0.1, 0.1, 1.0)
-    mechanism = crank_rocker(
-        Modal(Section(20e-3, 5e-3)), speed=31.4, play=lambda *at: Clearance(*at, 5e-3, 2.5e-4, RATTLING, rubbing)
-    )
+    rocker = Modal(Section(20e-3, 5e-3), BarModes(3, 2))
+    mechanism = crank_rocker(rocker, speed=31.4, play=lambda *at: Clearance(*at, 5e-3, 2.5e-4, RATTLING, rubbing))
     scene, draw = CompiledScene.of(mechanism), np.random.default_rng(3)
     y = np.concatenate([scene.q0, np.zeros(scene.size)]) + draw.normal(size=2 * scene.size) * np.repeat([1e-2, 3.0], scene.size)
     found = right_hand_side(scene)(0.0, y)
