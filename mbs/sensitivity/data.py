@@ -111,11 +111,8 @@ class Column(NamedTuple):
     heading: str
 
 
-class Table(NamedTuple):
-    """Columns, and rows of cells with the numbers of their lines."""
-
-    columns: list[Column]
-    rows: list[tuple[int, list[str]]]
+Rows = list[tuple[int, list[str]]]
+"""Rows of cells with the numbers of their lines."""
 
 
 def read_csv(
@@ -144,30 +141,24 @@ def read_csv(
     ValueError
         In one line, with the file's name.
     """
-    path = Path(path)
     try:
-        return _experiments(_table(_text(path)), signals, settings, start)
+        content = Path(path).read_bytes()
+        text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+        return _experiments(*_table(text), signals, settings, start)
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: is no text in UTF-8 or UTF-16") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _text(path: Path) -> str:
-    """Decode a file by its byte order mark."""
-    content = path.read_bytes()
-    try:
-        return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError("is no text in UTF-8 or UTF-16") from None
-
-
-def _table(text: str) -> Table:
+def _table(text: str) -> tuple[list[Column], Rows]:
     """Find the names and the numbers."""
     lines = text.splitlines()
     for mark in MARKS:
         rows = [(number, _cells(line, mark)) for number, line in enumerate(lines, 1) if line.strip()]
-        first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and _is_data(row)), 0)
+        first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and row[0] and None not in map(_value, row)), 0)
         if first and len(rows) > first + 1:
-            return Table(_columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:])
+            return _columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:]
     raise ValueError("needs a line of names and two of numbers at least")
 
 
@@ -181,11 +172,6 @@ def _value(cell: str) -> float | None:
     with suppress(ValueError):
         return float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell) if cell else nan
     return None
-
-
-def _is_data(row: Sequence[str]) -> bool:
-    """Check that a row has a time, and only numbers."""
-    return bool(row[0]) and None not in map(_value, row)
 
 
 def _is_unit(text: str) -> bool:
@@ -226,51 +212,41 @@ def _column(heading: str, unit: str) -> Column:
     return Column(heading, unit, heading)
 
 
-def _experiments(table: Table, signals: Sequence[str], settings: Sequence[str], start: float | None) -> list[Experiment]:
-    """Convert the required columns to SI, and split their rows into experiments."""
-    time = table.columns[0]
-    wanted = {name: _find(table.columns, column) for name, column in map(_pair, signals)}
-    parting = {name: _find(table.columns, name) for name in settings}
-    used = dict.fromkeys([time, *wanted.values(), *parting.values()])
-    factors = {column: _factor(column, "s" if column is time else "") for column in used}
-    values: dict[Column, list[float]] = {column: [] for column in used}
-    for line, row in table.rows:
-        if len(row) < len(table.columns) or any(row[len(table.columns) :]):
-            raise ValueError(f"line {line}: {len(row)} cells for {len(table.columns)} columns")
-        for column, cell in zip(table.columns, row, strict=False):
-            if column in used:
+def _experiments(
+    columns: list[Column], rows: Rows, signals: Sequence[str], settings: Sequence[str], start: float | None
+) -> list[Experiment]:
+    """Convert the required columns to SI, and split their rows into experiments where a setting changes."""
+    pairs = [text.partition("=") for text in signals]
+    wanted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
+    parting = {name: _find(columns, name) for name in settings}
+    factors = {
+        each: _factor(each, "s" if each is columns[0] else "") for each in (columns[0], *wanted.values(), *parting.values())
+    }
+    values: dict[Column, list[float]] = {column: [] for column in factors}
+    for line, row in rows:
+        if len(row) < len(columns) or any(row[len(columns) :]):
+            raise ValueError(f"line {line}: {len(row)} cells for {len(columns)} columns")
+        for column, cell in zip(columns, row, strict=False):
+            if column in factors:
                 if (value := _value(cell)) is None:
                     raise ValueError(f"line {line}, {column.name}: '{cell}' is no number")
                 values[column].append(value * factors[column])
     arrays = {column: np.array(found) for column, found in values.items()}
-    clock = _clock(arrays[time], start)
-    return _split(clock, {name: (column, arrays[column]) for name, column in wanted.items()},
-                   {name: arrays[column] for name, column in parting.items()})  # fmt: skip
-
-
-def _clock(time: Array, start: float | None) -> Array:
-    """Count times from the start of the run."""
+    time = arrays[columns[0]]
     if start is None and time[0] > time[-1] - time[0] > 0:
-        raise ValueError(
-            f"its time begins at {time[0]:g} s, later than it lasts: give start={time[0]:g} if the run begins there, "
-            "start=0 if it begins at 0 s"
-        )
-    return time - (start or 0.0)
-
-
-def _split(time: Array, signals: Mapping[str, tuple[Column, Array]], settings: Mapping[str, Array]) -> list[Experiment]:
-    """Split rows into experiments where a setting changes."""
+        late = f"its time begins at {time[0]:g} s, later than it lasts"
+        raise ValueError(f"{late}: give start={time[0]:g} if the run begins there, start=0 if it begins at 0 s")
+    time = time - (start or 0.0)
     goes_on = bool(settings) and bool((np.diff(time) > 0).all())
-    keys = np.column_stack(list(settings.values())) if settings else np.zeros((len(time), 1))
-    cuts = np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1
+    keys = np.column_stack([arrays[each] for each in parting.values()]) if settings else np.zeros((len(time), 1))
     found = []
-    for rows in np.split(np.arange(len(keys)), cuts):
-        t = time[rows]
+    for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
+        t, given = time[part], {name: float(arrays[column][part[0]]) for name, column in parting.items()}
         found.append(Experiment(
-            t - t[0] if goes_on else t, {name: values[rows] for name, (_, values) in signals.items()},
-            units={name: column.unit for name, (column, _) in signals.items() if column.unit},
-            settings={name: float(values[rows[0]]) for name, values in settings.items() if "." in name},
-            name=", ".join(f"{name} = {values[rows[0]]:g}" for name, values in settings.items()),
+            t - t[0] if goes_on else t, {name: arrays[column][part] for name, column in wanted.items()},
+            units={name: column.unit for name, column in wanted.items() if column.unit},
+            settings={name: value for name, value in given.items() if "." in name},
+            name=", ".join(f"{name} = {value:g}" for name, value in given.items()),
         ))  # fmt: skip
     return found
 
@@ -283,12 +259,6 @@ def _find(columns: Sequence[Column], name: str) -> Column:
     names = [column.name for column in columns]
     close = near(name, names)
     raise ValueError(f"no column '{name}'; {f'did you mean {close[0]}?' if close else 'there are: ' + ', '.join(names)}")
-
-
-def _pair(text: str) -> tuple[str, str]:
-    """Split `COLUMN=NAME` into signal and column."""
-    column, equals, name = text.partition("=")
-    return (name, column) if equals else (column, column)
 
 
 def _factor(column: Column, wanted: str) -> float:
