@@ -116,13 +116,7 @@ def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
 
 
 def check_coordinates(name: str, value: object, scene: CompiledScene) -> Array:
-    """Convert coordinates of a scene to an array, shape (n,).
-
-    Raises
-    ------
-    ValueError
-        If they are not n finite numbers.
-    """
+    """Convert coordinates of a scene to an array, shape (n,), or raise a ValueError."""
     try:
         found = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -137,11 +131,6 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
 
     A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
     tension, a gear the force at its teeth.
-
-    Raises
-    ------
-    KeyError
-        If no constraint has that name.
     """
     rows = [i for i, row in enumerate(scene.row_names) if row == name]
     if not rows:

@@ -93,13 +93,7 @@ class Arc:
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """Find the next equilibrium, at the arc or, by halving it, nearer.
-
-        Raises
-        ------
-        StaticsError
-            If it would be nearer than SHORTEST.
-        """
+        """Find the next equilibrium, at the arc or, by halving it, nearer; raise a StaticsError below `SHORTEST`."""
         while arc > SHORTEST:
             try:
                 return Step(rest, direction, self.on_plane(rest, direction, arc), arc)
@@ -108,13 +102,7 @@ class Arc:
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def corner(self, rest: Rest, direction: Array) -> Step:
-        """Step around a corner just ahead, where a contact closes or opens, along the tangent behind it.
-
-        Raises
-        ------
-        StaticsError
-            If there is none.
-        """
+        """Step around a corner just ahead, where a contact closes or opens, along the tangent behind it."""
         start, n = self.problem.vector(rest), len(rest.q)
 
         def ahead(arc: float) -> tuple[Rest, Array, bool]:

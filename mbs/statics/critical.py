@@ -30,17 +30,7 @@ SAME = 1e-5
 
 
 class State(NamedTuple):
-    """Stability of an equilibrium.
-
-    Attributes
-    ----------
-    squares : Spectrum
-        Of K and M alone.
-    growth : float
-        Largest rate of growth of the whole tangent, 1/s.
-    flutters : int
-        Number of oscillations that grow.
-    """
+    """Stability of an equilibrium: spectrum of K and M alone; largest rate of growth [1/s], number of oscillations that grow."""
 
     squares: Spectrum
     growth: float
@@ -147,15 +137,9 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
 
 
 class Pair(NamedTuple):
-    """Eigenvalue at both ends of a step: mu, whether it counts as negative, and the shape between.
+    """Eigenvalue at both ends of a step: real part of mu = -s^2 [1/s^2], nan where it is zero within rounding; negative or not.
 
-    Attributes
-    ----------
-    values : (float, float)
-        Real parts of mu = -s^2 [1/s^2]; nan where it is zero within rounding.
-    negative : (bool, bool)
-    shape : array, shape (n,)
-        Mean of both shapes times the mass matrix, each of modal mass 1.
+    The shape, (n,), is the mean of both times the mass matrix, each of modal mass 1.
     """
 
     values: tuple[float, float]

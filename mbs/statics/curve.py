@@ -28,7 +28,7 @@ from .arc import CORNER, next_arc
 from .cycles import Periodic, Turn, branching, compare_multipliers, doubling, motion_of, torus
 from .problem import Problem, Rest, StaticsError, has_strips, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
-from .varied import Paced, raise_degree
+from .varied import Paced
 
 SHORTEST = 1e-5
 """Arc below which continuation is given up."""
@@ -57,22 +57,17 @@ class Orbit(NamedTuple):
 
 @dataclass
 class Curve:
-    """Periodic motions over the parameter of a problem.
-
-    Attributes
-    ----------
-    shooting : Shooting
-    problem : Problem
-    begun, to : float
-    fixed : bool
-        True if the degree of strips is not raised.
-    """
+    """Periodic motions over the parameter of a problem, to a last value; the degree of strips is `fixed` or raised for errors."""
 
     shooting: Shooting
     problem: Problem
-    begun: float
     to: float
     fixed: bool
+
+    @property
+    def begun(self) -> float:
+        """Parameter at which the curve begins."""
+        return self.problem.drawn
 
     def at(self, parameter: float) -> None:
         """Set the parameter, and the period with it."""
@@ -133,13 +128,7 @@ class Curve:
         return np.column_stack([found.matrix - np.eye(len(slope)), slope])
 
     def onto(self, orbit: Orbit, arc: float) -> Orbit:
-        """Find the motion at an arc along the direction of another one.
-
-        Raises
-        ------
-        StaticsError
-            If none is found near there.
-        """
+        """Find the motion at an arc along the direction of another one."""
         self.at(orbit.parameter)
         shooting, f = self.shooting, orbit.basis.shape[1]
         way = self.heading(orbit)
@@ -168,7 +157,7 @@ class Curve:
     def fine(self) -> Curve:
         """Return the curve with finer steps and a higher degree."""
         one = self.shooting.scene
-        problem = raise_degree(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
+        problem = self.problem.raised(0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
     def finer(self, orbit: Orbit) -> tuple[Curve, State, tuple[Array, Array, float]]:

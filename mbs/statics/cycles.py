@@ -149,13 +149,7 @@ def periodic(
 def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
 ) -> tuple[Shooting, State]:  # fmt: skip
-    """Make the map of a period, and the state where a search begins.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
-    """
+    """Check the input, and make the map of a period and the state where a search begins."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
     whole("settle", settle, 0, 1_000_000)

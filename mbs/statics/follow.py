@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..progress import after_step
-from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import one_of, pair
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
@@ -18,7 +17,7 @@ from .arc import SAME, Arc, Step
 from .critical import Critical, State, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .settling import find, settle
-from .varied import Varied
+from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
@@ -75,36 +74,18 @@ def path(
     one_of("branches", branches, (bool,))
     if branch is not None:
         _check_branch(mechanism, branch)
-    names = [load] if isinstance(load, str) else load
-    if names is not None and not names:
+    if load is not None and not load:
         raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
         """Follow the path with strips of a degree."""
-        problem = _problem(mechanism, names, drive, parameter, degree)
-        if float(to) == _initial_parameter(problem):
-            raise ValueError(f"to = {to:g}: the path begins there")
+        problem = problem_over(mechanism, degree, load, drive, parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
         finally:
-            problem.set(problem.begun if isinstance(problem, Varied) else 0.0 if problem.row >= 0 else 1.0)
+            problem.set(problem.drawn)
 
     return _ladder(run, degree)
-
-
-def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
-    if parameter is not None:
-        return Varied(mechanism, parameter, degree)
-    scene = CompiledScene.of(mechanism, degree)
-    if drive is None:
-        return Problem(scene, loads_of(scene, load))
-    if drive not in scene.row_names:
-        raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
-    return Problem(scene, (), scene.row_names.index(drive))
-
-
-def _initial_parameter(problem: Problem) -> float:
-    return problem.begun if isinstance(problem, Varied) else 0.0
 
 
 def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
@@ -159,8 +140,10 @@ class _Follower:
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
-        self.begun = _initial_parameter(problem)
+        self.begun = problem.drawn if isinstance(problem, Varied) else 0.0
         self.steps, self.step, self.longest = steps, step, longest
+        if to == self.begun:
+            raise ValueError(f"to = {to:g}: the path begins there")
         self.arc = Arc(problem, self.begun, to)
 
     def whole(self, branches: bool) -> Path:

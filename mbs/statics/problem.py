@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -45,22 +45,16 @@ class Rest(NamedTuple):
 
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter.
+    """Equations of equilibrium of a scene over a parameter, which is `drawn` where the scene is as the mechanism says.
 
-    Attributes
-    ----------
-    scene : CompiledScene
-    loads : sequence of int
-        Forces whose factor is the parameter; the last factor is gravity's.
-    row : int
-        Constraint whose value the parameter is added to; -1 for none.
-    shift : float
-        Shift of the last spectrum along a path [1/s^2].
+    It is the factor of `loads`, of which the last is gravity's, and is added to the value of the constraint `row`, -1 for none.
+    `shift` is that of the last spectrum along a path [1/s^2].
     """
 
     scene: CompiledScene
     loads: Sequence[int] = ()
     row: int = -1
+    drawn: float = 1.0
     shift: float = 0.0
 
     def __post_init__(self) -> None:
@@ -73,6 +67,16 @@ class Problem:
         drawn = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
+
+    def raised(self, by: int) -> Problem:
+        """Return the problem with strips of a higher degree, and a separate scene."""
+        return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + by))
+
+    def refine(self, rest: Rest, by: int) -> tuple[Problem, Rest]:
+        """Return the problem with strips of a higher degree, and the state prolonged to it."""
+        finer = self.raised(by)
+        guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
+        return finer, guess._replace(multipliers=finer.balancing(guess))
 
     def start(self, parameter: float) -> Rest:
         """Return the drawn pose."""

@@ -12,9 +12,9 @@ from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
 from .curve import KINDS, Curve, Orbit
 from .cycles import Periodic, Turn, prepare
-from .problem import Problem, StaticsError, loads_of
+from .problem import Problem, StaticsError
 from .shooting import SpentError
-from .varied import Paced, Varied
+from .varied import Paced, problem_over
 
 STEPS = 400
 """Most steps, by default."""
@@ -117,17 +117,13 @@ def response(
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
     if load is None and parameter is None:
         positive("to", to, "Hz")
-        begun = 1.0 / shooting.period
-        problem: Problem = Paced(shooting.scene, drawn=begun)
-    elif parameter is not None:
-        problem = varied = Varied(mechanism, parameter, shooting.scene.degree)
-        begun = varied.begun
+        problem: Problem = Paced(shooting.scene, drawn=1.0 / shooting.period)
     else:
-        begun, problem = 1.0, Problem(shooting.scene, loads_of(shooting.scene, [load] if isinstance(load, str) else load))
-    if float(to) == begun:
+        problem = problem_over(mechanism, shooting.scene.degree, load, None, parameter)
+    if float(to) == problem.drawn:
         raise ValueError(f"to = {to:g}: the curve begins there")
-    curve = Curve(shooting, problem, begun, float(to), degree is not None)
-    curve.at(begun)
+    curve = Curve(shooting, problem, float(to), degree is not None)
+    curve.at(problem.drawn)
     try:
         return _answer(curve, *curve.follow(shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest))
     except StaticsError as error:
@@ -135,7 +131,7 @@ def response(
         status = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
         return Response(status, str(error), "singular", shooting.scene, nothing, none, [])
     finally:
-        curve.at(begun)
+        curve.at(problem.drawn)
 
 
 def _answer(curve: Curve, orbits: list[Orbit], found: list[tuple[Turn, float]], ended: str) -> Response:

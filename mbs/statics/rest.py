@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..spectral.scene import CompiledScene, Place
 from ..validate import number
 from .algebra import sparse_null_space
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
-from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places, prolong
+from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places
 from .settling import RunsAwayError, SlackError, check_ropes, find
 
 FRICTION = "friction may hold it elsewhere"
@@ -123,18 +123,11 @@ def equilibrium(
         problem.set(1.0)
 
 
-def _raise_degree(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
-    """Return the problem at a higher degree, and the state prolonged to it."""
-    finer = replace(problem, scene=CompiledScene.of(problem.scene.mechanism, problem.scene.degree + by))
-    guess = finer.start(rest.parameter)._replace(q=prolong(problem.scene, finer.scene, rest.q))
-    return finer, guess._replace(multipliers=finer.balancing(guess))
-
-
 def _refine(problem: Problem, rest: Rest, message: str, fixed: bool) -> tuple[Problem, Rest, str, float]:
     """Raise the degree, unless `fixed`, until the error is small; search from the start where Newton's method fails."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
-        finer, guess = _raise_degree(problem, rest, RISE)
+        finer, guess = problem.refine(rest, RISE)
         try:
             new = finer.newton(guess)
         except StaticsError:

@@ -77,19 +77,9 @@ class Found(NamedTuple):
 
 @dataclass
 class Shooting:
-    """Map of a state to that a period later.
+    """Map of a state to that a period [s] later, with `left` steps in the budget.
 
-    Attributes
-    ----------
-    scene : CompiledScene
-    period : float
-        s
-    tolerance, longest : float
-        Tolerance of the run that chooses the steps, and the longest step over the period.
-    width : float
-        Half width of the differences.
-    left : int
-        Number of steps left in the budget.
+    The run that chooses the steps has a tolerance, and a longest step over the period; `width` is half that of the differences.
     """
 
     scene: CompiledScene
@@ -210,12 +200,7 @@ class Shooting:
         return side * ahead / self.width
 
     def search(self, state: State, matrix: Array | None = None) -> Found:
-        """Find a periodic motion by Newton's method, from later periods where it fails; `matrix` is that of a motion nearby.
-
-        Raises
-        ------
-        StaticsError
-        """
+        """Find a periodic motion by Newton's method, from later periods where it fails; `matrix` is that of a motion nearby."""
         left, period = np.inf, self.period
         for _ in range(SEARCHES):
             self.period = period

@@ -51,18 +51,11 @@ UNKNOWN = 1e-4
 
 @dataclass(frozen=True)
 class Tangent:
-    """Equations of small motions on the free coordinates x, z = free x.
+    """Equations of small motions on the free coordinates x, z = free x; sparse where there are many.
 
-    Attributes
-    ----------
-    mass, damping, stiffness : arrays, shape (n, n)
-        Matrices on all coordinates; sparse where there are many.
-    free : array, shape (n, f)
-        Basis of the motions that the constraints allow, each coordinate in its unit.
-    test : array, shape (n, f)
-        Basis of motions on which constraint forces do no work: `free`, except for friction that follows these forces.
-    summands : array, shape (n, n)
-        Size of the summands of the entries of K: across a strip large summands cancel.
+    `free` (n, f) spans the motions that the constraints allow, each coordinate in its unit; `test` those on which constraint
+    forces do no work, the same except for friction that follows them. `summands` (n, n) are the sizes of the summands of the
+    entries of K: across a strip large ones cancel.
     """
 
     mass: Any
@@ -119,17 +112,10 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Eigenvalues of a tangent, lowest first; those that decay without oscillation come last.
+    """Eigenvalues s (m,) of a tangent [1/s], lowest first, and shapes (n, m); those that decay without oscillation come last.
 
-    Attributes
-    ----------
-    values : array of complex, shape (m,)
-        s, 1/s, of the upper half-plane; of s and -s, where nothing damps, the one that grows.
-    shapes : array of complex, shape (n, m)
-    rounding : array, shape (m,)
-        Error of the values by rounding, 1/s.
-    shift : float
-        Shift of -s^2 at which they were computed [1/s^2].
+    They are those of the upper half-plane; of s and -s, where nothing damps, the one that grows. `rounding` is their error [1/s],
+    `shift` the shift of -s^2 at which they were computed [1/s^2].
     """
 
     values: Array

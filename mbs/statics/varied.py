@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from ..documents.document import change, get
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.scene import CompiledScene
-from .problem import Problem, Rest
+from .problem import Problem, Rest, StaticsError, loads_of
 
 STEP = 1e-5
 """Relative step of the differences by the number."""
@@ -27,8 +25,8 @@ class Varied(Problem):
             raise ValueError(f"parameter = '{name}': there is no {error} in the mechanism") from None
         if isinstance(found, bool) or not isinstance(found, int | float):
             raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {found!r}")
-        self.begun = self.current = float(found)
-        super().__init__(CompiledScene.of(mechanism, degree))
+        self.current = float(found)
+        super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
 
     def start(self, parameter: float) -> Rest:
         """Return the pose that is drawn with this number."""
@@ -43,7 +41,7 @@ class Varied(Problem):
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""
-        step = STEP * max(abs(rest.parameter), abs(self.begun), 1e-300)
+        step = STEP * max(abs(rest.parameter), abs(self.drawn), 1e-300)
         at = []
         for p in (rest.parameter + step, rest.parameter - step):
             self.set(p)
@@ -51,21 +49,28 @@ class Varied(Problem):
             at.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
         return np.asarray((at[0] - at[1]) / (2 * step))
 
+    def raised(self, by: int) -> Varied:
+        """Return the problem with strips of a higher degree."""
+        return Varied(Mechanism.from_dict(self.document), self.name, self.scene.degree + by)
 
-@dataclass
+
 class Paced(Problem):
     """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
-
-    drawn: float = 1.0
 
     def set(self, parameter: float) -> None:
         """Set the frequency of the functions of time."""
         self.scene.tables.pace[0] = parameter / self.drawn
 
 
-def raise_degree(problem: Problem, by: int) -> Problem:
-    """Return a copy of a problem with a higher degree and a separate scene."""
-    degree = problem.scene.degree + by
-    if isinstance(problem, Varied):
-        return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
-    return replace(problem, scene=CompiledScene.of(problem.scene.mechanism, degree))
+def problem_over(
+    mechanism: Mechanism, degree: int, load: str | list[str] | None, drive: str | None, parameter: str | None
+) -> Problem:
+    """Make the problem over loads, by default all, a drive or any number of a mechanism."""
+    if parameter is not None:
+        return Varied(mechanism, parameter, degree)
+    scene = CompiledScene.of(mechanism, degree)
+    if drive is None:
+        return Problem(scene, loads_of(scene, [load] if isinstance(load, str) else load))
+    if drive not in scene.row_names:
+        raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
+    return Problem(scene, (), scene.row_names.index(drive), drawn=0.0)

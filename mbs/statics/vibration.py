@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions
-from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, prolong
+from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
 from .rest import Equilibrium, equilibrium
 from .spectrum import Spectrum
 
@@ -106,65 +106,46 @@ def frequencies(
         if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
             return _none(about)
         problem = Problem(about.scene, loads_of(about.scene))
-        state = _State(problem, Rest(about.q, about.multipliers, about.load), True)
-    else:
-        scene = CompiledScene.of(mechanism, degree)
-        problem = Problem(scene, loads_of(scene))
-        pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
-        state = _State(problem, pose._replace(multipliers=problem.balancing(pose)), False)
-    return _ladder(state, int(count), degree is not None)
+        return _ladder(problem, Rest(about.q, about.multipliers, about.load), True, int(count), degree is not None)
+    scene = CompiledScene.of(mechanism, degree)
+    problem = Problem(scene, loads_of(scene))
+    pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
+    return _ladder(problem, pose._replace(multipliers=problem.balancing(pose)), False, int(count), degree is not None)
 
 
-@dataclass
-class _State:
-    """State about which small motions are computed: an equilibrium, or a pose."""
-
-    problem: Problem
-    rest: Rest
-    resting: bool
-
-    def finer(self) -> _State:
-        """Return the state with strips of a higher degree."""
-        degree = self.problem.scene.degree
-        scene = CompiledScene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
-        problem = replace(self.problem, scene=scene)
-        rest = problem.start(self.rest.parameter)._replace(q=prolong(self.problem.scene, scene, self.rest.q))
-        rest = rest._replace(multipliers=problem.balancing(rest))
-        return _State(problem, problem.newton(rest) if self.resting else rest, self.resting)
-
-    def spectrum(self) -> Spectrum:
-        """Compute the small motions."""
-        found = self.problem.spectrum(self.rest)
-        self.problem.set(1.0)
-        return found
+def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
+    """Compute the small motions, and leave the scene as drawn."""
+    found = problem.spectrum(rest)
+    problem.set(problem.drawn)
+    return found
 
 
-def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
-    """Refine the degree until the frequencies do not change."""
-    found = state.spectrum()
+def _ladder(problem: Problem, rest: Rest, resting: bool, count: int, fixed: bool) -> Frequencies:
+    """Refine the degree until the frequencies do not change; of an equilibrium, if `resting`, or of a pose."""
+    found = _spectrum(problem, rest)
     errors, before = found.rounding[:count], np.inf
-    while has_strips(state.problem.scene):
+    while has_strips(problem.scene):
+        finer, state = problem.refine(rest, max(RISE, problem.scene.degree // 4))
         try:
-            finer = state.finer()
+            state = finer.newton(state) if resting else state
         except StaticsError:
             errors = np.full(len(errors), np.inf)
             break
-        new = finer.spectrum()
-        length = min(count, len(found.values), len(new.values))
-        change = np.full(min(count, len((found if fixed else new).values)), np.inf)
+        new = _spectrum(finer, state)
+        length, kept = min(count, len(found.values), len(new.values)), found if fixed else new
+        change = np.full(min(count, len(kept.values)), np.inf)
         change[:length] = np.abs(_eigenvalues(new)[:length] - _eigenvalues(found)[:length])
-        kept = found if fixed else new
         rounding = kept.rounding[:count]
         errors = np.maximum(change, np.where(kept.neutral[:count], 0.0, rounding))
         if fixed:
             break
-        state, found = finer, new
+        problem, rest, found = finer, state, new
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
         stalled = relative < 1e-5 and relative > 0.5 * before  # by rounding of the state itself
         before = relative
-        if stalled or relative <= PLACES or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
+        if stalled or relative <= PLACES or (change <= rounding).all() or problem.scene.degree > max(HIGHEST, 3 * count):
             break
-    return _frequencies(state, found, errors, count)
+    return _frequencies(problem.scene, rest.q, found, errors, count)
 
 
 def _eigenvalues(found: Spectrum) -> Array:
@@ -172,12 +153,11 @@ def _eigenvalues(found: Spectrum) -> Array:
     return np.where(found.neutral, 0.0, found.values)
 
 
-def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> Frequencies:
-    scene, values = state.problem.scene, _eigenvalues(found)[:count]
-    names = []
+def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int) -> Frequencies:
+    names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
-            names.append(f"rigid motion of {moving(scene, state.rest.q, np.real(shape))}")
+            names.append(f"rigid motion of {moving(scene, q, np.real(shape))}")
         elif growth > 0.0:
             names.append("flutter" if value.imag else "growth")
         else:
@@ -188,7 +168,7 @@ def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> F
     said += list_omissions(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(
-        status, "; ".join(said), scene, state.rest.q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
+        status, "; ".join(said), scene, q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
     )  # fmt: skip
 
 
