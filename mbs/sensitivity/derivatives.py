@@ -22,7 +22,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..solvers import Controlled, Spectral
 from ..validate import positive
-from .numbers import DURATION, Family, Source
+from .numbers import Family, Source
 from .reading import FAILURES, statical
 from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
 
@@ -162,8 +162,8 @@ def sensitivities(
     duration : float, optional
         s, positive; without it readings are of states of rest.
     by : sequence of str, or mapping of str to float
-        Numbers by their paths, as in files (`links.coupler.body.section.thickness`), or "duration"; with the standard
-        deviation of each, SI, to have the spread of readings. A number that is zero needs one.
+        Numbers by their paths, as in files (`links.coupler.body.section.thickness`); with the standard deviation of each,
+        SI, to have the spread of readings. A number that is zero needs one.
     of : str, sequence of str, or mapping
         Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); or by a name of
         one's own such a text, or a function of the mechanism that returns a number.
@@ -188,15 +188,12 @@ def sensitivities(
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
-    units = family.units | {DURATION: "s"}
+    units = family.units
     given = by.items() if isinstance(by, Mapping) else ()
     spreads = {name: float(positive(f"standard deviation of {name}", value, units[name])) for name, value in given}
-    points = family.values | ({DURATION: float(duration)} if DURATION in by and duration else {})
-    if DURATION in by and duration is None:
-        raise ValueError("by = duration: give the duration, too")
-    scales = {name: _scale(name, points[name], spreads) for name in by}
+    scales = {name: _scale(name, family.values[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
-    neighbours = Neighbours(family, points, fixed, scales, duration)
+    neighbours = Neighbours(family, fixed, scales, duration)
     moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
     resting = {name: each for name, each in readings.items() if name not in moving}
     rows: list[Derivative] = []
@@ -207,19 +204,16 @@ def sensitivities(
 
 
 class Neighbours(NamedTuple):
-    """Mechanism and its neighbours: numbers by name, other arguments, scales of changes, duration."""
+    """Mechanism and its neighbours: other arguments, scales of changes, duration."""
 
     family: Family
-    points: dict[str, float]
     fixed: dict[str, float]
     scales: dict[str, float]
     duration: float | None
 
     def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Readings:
         """Read a mechanism with other values of some numbers."""
-        found = {**self.points, **changes}
-        span = found.pop(DURATION, self.duration)
-        return read(readings, self.family.make(self.fixed | found), span, solver)
+        return read(readings, self.family.make(self.fixed | self.family.values | changes), self.duration, solver)
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of some readings; of each reading the largest first."""
@@ -231,7 +225,7 @@ class Neighbours(NamedTuple):
             value, made = float(start.values[i]), []
             share = float(start.errors[i]) / abs(value) if value else 0.0
             for name, scale in self.scales.items():
-                about = Derivative(reading, name, value, self.points[name], start.units[i], self.family.units.get(name, "s"))
+                about = Derivative(reading, name, value, self.family.values[name], start.units[i], self.family.units[name])
                 rounding = ROUNDING * abs(value) / (width * scale)
                 made.append(_derivative(about, scale, [float(side[i]) for side in slopes[name]], share, rounding))
             rows += sorted(made, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
@@ -242,7 +236,7 @@ class Neighbours(NamedTuple):
         found = []
         for change in (-width * self.scales[name], width * self.scales[name]):
             try:
-                moved = self.read(readings, solver, **{name: self.points[name] + change}).values
+                moved = self.read(readings, solver, **{name: self.family.values[name] + change}).values
             except FAILURES:  # a number may have an end there
                 moved = np.full(len(readings), nan)
             found.append((moved - start.values) / change)

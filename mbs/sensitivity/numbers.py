@@ -14,8 +14,6 @@ from ..mechanism import Mechanism
 from ..units import is_measured, parse_quantity, unit_of
 from ..validate import short
 
-DURATION = "duration"
-"""Path of the run's length, which is no number of the mechanism."""
 Source = Mechanism | Mapping[str, Any] | Callable[..., Mechanism]
 Make = Callable[[Mapping[str, float]], Mechanism]
 
@@ -129,7 +127,6 @@ class Family:
         ValueError
             If there is no number at a path.
         """
-        names = [name for name in names if name != DURATION]
         if not isinstance(mechanism, Mechanism | Mapping):
             function = mechanism
             return cls(lambda values: function(**values), {name: float(given[name]) for name in names}, dict.fromkeys(names, ""))

@@ -115,17 +115,6 @@ def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
 
 
-def check_coordinates(name: str, value: object, scene: CompiledScene) -> Array:
-    """Convert coordinates of a scene to an array, shape (n,), or raise a ValueError."""
-    try:
-        found = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != (scene.size,) or not np.isfinite(found).all():
-        raise ValueError(f"{name}: must be {scene.size} finite coordinates, as of a scene of degree {scene.degree}")
-    return found
-
-
 def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     """Convert multipliers to the reactions of an element, with the signs of its signals, shape (states, rows).
 

@@ -159,7 +159,7 @@ class _Follower:
         problem = self.problem
         problem.set(self.begun)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
-        rest = find(others, others.start(1.0), False)[0]._replace(parameter=self.begun)
+        rest = find(others, 1.0)[0]._replace(parameter=self.begun)
         if problem.loads and problem.spectrum(rest).neutral.any():
             return settle(problem, rest._replace(parameter=self.step * self.to))
         return rest

@@ -13,7 +13,7 @@ from ..spectral import tables as k
 from ..spectral.scene import CompiledScene, Place
 from ..validate import number
 from .algebra import sparse_null_space
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions, reactions
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, list_omissions, reactions
 from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places
 from .settling import RunsAwayError, SlackError, check_ropes, find
 
@@ -75,14 +75,11 @@ class Equilibrium(Answer):
 
 
 @one_thread()
-def equilibrium(
-    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None,
-    scene: CompiledScene | None = None,
-) -> Equilibrium:  # fmt: skip
+def equilibrium(mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None) -> Equilibrium:
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero, from the stress-free start; with a guess they act at once. Where the mechanism is free, or that branch
-    ends, pseudo-transient continuation leads to a stable equilibrium.
+    Loads grow from zero, from the stress-free start. Where the mechanism is free, or that branch ends, pseudo-transient
+    continuation leads to a stable equilibrium.
 
     Parameters
     ----------
@@ -91,10 +88,6 @@ def equilibrium(
         Factor of all forces, torques and gravity; springs, contacts and strips keep theirs.
     degree : int, optional
         Degree of the strips; by default it is raised until the error is below 1e-8 of the longest link.
-    guess : array, shape (n,), optional
-        Coordinates near the answer; of a scene of `degree`.
-    scene : CompiledScene, optional
-        CompiledScene of this mechanism to reuse, with its degree.
 
     Returns
     -------
@@ -108,51 +101,38 @@ def equilibrium(
     """
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
-    fixed = degree is not None or scene is not None
-    scene = scene or CompiledScene.of(mechanism, degree)
+    scene = CompiledScene.of(mechanism, degree)
     problem = Problem(scene, loads_of(scene))
-    start = problem.start(load)
-    if guess is not None:
-        start = start._replace(q=check_coordinates("guess", guess, problem.scene))
     try:
-        rest, message = find(problem, start, guess is not None)
-        return _answer(problem, rest, message, fixed)
+        return _answer(problem, *find(problem, load), degree is not None)
     except StaticsError as error:
-        return _make_failure(problem, start, error, load)
+        return _make_failure(problem, error, load)
     finally:
         problem.set(1.0)
 
 
-def _refine(problem: Problem, rest: Rest, message: str, fixed: bool) -> tuple[Problem, Rest, str, float]:
-    """Raise the degree, unless `fixed`, until the error is small; search from the start where Newton's method fails."""
-    load, error, before = rest.parameter, 0.0, np.inf
+def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, float]:
+    """Raise the degree, unless `fixed`, until the error is small."""
+    error, before = 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, RISE)
         try:
             new = finer.newton(guess)
         except StaticsError:
-            error = np.inf
-            if fixed or finer.scene.degree > HIGHEST:
-                break
-            try:
-                new, message = find(finer, finer.start(load), False)
-            except StaticsError:
-                break
-        else:
-            error = distance_between(finer.scene, guess.q, new.q)
+            return problem, rest, np.inf
+        error = distance_between(finer.scene, guess.q, new.q)
         if fixed:
             break
         problem, rest = finer, new
-        stalled = 0.5 * before < error < np.inf  # a new search at this degree is compared with the next
-        if error <= PLACES or stalled or problem.scene.degree > HIGHEST:
+        if error <= PLACES or error > 0.5 * before or problem.scene.degree > HIGHEST:
             break
         before = error
-    return problem, rest, message, error
+    return problem, rest, error
 
 
 def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibrium:
     """Make the result: equilibrium with error and stability."""
-    problem, rest, message, error = _refine(problem, rest, message, fixed)
+    problem, rest, error = _refine(problem, rest, fixed)
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
@@ -187,7 +167,7 @@ def _idle(problem: Problem, rest: Rest) -> list[str]:
     return said
 
 
-def _make_failure(problem: Problem, start: Rest, error: Exception, load: float) -> Equilibrium:
+def _make_failure(problem: Problem, error: Exception, load: float) -> Equilibrium:
     """Make the result of a search that failed."""
     scene = problem.scene
     contacts = [
@@ -200,5 +180,5 @@ def _make_failure(problem: Problem, start: Rest, error: Exception, load: float) 
     elif isinstance(error, SlackError):
         status = Ending.SLACK
     message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
-    nowhere = np.full_like(start.q, np.nan), np.full_like(start.multipliers, np.nan)
+    nowhere = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)
     return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

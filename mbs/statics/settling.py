@@ -41,15 +41,7 @@ class SlackError(StaticsError):
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
-    """Find a stable equilibrium by pseudo-transient continuation.
-
-    Raises
-    ------
-    RunsAwayError
-        If the mechanism moves farther than `AWAY`.
-    StaticsError
-        If it still moves after `STEPS` steps.
-    """
+    """Find a stable equilibrium by pseudo-transient continuation; raise a RunsAwayError of a motion farther than `AWAY`."""
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     begun, kicks, way = rest, 0, 0.0
     away = AWAY * float((problem.extents / problem.units).max(initial=1.0))
@@ -104,11 +96,9 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
-def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
-    """Find the equilibrium, and a note on the method if not the default; from a `near` guess all loads act at once."""
-    load = start.parameter
-    if near:
-        return problem.newton(start), ""
+def find(problem: Problem, load: float) -> tuple[Rest, str]:
+    """Find the equilibrium under a factor of the loads, and a note on the method if not the default."""
+    start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
     loose = problem.spectrum(problem.start(0.0), 1).neutral.any()

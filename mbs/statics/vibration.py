@@ -13,7 +13,7 @@ from ..spectral.doors import place
 from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import whole
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, list_omissions
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, list_omissions
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
 from .rest import Equilibrium, equilibrium
 from .spectrum import Spectrum
@@ -79,15 +79,15 @@ class Frequencies(Answer):
 
 @one_thread()
 def frequencies(
-    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
+    mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None
 ) -> Frequencies:
     """Compute natural frequencies of a mechanism with its drives held.
 
     Parameters
     ----------
     mechanism : Mechanism
-    about : Equilibrium or array (n,), optional
-        Equilibrium, or coordinates of any pose, with multipliers by least squares. By default the equilibrium under the loads.
+    about : Equilibrium, optional
+        By default that under the loads.
     count : int
         Number of lowest frequencies, rigid motions among them.
     degree : int, optional
@@ -100,17 +100,13 @@ def frequencies(
     """
     check(mechanism, degree)
     whole("count", count, 1, 1000)
-    if about is None:
-        about = equilibrium(mechanism, degree=degree)
-    if isinstance(about, Equilibrium):
-        if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
-            return _none(about)
-        problem = Problem(about.scene, loads_of(about.scene))
-        return _ladder(problem, Rest(about.q, about.multipliers, about.load), True, int(count), degree is not None)
-    scene = CompiledScene.of(mechanism, degree)
-    problem = Problem(scene, loads_of(scene))
-    pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
-    return _ladder(problem, pose._replace(multipliers=problem.balancing(pose)), False, int(count), degree is not None)
+    about = about or equilibrium(mechanism, degree=degree)
+    scene = about.scene
+    if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
+        nothing, shapes = np.empty(0), np.empty((scene.size, 0), complex)
+        return Frequencies(about.status, about.message, scene, about.q, nothing.astype(complex), shapes, nothing, [], False)
+    problem, rest = Problem(scene, loads_of(scene)), Rest(about.q, about.multipliers, about.load)
+    return _ladder(problem, rest, int(count), degree is not None)
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
@@ -120,14 +116,14 @@ def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
     return found
 
 
-def _ladder(problem: Problem, rest: Rest, resting: bool, count: int, fixed: bool) -> Frequencies:
-    """Refine the degree until the frequencies do not change; of an equilibrium, if `resting`, or of a pose."""
+def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
+    """Refine the degree until the frequencies do not change."""
     found = _spectrum(problem, rest)
     errors, before = found.rounding[:count], np.inf
     while has_strips(problem.scene):
         finer, state = problem.refine(rest, max(RISE, problem.scene.degree // 4))
         try:
-            state = finer.newton(state) if resting else state
+            state = finer.newton(state)
         except StaticsError:
             errors = np.full(len(errors), np.inf)
             break
@@ -170,10 +166,3 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
     return Frequencies(
         status, "; ".join(said), scene, q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
     )  # fmt: skip
-
-
-def _none(about: Equilibrium) -> Frequencies:
-    """Make the result of a mechanism without equilibrium."""
-    nothing = np.empty(0)
-    shapes = np.empty((about.scene.size, 0), complex)
-    return Frequencies(about.status, about.message, about.scene, about.q, nothing.astype(complex), shapes, nothing, [], False)

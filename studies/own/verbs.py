@@ -15,7 +15,7 @@ from buckler.mbs.documents.parameters import free_parameters
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.progress import after_step
-from buckler.mbs.sensitivity.numbers import DURATION, standing
+from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.sensitivity.reading import RunFailedError
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.sensitivity.runs import before_run
@@ -125,7 +125,7 @@ def read_range(document: Mapping[str, object], text: str) -> tuple[str, tuple[fl
 
 def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
     """Read values of a number of a document, in SI."""
-    unit = "s" if path in (DURATION, TIME_ZERO) else standing(document, path).unit
+    unit = "s" if path == TIME_ZERO else standing(document, path).unit
     try:
         return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:
