@@ -79,7 +79,7 @@ def _compile_implicit() -> None:
 
 def _compile_explicit() -> None:
     """Compile the explicit integrator and all that is called between runs."""
-    from .dense import at_times, ledger
+    from .dense import at_times
     from .recording import record_of
     from .run import integrate
     from .scene import CompiledScene
@@ -87,7 +87,6 @@ def _compile_explicit() -> None:
     scene = CompiledScene.of(_rattling())
     out, _, _ = integrate(scene, SHORT, Spectral(method="explicit"))
     at_times(scene, out, np.array([0.0]))
-    ledger(scene, out, [])
     record_of(scene, out)
     scene.measure(0, scene.q0)
     scene.mass_at(scene.q0)

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from fourbar import FourBar, Model, ideal_state
+from fourbar import FourBar, Model, ideal_state, powers
 
 pytest.importorskip("numba")
 
 from buckler.mbs import Material, Section
 from buckler.mbs.modal import BarModes, Modal
 from buckler.mbs.modal.planar import PlanarModel
-from buckler.mbs.spectral.dense import at_times, ledger
+from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
+from buckler.mbs.spectral.recording import follow_markers
 from buckler.mbs.spectral.tables import ONSET as ONSET_OF
 
 G = (1.7, -9.3)
@@ -169,7 +170,7 @@ def by_virtual_power(model, q, v, t):
 
 
 def compiled(bar, q, v, t):
-    """Rates, accelerations, powers, joints (as in `Run`), accelerations squared and largest of what is watched."""
+    """Rates, accelerations, powers, joints (as in `Run`), accelerations of what is watched."""
     model = Model.of(bar)
     state = model.state(np.concatenate([q, v]), t)
     scene, n, r, k = model.scene, model.scene.size, len(model.scene.row_names), len(model.scene.force_names)
@@ -178,15 +179,15 @@ def compiled(bar, q, v, t):
     for i, name in enumerate(scene.force_names):
         memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
     one = Output(np.array([t]), state.q[None], state.v[None], np.zeros((1, n)), np.zeros((1, r)), memory[None])
-    seen, (_, reports, power, _, top) = at_times(scene, one, one.time), ledger(scene, one, markers)
-    joints = model.joints(reports, seen.lam)
+    seen = at_times(scene, one, one.time)
+    power, joints = powers(scene, seen), model.joints(seen.reports, seen.lam)
     lost = np.zeros((2, 4))
     for i, name in enumerate(scene.force_names):
         lost[:, "OABC".index(name[0])] = power[0, [i, k + i]]
     drive = power[0, 2 * k + scene.row_names.index("drive")]
-    powers = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
-    rush = (power[0, 2 * k + r : -1], top[0, 2 * k :])
-    return seen.v[0, model.columns], seen.a[0, model.columns], powers, joints, rush
+    rush = follow_markers(scene, Output(*seen[:5], one.memory))[0][0, markers, 6:8]
+    found = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
+    return seen.v[0, model.columns], seen.a[0, model.columns], found, joints, rush.ravel()
 
 
 def watched(scene):

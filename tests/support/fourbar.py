@@ -15,11 +15,13 @@ from buckler.mbs import Clearance, Controlled, Material, Mechanism, Modal, Rigid
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import RATTLING, CrankRocker
 from buckler.mbs.record.energy import ledger as energies
-from buckler.mbs.spectral.dense import at_times, ledger
+from buckler.mbs.record.lookup import hermite
+from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import CompiledScene
+from buckler.mbs.spectral.tables import FRICTION, LENGTH, RATE, SLIP, VALUE
 
 JOINTS = "OABC"
 
@@ -175,6 +177,32 @@ class Model(NamedTuple):
         return SimpleNamespace(force=force, **dict(zip(("normal", "depth", "rate", "sliding"), found, strict=True)))
 
 
+BOOLE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
+
+
+def powers(scene, seen):
+    """Power on the contact of each force, in its friction, of each constraint's motion, and lost in modes, (times, columns)."""
+    push, drag = seen.reports[:, :, VALUE], seen.reports[:, :, FRICTION]
+    given = np.where(scene.tables.rows[:, 1] >= 0, -seen.lam * seen.speed, 0.0)
+    lost = np.zeros((len(seen.time), 1))
+    for first, modes, at in scene.tables.modal:
+        damping = scene.tables.data[at + 2 * modes + 2 * modes**2 :][:modes]
+        lost[:, 0] += seen.v[:, first + 3 : first + 3 + modes] ** 2 @ damping
+    return np.hstack([push * seen.reports[:, :, RATE], drag * seen.reports[:, :, SLIP], given, lost])
+
+
+def ledger(scene, out):
+    """Reports of forces at the ends of steps, powers there, their integrals by Boole's rule, and largest forces and depths."""
+    steps = np.diff(out.time)
+    seen = at_times(scene, out, np.append(out.time[:-1, None] + steps[:, None] * np.arange(4) / 4, out.time[-1]))
+    power, step = powers(scene, seen), 4 * np.arange(len(steps))[:, None] + np.arange(5)
+    push, drag, depth = (seen.reports[:, :, column] for column in (VALUE, FRICTION, LENGTH))
+    sizes = np.maximum(0.0, np.hstack([np.hypot(push, drag), depth]))
+    work = np.cumsum(steps[:, None] * np.einsum("p,spc->sc", BOOLE, power[step]), axis=0)
+    top = np.vstack([sizes[:1], sizes[step].max(axis=1)])
+    return seen.reports[::4], power[::4], np.vstack([np.zeros((1, power.shape[1])), work]), top
+
+
 def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf, most=20_000_000):
     """From t = 0, or rather from a state, with equidistant samples."""
     model = Model.of(bar)
@@ -185,14 +213,15 @@ def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf,
     out, failure, counts = integrate(scene, duration, steps, state=begin)
     times = np.linspace(0.0, duration, samples)
     at = at_times(scene, out, times[times <= out.time[-1] * (1 + 1e-12)])
-    book, here = ledger(scene, out, []), model.joints(at.reports, at.lam)
-    ends, count = model.joints(book.reports, out.lam), len(scene.force_names)
+    here, (reports, power, work, top) = model.joints(at.reports, at.lam), ledger(scene, out)
+    work = hermite(out.time, work, power, at.time)[0]
+    ends, count = model.joints(reports, out.lam), len(scene.force_names)
     loose = {k: JOINTS.index(name[0]) for k, name in enumerate(scene.force_names)}
     peak_force, peak_depth = np.linalg.norm(ends.force, axis=2), np.zeros((len(out.time), 4))
     contact, friction = np.zeros((2, len(at.time), 4))
     for k, j in loose.items():
-        peak_force[:, j], peak_depth[:, j] = book.top[:, k], book.top[:, count + k]
-        contact[:, j], friction[:, j] = book.at(at.time, [k, count + k]).T
+        peak_force[:, j], peak_depth[:, j] = top[:, k], top[:, count + k]
+        contact[:, j], friction[:, j] = work[:, [k, count + k]].T
     seen = []
     for stepped, own in ((peak_force, np.linalg.norm(here.force, axis=2)), (peak_depth, np.maximum(here.depth, 0.0))):
         kept = out.time <= at.time[-1]
@@ -204,10 +233,10 @@ def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf,
     held = {name: held.get(name, np.zeros(len(at.time))) for name in ("kinetic", "strain", "weight")}
     lent = np.where(np.array(bar.gaps) > 0, bar.law.potential(np.maximum(here.depth, 0.0)), 0.0)
     lent[~np.isfinite(lent)] = 0.0
-    taken = {"taken_contact": contact - lent + lent[0], "taken_friction": friction, "taken_modes": book.at(at.time, [-1])[:, 0]}
+    taken = {"taken_contact": contact - lent + lent[0], "taken_friction": friction, "taken_modes": work[:, -1]}
     whole = sum(held.values()) + lent.sum(axis=1)
     lost = taken["taken_contact"].sum(axis=1) + friction.sum(axis=1) + taken["taken_modes"]
-    given = book.at(at.time, [2 * count + scene.row_names.index("drive")])[:, 0]
+    given = work[:, 2 * count + scene.row_names.index("drive")]
     off = np.abs(whole - whole[0] + lost - given).max() / max((whole - held["weight"].min() + lost).max(), 1e-300)
     begun = np.argwhere((ends.depth[:-1] <= 1e-12) & (ends.depth[1:] > 1e-12))
     onsets = [(j, out.time[k], ends.rate[k, j]) for k, j in begun]
