@@ -115,7 +115,7 @@ def _unit_end(*shapes: Array) -> tuple[Array, ...]:
 
 
 def _of_solid(modal: Modal, length: float) -> PlanarModel:
-    return reduced(modal, length).planar()
+    return reduced(modal, length).plane
 
 
 MAKERS: dict[type, Callable[[Modal, float], PlanarModel]] = {

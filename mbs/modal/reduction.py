@@ -31,41 +31,27 @@ class ReducedModel:
         Shape of the mesh's cells and the nodes at their corners, as meshio has them.
     numbers : array of int, shape (m,)
         Numbers of the modes among all flexible ones.
-    omega, damping : arrays, shape (m,)
-        Angular frequencies [rad/s] and damping ratios [1]; the modal stiffness is omega^2.
+    omega : array, shape (m,)
+        Angular frequencies [rad/s].
     modes : array, shape (m, n, 3)
         Displacements of the nodes [1/sqrt(kg)].
     participation : array, shape (m, 4)
         Shares of kinetic energy by `buckler.mbs.modal.MOTIONS`.
-    length, mass, centre
-        Distance of the joints, m; kg; centre of mass in link axes, m, shape (3,).
-    inertia : float
-        Moment of inertia about the centre of mass, in the plane [kg m^2].
-    radial, gram, gyration : arrays, shape (m,), (m, m), (m, m)
-        Integrals over the mass of X . phi_k, phi_k . phi_l and phi_k x phi_l, in-plane parts, X from the centre of mass.
-    at_stations : array, shape (3 stations, m, 6)
-        Translation and rotation at start, end and centre, which lie at x = 0, length and length/2 on the link's axis.
-    line, line_modes : arrays, shape (p,) and (m, p, 2)
-        Stations along x, m, and in-plane displacement of the axis there, to draw the link.
+    mass, centre
+        kg; centre of mass in link axes, m, shape (3,).
+    plane : PlanarModel
+        Its modes and inertia in the plane of motion.
     """
 
     nodes: Array
     cells: tuple[str, Array]
     numbers: Array
     omega: Array
-    damping: Array
     modes: Array
     participation: Array
-    length: float
     mass: float
     centre: Array
-    inertia: float
-    radial: Array
-    gram: Array
-    gyration: Array
-    at_stations: Array
-    line: Array
-    line_modes: Array
+    plane: PlanarModel
 
     @property
     def frequencies(self) -> Array:
@@ -87,25 +73,6 @@ class ReducedModel:
         shares = self.participation.max(axis=1, initial=0.0)
         rows = zip(self.numbers, self.frequencies, self.kinds, shares, self.moves_in_plane, strict=True)
         return [(int(n), float(f), kind, float(share), bool(seen)) for n, f, kind, share, seen in rows]
-
-    def planar(self) -> PlanarModel:
-        """Return the in-plane modes and inertia."""
-        k = self.moves_in_plane
-        return PlanarModel(
-            length=self.length,
-            mass=self.mass,
-            inertia=self.inertia,
-            centre=self.centre[:2],
-            numbers=self.numbers[k],
-            frequency=self.omega[k],
-            damping=self.damping[k],
-            shapes=self.at_stations[:, k][:, :, [0, 1, 5]].transpose(0, 2, 1),
-            radial=self.radial[k],
-            gram=self.gram[np.ix_(k, k)],
-            gyration=self.gyration[np.ix_(k, k)],
-            line=np.column_stack([self.line, np.zeros_like(self.line)]) - self.centre[:2],
-            line_shapes=self.line_modes[k].transpose(1, 2, 0),
-        )
 
 
 def plane_part(shares: Array) -> Array:
@@ -149,22 +116,29 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
     places = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
-    at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in places])
-    line, line_modes = _line(solid, modes, at_stations)
-    arms = (solid.nodes - solid.centre)[:, :2]
-    plane = modes[..., :2]
-    heavy = np.array([solid.mass @ mode for mode in plane]).reshape(-1, *arms.shape)
-    moments = np.einsum("kn,ln->kl", plane[..., 0], heavy[..., 1])
-    return ReducedModel(
-        solid.nodes, solid.cells, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
+    seen = plane_part(shares)
+    in_plane = modes[seen]
+    at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, in_plane)) for nodes, about in places])
+    line, line_modes = _line(solid, in_plane, at_stations)
+    arms, flat = (solid.nodes - solid.centre)[:, :2], in_plane[..., :2]
+    heavy = np.array([solid.mass @ mode for mode in flat]).reshape(-1, *arms.shape)
+    moments, mass = np.einsum("kn,ln->kl", flat[..., 0], heavy[..., 1]), float(solid.mass.sum())
+    plane = PlanarModel(
+        length=solid.length,
+        mass=mass,
         inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
+        centre=solid.centre[:2],
+        numbers=chosen[seen] + 1,
+        frequency=omega[seen],
+        damping=damping[seen],
+        shapes=at_stations[:, :, [0, 1, 5]].transpose(0, 2, 1),
         radial=np.einsum("na,kna->k", arms, heavy),
-        gram=np.einsum("kna,lna->kl", plane, heavy),
+        gram=np.einsum("kna,lna->kl", flat, heavy),
         gyration=moments - moments.T,
-        at_stations=at_stations,
-        line=line,
-        line_modes=line_modes,
-    )  # fmt: skip
+        line=np.column_stack([line, np.zeros_like(line)]) - solid.centre[:2],
+        line_shapes=line_modes.transpose(1, 2, 0),
+    )
+    return ReducedModel(solid.nodes, solid.cells, chosen + 1, omega, modes, shares, mass, solid.centre, plane)
 
 
 def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:

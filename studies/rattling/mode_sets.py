@@ -71,7 +71,7 @@ def numbers(depth: float, name: str) -> tuple[int, ...]:
     """Return the flexible modes of a set that move in the plane; a planar mechanism does not feel the others."""
     wanted = SETS[name]
     if isinstance(wanted, FreeModes):
-        return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).planar().numbers)
+        return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).plane.numbers)
     table = solid_modes(depth).table()
     found = {letter: [row[0] for row in table if row[2] == kind] for letter, kind in LETTERS.items()}
     return tuple(found[mode[0]][int(mode[1:]) - 1] for mode in wanted)

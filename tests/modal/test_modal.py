@@ -106,7 +106,7 @@ def deformation(model, forces):
 def test_static_modes_alone_carry_end_loads_exactly(section):
     """Opposite end moments bend to a circle, opposite end forces stretch: three static modes hold both."""
     section = replace(section, material=NO_CONTRACTION)  # rigid end faces disturb no section that keeps its shape
-    model = reduced(Modal(section, CraigBampton(fixed=0)), LENGTH).planar()
+    model = reduced(Modal(section, CraigBampton(fixed=0)), LENGTH).plane
     assert len(model) == 3
     q = deformation(model, np.array([[0, 0, -1.0], [0, 0, 1.0], [0, 0, 0]]))
     start, end, centre = model.shapes @ q
@@ -124,7 +124,7 @@ def test_mid_force_bends_the_bar_as_timoshenko_says():
     exact = LENGTH**3 / (48 * section.bending_stiffness) + LENGTH / (4 * section.shear_stiffness)
     found = {}
     for modes in (CraigBampton(fixed=0), CraigBampton(fixed=12), FreeModes((1, 2, 3), "in-plane")):
-        model = reduced(Modal(section, modes), LENGTH).planar()
+        model = reduced(Modal(section, modes), LENGTH).plane
         start, end, centre = model.shapes @ deformation(model, force)
         found[modes] = ((start[1] + end[1]) / 2 - centre[1]) / exact - 1
     guyan, full, free = found.values()

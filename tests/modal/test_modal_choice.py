@@ -18,8 +18,8 @@ from buckler.mbs.modal.solid import rigid_motions
 
 def test_modes_counted_from_the_six_rigid_ones_carry_no_flexibility():
     model = reduced(Modal(FLAT, FreeModes((4, 5, 6), counting="free")), LENGTH)
-    assert len(model.omega) == 0 and len(model.planar()) == 0 and model.table() == []
-    assert model.planar().inertia == pytest.approx(model.mass * (LENGTH**2 + THIN**2) / 12, rel=1e-12)
+    assert len(model.omega) == 0 and len(model.plane) == 0 and model.table() == []
+    assert model.plane.inertia == pytest.approx(model.mass * (LENGTH**2 + THIN**2) / 12, rel=1e-12)
     seventh = reduced(Modal(FLAT, FreeModes((6, 7, 8), counting="free")), LENGTH)
     assert list(seventh.numbers) == [1, 2]
 
@@ -28,11 +28,11 @@ def test_same_numbers_in_three_countings():
     """The 5 mm bar's flexible modes 4 to 6: torsion and two in the plane; the 20 mm bar's: none in the plane."""
     flat = reduced(Modal(FLAT, FreeModes((4, 5, 6))), LENGTH)
     assert flat.kinds == ["torsion", "in-plane bending", "in-plane bending"]
-    assert list(flat.planar().numbers) == [5, 6]
+    assert list(flat.plane.numbers) == [5, 6]
     tall = reduced(Modal(TALL, FreeModes((4, 5, 6))), LENGTH)
-    assert tall.kinds == ["torsion", "out-of-plane bending", "out-of-plane bending"] and len(tall.planar()) == 0
+    assert tall.kinds == ["torsion", "out-of-plane bending", "out-of-plane bending"] and len(tall.plane) == 0
     planar = reduced(Modal(TALL, FreeModes((4, 5, 6), "in-plane")), LENGTH)
-    assert len(planar.planar()) == 3 and planar.frequencies.min() > 15e3
+    assert len(planar.plane) == 3 and planar.frequencies.min() > 15e3
     assert planar.kinds == ["in-plane bending", "in-plane bending", "axial"]
     third = reduced(Modal(TALL, FreeModes((3,), "in-plane")), LENGTH)
     assert third.kinds == ["axial"]
@@ -42,7 +42,7 @@ def test_same_numbers_in_three_countings():
 def test_order_of_numbers_and_their_damping_are_kept():
     model = reduced(Modal(FLAT, FreeModes((5, 1, 3)), damping=(0.05, 0.01, 0.03)), LENGTH)
     assert list(model.numbers) == [5, 1, 3]
-    assert list(model.planar().damping) == [0.05, 0.01]  # mode 3 moves out of the plane
+    assert list(model.plane.damping) == [0.05, 0.01]  # mode 3 moves out of the plane
 
 
 def test_a_square_bar_has_its_mixed_modes_parted():
@@ -63,7 +63,7 @@ def test_modes_keep_to_mean_axes_and_diagonalise_both_matrices(modes):
     stiffness = vectors.T @ (solid.stiffness @ vectors)
     scale = np.outer(model.omega, model.omega)
     np.testing.assert_allclose(stiffness / scale, np.eye(len(model.omega)), atol=1e-6)
-    planar = model.planar()
+    planar = model.plane
     momentum = rigid_motions(solid.nodes - solid.centre).T @ (solid.full_mass @ vectors)
     assert abs(momentum).max() < 1e-12
     assert abs(planar.gyration + planar.gyration.T).max() < 1e-12
@@ -88,7 +88,7 @@ def test_energies_and_momenta_are_those_of_the_whole_mesh(modes):
     """All nodes of the mesh moved in the plane: their energies and momenta by M and K are the reduced model's."""
     model = reduced(Modal(FLAT, modes), LENGTH)
     solid = solid_bar(THIN, WIDE, Box().elements)
-    planar = model.planar()
+    planar = model.plane
     q, v, _ = random_state(planar)
     shapes = model.modes[model.moves_in_plane]
     strain = []
@@ -112,7 +112,7 @@ def test_energies_and_momenta_are_those_of_the_whole_mesh(modes):
 
 
 def test_velocity_and_acceleration_of_stations_are_derivatives():
-    planar = reduced(Modal(FLAT, CraigBampton()), LENGTH).planar()
+    planar = reduced(Modal(FLAT, CraigBampton()), LENGTH).plane
     q0, v0, a0 = (row[0] for row in random_state(planar, seed=4))
     v0[2], v0[3:], a0[3:] = 300.0, v0[3:] / 10, a0[3:] / 1e7  # all terms of one size: 1e3 to 1e4 m/s^2
     h = 1e-7

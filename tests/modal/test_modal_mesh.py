@@ -183,7 +183,7 @@ def test_a_planar_mesh_is_a_bar_in_plane_stress(kind, tmp_path):
     np.testing.assert_allclose(model.frequencies, exact, rtol=3e-3)
     seventh = reduced(Modal(TALL, FreeModes((3, 4), counting="free"), mesh=mesh), LENGTH)
     assert list(seventh.numbers) == [1]
-    static = reduced(Modal(TALL, CraigBampton(fixed=0), mesh=mesh), LENGTH).planar()
+    static = reduced(Modal(TALL, CraigBampton(fixed=0), mesh=mesh), LENGTH).plane
     assert len(static) == 3 and static.inertia == pytest.approx(model.mass * (LENGTH**2 + WIDE**2) / 12, rel=1e-9)
 
 
@@ -254,10 +254,10 @@ def test_a_link_with_pin_holes(tmp_path, basis):
     assert model.mass == pytest.approx(7850 * volume, rel=1e-7)
     np.testing.assert_allclose(model.centre, [0.05, 0, 0], atol=1e-9)
     assert model.kinds[0] == "in-plane bending"
-    start, end, centre = model.at_stations[:, 0]
-    np.testing.assert_allclose(start[[1, 5]], [end[1], -end[5]], rtol=1e-6)  # symmetric
+    start, end, centre = model.plane.shapes[:, :, 0]
+    np.testing.assert_allclose(start[1:], [end[1], -end[2]], rtol=1e-6)  # symmetric
     assert start[1] * centre[1] < 0
-    line = model.planar().line
+    line = model.plane.line
     assert line[0, 0] == pytest.approx(-0.05) and line[-1, 0] == pytest.approx(0.05)
 
 
@@ -324,6 +324,6 @@ def test_adams_damps_by_frequency():
     found = bar.frequencies(0.5)
     clamped = np.array([4.73004074, 7.85320462, 10.9956078]) ** 2 / (2 * pi * 0.5**2)  # Euler-Bernoulli, free ends
     np.testing.assert_allclose(found[:3], clamped * np.sqrt(STEEL.modulus / STEEL.density * 0.005**2 / 12), rtol=0.015)
-    model = reduced(bar, 0.5).planar()
+    model = reduced(bar, 0.5).plane
     np.testing.assert_array_equal(model.damping, AdamsDamping().ratios(found))
     assert set(model.damping) == {0.1} | ({0.01} if found[0] < 100 else set()) | ({1.0} if found[-1] > 1000 else set())
