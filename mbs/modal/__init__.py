@@ -22,9 +22,9 @@ from ..elements.modal import (
 from ..offers import on_demand
 
 if TYPE_CHECKING:
-    from .modes import MOTIONS
     from .planar import PlanarModel
     from .reduction import ReducedModel, reduced
+    from .solid import MOTIONS
 
 __all__ = [
     "MOTIONS", "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",
@@ -32,6 +32,6 @@ __all__ = [
 ]  # fmt: skip
 
 __getattr__ = on_demand(
-    __name__, {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
+    __name__, {"MOTIONS": "solid", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
 )
 """Names that need SciPy's sparse solvers, imported on demand."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from ..elements.modal import BarModes, CraigBampton, FreeModes, Modal
+from ..elements.modal import BarModes, Modal
 from ..geometry import Array
 from .planar import PlanarModel
 from .reduction import reduced
@@ -114,17 +113,6 @@ def _unit_end(*shapes: Array) -> tuple[Array, ...]:
     return tuple(shape / shapes[0][-STATIONS - 2] for shape in shapes)
 
 
-def _of_solid(modal: Modal, length: float) -> PlanarModel:
-    return reduced(modal, length).plane
-
-
-MAKERS: dict[type, Callable[[Modal, float], PlanarModel]] = {
-    FreeModes: _of_solid,
-    CraigBampton: _of_solid,
-    BarModes: lambda modal, length: bar_model(modal, modal.modes, length),  # type: ignore[arg-type]  # it is one here
-}
-
-
 def planar_model(modal: Modal, length: float) -> PlanarModel:
     """Reduce a link of this length [m] to the plane of motion."""
-    return MAKERS[type(modal.modes)](modal, length)
+    return bar_model(modal, modal.modes, length) if isinstance(modal.modes, BarModes) else reduced(modal, length).plane

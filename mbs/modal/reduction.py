@@ -14,9 +14,8 @@ from ..elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, M
 from ..geometry import Array
 from ..validate import positive
 from .mesh import bar_grid, read_mesh
-from .modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
 from .planar import PlanarModel
-from .solid import Solid, assemble, rigid_motions
+from .solid import MOTIONS, Solid, assemble, craig_bampton, free_modes, participation, rigid_fit, rigid_motions, slices
 
 
 @dataclass(frozen=True, eq=False)

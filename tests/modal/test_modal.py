@@ -10,8 +10,7 @@ pytest.importorskip("skfem")
 from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, Modal, reduced
-from buckler.mbs.modal.modes import free_modes, participation
-from buckler.mbs.modal.solid import rigid_motions
+from buckler.mbs.modal.solid import free_modes, participation, rigid_motions
 
 NO_CONTRACTION = replace(STEEL, poisson=0.0)
 

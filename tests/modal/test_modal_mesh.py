@@ -15,8 +15,7 @@ from scipy.spatial import Delaunay
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, BarModes, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
 from buckler.mbs.modal.mesh import KINDS, grid_of, read_mesh
-from buckler.mbs.modal.modes import free_modes
-from buckler.mbs.modal.solid import assemble, rigid_motions
+from buckler.mbs.modal.solid import assemble, free_modes, rigid_motions
 
 START, END = (0, 0, 0), (LENGTH, 0, 0)
 SOLID = [kind for kind in KINDS if kind.startswith(("tetra", "hexa"))]
