@@ -135,7 +135,6 @@ KEYS = {
     "flutter": "flutter",
     "fold": "folds",
     "doubling": "doublings",
-    "torus": "tori",
 }
 """Plural of each kind of critical point."""
 

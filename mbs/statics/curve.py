@@ -1,7 +1,7 @@
 """Continuation of periodic motions over a parameter by arc length, with critical points.
 
 Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`. Roots along
-the arc are found where its eigenvalues pass 1, -1 or the unit circle.
+the arc are found where its eigenvalues pass 1 or -1.
 
 References
 ----------
@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import brentq
 
 from ..geometry import Array
@@ -25,9 +26,9 @@ from ..spectral.run import State
 from .algebra import solve
 from .answer import CRITICAL, RISE
 from .arc import CORNER, next_arc
-from .cycles import Periodic, Turn, branching, compare_multipliers, doubling, motion_of, torus
+from .cycles import Periodic, compare_multipliers, motion_of
 from .problem import Problem, Rest, StaticsError, has_strips, prolong
-from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
+from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, off_from, values_of
 from .varied import Paced
 
 SHORTEST = 1e-5
@@ -45,14 +46,38 @@ FINER = 2
 
 
 class Orbit(NamedTuple):
-    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], and unit tangent, (2 f + 1,)."""
+    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], tangent in units, (2 n + 1,), and size."""
 
     found: Found
     parameter: float
     basis: Array
     matrix: Array
-    ahead: Array
+    way: Array
     size: float
+
+    @property
+    def values(self) -> Array:
+        """Floquet multipliers."""
+        return values_of(self.found.matrix)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Critical point of a response.
+
+    Attributes
+    ----------
+    kind : str
+        'fold', 'doubling' (a multiplier passes -1) or 'branching' (1, and the curve goes on).
+    rest : Rest
+        State at the start of a period, coordinates only, and the parameter.
+    motion : Periodic
+    """
+
+    kind: str
+    rest: Rest
+    motion: Periodic
+    multiple: int = 1
 
 
 @dataclass
@@ -64,10 +89,9 @@ class Curve:
     to: float
     fixed: bool
 
-    @property
-    def begun(self) -> float:
-        """Parameter at which the curve begins."""
-        return self.problem.drawn
+    def __post_init__(self) -> None:
+        self.begun = self.problem.drawn
+        self.span = self.to - self.begun
 
     def at(self, parameter: float) -> None:
         """Set the parameter, and the period with it."""
@@ -76,11 +100,38 @@ class Curve:
         if isinstance(self.problem, Paced):
             self.shooting.period = 1.0 / parameter
 
-    def returning(self, state: State, parameter: float, matrix: Array, normal: Array, basis: Array) -> tuple[State, float]:
-        """Find the periodic motion on the plane across a direction by Broyden's method, from [dP/dx - 1, dP/dp] nearby."""
-        shooting, span, best = self.shooting, self.to - self.begun, (np.inf, state, parameter)
-        whole = np.vstack([matrix, normal])
-        step = before = np.zeros(len(whole))
+    def _spread(self, basis: Array) -> Array:
+        """Return the matrix from free coordinates, their rates and the parameter to all of these in units, (2 n + 1, 2 f + 1)."""
+        part = basis / self.shooting.units[:, None]
+        return np.asarray(block_diag(part, part, 1.0))
+
+    def orbit(self, state: State, parameter: float, before: Array | None = None) -> Orbit:
+        """Compute multipliers and tangent of a motion; oriented as the one `before`, or towards the end."""
+        self.at(parameter)
+        shooting, ends = self.shooting, []
+        basis = shooting.basis(state)
+        out, monodromy = shooting.monodromy(state, basis)
+        for side in (1.0, -1.0):
+            self.at(parameter + side * shooting.width * self.span)
+            moved = shooting.project(state)
+            ends.append(shooting.change(moved, basis, shooting.run(moved)))
+        self.at(parameter)
+        slope = (ends[0] - ends[1]) / (2 * shooting.width)
+        matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
+        size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
+        metric, last, spread = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1], self._spread(basis)
+        ahead = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
+        way = spread @ ahead / np.sqrt(metric @ ahead**2)
+        return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, way, size)
+
+    def onto(self, orbit: Orbit, arc: float) -> Orbit:
+        """Find the motion at an arc along the direction of another one, on the plane across it, by Broyden's method."""
+        self.at(orbit.parameter)
+        shooting, basis, ahead = self.shooting, orbit.basis, orbit.way @ self._spread(orbit.basis)
+        state = shooting.displace(orbit.found.state, basis, arc * ahead[:-1])
+        parameter = orbit.parameter + arc * float(ahead[-1]) * self.span
+        whole = np.vstack([orbit.matrix, np.append(ahead[:-1] / orbit.size**2, ahead[-1])])
+        best, step, before = (np.inf, state, parameter), np.zeros(len(whole)), np.zeros(len(whole))
         for k in range(ITERATIONS):
             self.at(parameter)
             state = shooting.project(state)
@@ -92,66 +143,10 @@ class Curve:
                 break
             best, before = (left, state, parameter), miss
             step = solve(whole, -miss)
-            state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * span
+            state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * self.span
         if best[0] > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
-        return best[1:]
-
-    def orbit(self, state: State, parameter: float, before: tuple[Array, Array, float] | None = None) -> Orbit:
-        """Compute multipliers and tangent of a motion; oriented as the `heading` before, or towards the end."""
-        self.at(parameter)
-        shooting = self.shooting
-        basis = shooting.basis(state)
-        out, monodromy = shooting.monodromy(state, basis)
-        found = Found(state, shooting.period, 0.0, out, monodromy)
-        n = 2 * basis.shape[1]
-        matrix = self.matrix(found, parameter, basis)
-        size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
-        metric = np.append(np.full(n, size**-2.0), 1.0)
-        normal = np.append(np.zeros(n), 1.0)
-        if before is not None:
-            back = basis.T / shooting.units**2
-            normal = metric * np.concatenate([back @ before[0], back @ before[1] / shooting.pace, before[2:]])
-        ahead = solve(np.vstack([matrix, normal]), np.append(np.zeros(n), 1.0))
-        return Orbit(found, parameter, basis, matrix, ahead / np.sqrt(metric @ ahead**2), size)
-
-    def matrix(self, found: Found, parameter: float, basis: Array) -> Array:
-        """Compute [dP/dx - 1, dP/dp], p over its range."""
-        shooting, span = self.shooting, self.to - self.begun
-        ends = []
-        for side in (1.0, -1.0):
-            self.at(parameter + side * shooting.width * span)
-            state = shooting.project(found.state)
-            ends.append(shooting.change(state, basis, shooting.run(state)))
-        self.at(parameter)
-        slope = (ends[0] - ends[1]) / (2 * shooting.width)
-        return np.column_stack([found.matrix - np.eye(len(slope)), slope])
-
-    def onto(self, orbit: Orbit, arc: float) -> Orbit:
-        """Find the motion at an arc along the direction of another one."""
-        self.at(orbit.parameter)
-        shooting, f = self.shooting, orbit.basis.shape[1]
-        way = self.heading(orbit)
-        state = shooting.displace(orbit.found.state, orbit.basis, arc * orbit.ahead[:-1])
-        metric = np.append(np.full(2 * f, orbit.size**-2.0), 1.0)
-        guess = orbit.parameter + arc * float(orbit.ahead[-1]) * (self.to - self.begun)
-        found = self.returning(state, guess, orbit.matrix, metric * orbit.ahead, orbit.basis)
-        return self.orbit(*found, way)
-
-    def heading(self, orbit: Orbit) -> tuple[Array, Array, float]:
-        """Return the tangent: of coordinates and rates, (n,) each, and of the parameter over its range."""
-        self.at(orbit.parameter)
-        q, v = (orbit.basis @ part for part in np.split(orbit.ahead[:-1], 2))
-        return q, self.shooting.pace * v, float(orbit.ahead[-1])
-
-    def angle_between(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the directions of two motions [rad]."""
-        ends = []
-        for each in (orbit, new):
-            q, v, p = self.heading(each)
-            ends.append(np.concatenate([q / self.shooting.units, v / self.shooting.units / self.shooting.pace, [new.size * p]]))
-        one, other = ends
-        return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
+        return self.orbit(*best[1:], orbit.way)
 
     @cached_property
     def fine(self) -> Curve:
@@ -160,19 +155,20 @@ class Curve:
         problem = self.problem.raised(0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
-    def finer(self, orbit: Orbit) -> tuple[Curve, State, tuple[Array, Array, float]]:
-        """Refine steps and degree at the parameter of a motion; return curve, state and heading."""
+    def finer(self, orbit: Orbit) -> tuple[Curve, State, Array]:
+        """Refine steps and degree at the parameter of a motion; return curve, state and tangent."""
         self.at(orbit.parameter)
         curve, one = self.fine, self.shooting.scene
         curve.at(orbit.parameter)
         curve.shooting.left = BUDGET
         state = orbit.found.state
-        q, v, *way = (prolong(one, curve.shooting.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
-        return curve, state._replace(q=q, v=v), (way[0], way[1], float(orbit.ahead[-1]))
+        parts = (state.q, state.v, *np.split(orbit.way[:-1], 2))
+        q, v, *way = (prolong(one, curve.shooting.scene, each) for each in parts)
+        return curve, state._replace(q=q, v=v), np.concatenate([*way, orbit.way[-1:]])
 
     def motion(self, orbit: Orbit) -> Periodic:
         """Return the motion with errors, from finer steps, narrower differences and a higher degree."""
-        values, shooting, found, error = values_of(orbit.found.matrix), self.shooting, orbit.found, np.inf
+        values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
         with suppress(StaticsError):
             curve, start, _ = self.finer(orbit)
@@ -188,8 +184,7 @@ class Curve:
         turns = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             one, other = function(orbit), function(new)
-            none = (kind == "branching" and turns) or (kind == "torus" and max(one, other) < CRITICAL)
-            if one * other < 0.0 and not none:
+            if one * other < 0.0 and not (kind == "branching" and turns):
                 at, found, error = self.crossing(orbit, new, arc, function)
                 curve, here = self, orbit
                 for _ in range(FINER if error < np.inf else 0):
@@ -232,13 +227,15 @@ class Curve:
             found = self.onto(orbit, at)
         return found
 
+    def turns(self, orbit: Orbit, new: Orbit) -> float:
+        """Compute the angle between the directions of two motions [rad], whose parameter counts by the size of the last."""
+        one, other = (np.append(each.way[:-1], new.size * each.way[-1]) for each in (orbit, new))
+        return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
+
     def leaps(self, orbit: Orbit, new: Orbit) -> bool:
         """Check whether a multiplier changed so much that a resonance may have been missed."""
-        one, other = (values_of(each.found.matrix) for each in (orbit, new))
-        near = np.abs(other - 1.0)
-        moved = np.abs(other[:, None] - one[None]).min(axis=1, initial=np.inf)
-        far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.to - self.begun)
-        return far and bool((moved > LEAP * near).any())
+        far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
+        return far and bool((off_from(new.values, orbit.values) > LEAP * np.abs(new.values - 1.0)).any())
 
     def follow(self, state: State, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
@@ -248,7 +245,7 @@ class Curve:
             after_step.get()()
             try:
                 new = self.onto(orbits[-1], arc)
-                turned = self.angle_between(orbits[-1], new)
+                turned = self.turns(orbits[-1], new)
                 if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
                     raise StaticsError("a shorter step is needed")
                 found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
@@ -258,10 +255,10 @@ class Curve:
             except StaticsError:
                 arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"
                 continue
-            way = (new.parameter - self.begun) / (self.to - self.begun)
+            way = (new.parameter - self.begun) / self.span
             if not 0.0 < way < 1.0:
                 ended, end = ("reached", self.to) if way >= 1.0 else ("back", self.begun)
-                found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / (self.to - self.begun) < 1.0]
+                found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / self.span < 1.0]
                 self.at(end)
                 with suppress(StaticsError):  # else the curve ends beside it, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
@@ -271,9 +268,8 @@ class Curve:
 
 
 KINDS: dict[str, Callable[[Orbit], float]] = {
-    "fold": lambda orbit: float(orbit.ahead[-1]),
-    "doubling": lambda orbit: doubling(values_of(orbit.found.matrix)),
-    "branching": lambda orbit: branching(values_of(orbit.found.matrix)),
-    "torus": lambda orbit: torus(values_of(orbit.found.matrix)),
+    "fold": lambda orbit: float(orbit.way[-1]),
+    "doubling": lambda orbit: float(np.prod(orbit.values + 1.0).real),
+    "branching": lambda orbit: float(np.prod(orbit.values - 1.0).real),
 }
 """Functions of a motion that are zero at critical points."""

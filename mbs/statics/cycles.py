@@ -14,7 +14,7 @@ from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
-from .problem import Rest, StaticsError, distance_between, has_strips, places, prolong
+from .problem import StaticsError, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, off_from, values_of
 
 FIRST = 8
@@ -84,25 +84,6 @@ class Periodic(Answer):
             name = "trivial multiplier" if i == self.trivial else "multiplier"
             out.append((name, f"{value:.9g}, size {abs(value):.9g}, error {error:.1e}"))
         return out
-
-
-@dataclass(frozen=True)
-class Turn:
-    """Critical point of a response.
-
-    Attributes
-    ----------
-    kind : str
-        'fold', 'doubling' (a multiplier passes -1), 'branching' (1, and the curve goes on) or 'torus' (a pair passes the circle).
-    rest : Rest
-        State at the start of a period, coordinates only, and the parameter.
-    motion : Periodic
-    """
-
-    kind: str
-    rest: Rest
-    motion: Periodic
-    multiple: int = 1
 
 
 def periodic(
@@ -220,19 +201,3 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
         status, "; ".join(said), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
         not grows.any(), error, trivial,
     )  # fmt: skip
-
-
-def doubling(values: Array) -> float:
-    """Compute a function of multipliers that is zero where one is -1."""
-    return float(np.prod(values + 1.0).real)
-
-
-def branching(values: Array) -> float:
-    """Compute a function of multipliers that is zero where one is 1."""
-    return float(np.prod(values - 1.0).real)
-
-
-def torus(values: Array) -> float:
-    """Compute a function of multipliers that is zero where a pair is on the unit circle."""
-    pairs = np.abs(values[values.imag != 0.0])
-    return float(pairs.max()) - 1.0 if len(pairs) else 0.0

@@ -10,8 +10,8 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
-from .curve import KINDS, Curve, Orbit
-from .cycles import Periodic, Turn, prepare
+from .curve import KINDS, Curve, Orbit, Turn
+from .cycles import Periodic, prepare
 from .problem import Problem, StaticsError
 from .shooting import SpentError
 from .varied import Paced, problem_over
@@ -31,9 +31,9 @@ class Response(Route):
     parameter : array, shape (steps,)
         Frequency of the motion, Hz, factor of the loads, or the number.
     points : list of Turn
-        Folds, branchings, doublings and tori in their order.
+        Folds, branchings and doublings in their order.
     errors : dict of str to array
-        Change of `folds`, `branchings`, `doublings`, `tori` by finer steps and a higher degree.
+        Change of `folds`, `branchings`, `doublings` by finer steps and a higher degree.
     motions : list of Periodic
         Motions with their multipliers and errors.
     """
@@ -54,11 +54,6 @@ class Response(Route):
     def branchings(self) -> list[float]:
         """Parameters where other motions of the same period leave the curve."""
         return self._at("branching")
-
-    @property
-    def tori(self) -> list[float]:
-        """Parameters where a second frequency sets in."""
-        return self._at("torus")
 
     @property
     def stable(self) -> Array:

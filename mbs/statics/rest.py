@@ -12,7 +12,6 @@ from ..process import one_thread
 from ..spectral import tables as k
 from ..spectral.scene import CompiledScene, Place
 from ..validate import number
-from .algebra import sparse_null_space
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, list_omissions, reactions
 from .problem import Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving, places
 from .settling import RunsAwayError, SlackError, check_ropes, find
@@ -148,23 +147,10 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
-    said += _idle(problem, rest) + list_omissions(problem.scene.mechanism, FRICTION)
+    said += list_omissions(problem.scene.mechanism, FRICTION)
     return Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
     )  # fmt: skip
-
-
-def _idle(problem: Problem, rest: Rest) -> list[str]:
-    """List torques without effect, as they act where a link is held: by default the start of a flexible one."""
-    scene, said = problem.scene, []
-    torques = {load: name for load, name in enumerate(scene.force_names) if name.startswith("torque")}
-    if torques:
-        free = sparse_null_space(scene.assemble(rest.q, tangents=False, sparse=True).jacobian, scene.units)
-    for load, name in torques.items():
-        push = Problem(scene, [load]).slope(rest._replace(parameter=1.0))[: scene.size]
-        if np.abs(free.T @ push).max(initial=0.0) < 1e-9 * np.abs(push * scene.units).max():
-            said.append(f"'{name}' moves nothing: where it acts, its link is held; name a point that turns")
-    return said
 
 
 def _make_failure(problem: Problem, error: Exception, load: float) -> Equilibrium:

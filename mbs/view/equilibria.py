@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.interpolate import CubicSpline
 
-MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v", "torus": "o"}
+MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
 DENSE = 200
 """Points of a drawn piece."""
 

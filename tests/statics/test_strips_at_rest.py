@@ -6,8 +6,6 @@ from scipy.integrate import solve_ivp
 
 from buckler import mbs
 
-BAR, LENGTH = mbs.Section(0.03, 0.005), 0.3
-
 
 def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
     section = mbs.Section(0.03, 0.0005)
@@ -47,16 +45,3 @@ def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
     assert rest.error < 1e-7
     assert rest.stable
     assert rest.neutral == ()
-
-
-def test_a_torque_where_its_strip_is_clamped_is_told_to_move_nothing():
-    def torque(at):
-        strip = mbs.Link("strip", "A", "B", mbs.Beam(BAR))
-        return mbs.Mechanism(
-            {"A": (0, 0), "B": (LENGTH, 0)}, [strip], [mbs.Weld("A", "ground", "strip")], loads=[mbs.Torque(at, 0.1)]
-        )
-
-    assert "'torque.strip' moves nothing" in mbs.equilibrium(torque("strip")).message
-    bent = mbs.equilibrium(torque("strip:B"))
-    assert bent.message == ""
-    assert bent.point("strip", "B").angle == pytest.approx(0.1 * LENGTH / BAR.bending_stiffness, rel=1e-9)
