@@ -82,7 +82,7 @@ offer({
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
     "plot_path": "buckler.mbs.view.equilibria:plot_path",
     "animate": "buckler.mbs.view.plot:animate",
-    "read": "buckler.mbs.sensitivity.sampling:read",
+    "read": "buckler.mbs.sensitivity.measures:read",
     "measures": "buckler.mbs.sensitivity.measures:measures",
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",

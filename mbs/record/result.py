@@ -143,7 +143,7 @@ class Result:
         return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
 
     def reading(self, text: str) -> Any:
-        """Read a formula such as "rms(B.normal_force)" with its error: a `buckler.mbs.sensitivity.sampling.Reading`.
+        """Read a formula such as "rms(B.normal_force)" with its error: a `buckler.mbs.sensitivity.measures.Reading`.
 
         The error is a bound by the difference of two runs. Of a chaotic motion it is the half-width of a 95 % interval by
         sampling, over batches of the run, and `kind` says which.

@@ -1,27 +1,160 @@
-"""Measures of a run with their errors, as pages and commands show them."""
+"""Errors of readings of a result: by the difference of runs, or of chaotic motions by sampling.
+
+Values of a chaotic motion at a time have no error, but its means, rms, peaks and impulses estimate those of all such motions.
+Their sampling error follows from n batches of the run: turns of the drive, or equal parts. Let b_k be a reading of batch k and s
+the standard deviation of all b_k. Let t be the 97.5 % quantile of Student's distribution of n - 1 degrees. The half-width of a
+95 % interval is
+
+    t s/sqrt(n)  of a mean or rms,    t s sqrt(n)  of an impulse,    t s  of a largest or smallest value.
+
+Largest values of many turns follow Gumbel's distribution, whose width does not depend on the number of turns.
+
+References
+----------
+A. M. Law, Simulation Modeling and Analysis, 5th ed., McGraw-Hill 2015, section 9.5: batch means.
+E. J. Gumbel, Statistics of Extremes, Columbia University Press 1958.
+"""
 
 from __future__ import annotations
 
+import ast
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 
 from ..accuracy.demand import STRIKE
-from ..record.errors import Status
+from ..geometry import Array
+from ..record.errors import Key, Norm, Status
 from ..record.result import Result
-from .reading import parse_reading
+from .curve import Smooth
+from .reading import ARGUMENTS, measure, parse_reading, value_of
 
+NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
+"""Norm of a signal's error that bounds a reading; PEAK bounds the others."""
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
 """Last parts of the names of signals whose peaks are read where no measure is given."""
-
 ENDED = (Status.TIMED_OUT, Status.INTERRUPTED)
 """Ends of a run from outside."""
 TIMED = re.compile(r"\bat\(")
 """Readings at a time, which the part of a run may not have."""
+APART = ("begins", "ends", "peak")
+"""Readings of single contacts: an error of the force counts only while there is contact, as the force is zero between."""
+BATCHES = 20
+"""Most batches, and their number where no drive turns: fewer hide the spread, more correlate with each other."""
+FEWEST = 4
+"""Least number of batches for a standard deviation."""
+POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
+"""Exponent p of n: the spread of a reading of the whole run is that of a batch times n^p."""
+
+
+class Reading(NamedTuple):
+    """Number read off a result.
+
+    Attributes
+    ----------
+    value : float
+    error : float
+        Error in the unit of the value: a bound by the difference of two runs, or the half-width of a 95 % interval by sampling;
+        nan where it is not known.
+    unit : str
+    kind : str
+        "difference", "sampling" or "unknown".
+    """
+
+    value: float
+    error: float
+    unit: str
+    kind: str
+
+
+def read(result: Result, text: str) -> Reading:
+    """Read a formula of `buckler.mbs.sensitivity.reading` off a result, such as `rms(B.normal_force)`, with its error."""
+    value, unit = measure(text, result.time, result.signals, result.units)
+    if not result.error.known:
+        return Reading(value, nan, unit, "unknown")
+    if result.error.until >= result.time[-1] * (1 - 1e-9):
+        return Reading(value, bound_error(text, result), unit, "difference")
+    tree, names = parse_reading(text, result.signals)
+    signals = {short: result.signals[name] for short, name in names.items()}
+    error = _propagate(tree, result.time, signals, lambda leaf, reading, _: _spread(leaf, reading, result, signals))
+    return Reading(value, error, unit, "sampling" if error >= 0 else "unknown")
+
+
+def bound_error(text: str, result: Result) -> float:
+    """Bound the error of a reading, in its unit; nan where the error of a signal is not known to the end of the run.
+
+    Errors of signals are propagated to each reading in the formula, to first order. The difference of linear and cubic
+    interpolation is added.
+    """
+    tree, names = parse_reading(text, result.signals)
+    signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
+    whole = result.error.until >= time[-1] * (1 - 1e-9)
+    known = {(short, norm): result.error.absolute(name, norm) if whole else nan for short, name in names.items() for norm in Norm}
+    with np.errstate(all="ignore"):
+        interpolated = abs(value_of(tree, time, signals) - value_of(tree, time, signals, Smooth))
+        found = _propagate(tree, time, signals, lambda leaf, reading, value: _change(leaf, reading, value, time, signals, known))
+    return float(interpolated) + found
+
+
+def _propagate(
+    tree: ast.expr, time: Array, signals: Mapping[str, Array], change: Callable[[ast.Call, str, float], float]
+) -> float:
+    """Sum what the changes of each reading in a formula make of it, to both sides."""
+    exact, total = value_of(tree, time, signals), 0.0
+    for leaf in ast.walk(tree):
+        if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
+            value = value_of(leaf, time, signals)
+            off = change(leaf, leaf.func.id, value)
+            ways = [value_of(tree, time, signals, given={leaf: value + d}) for d in (off, -off)]
+            total += float(np.max(np.abs(np.subtract(ways, exact))))
+    return total
+
+
+def _change(
+    leaf: ast.Call, reading: str, value: float, time: Array, signals: dict[str, Array], known: Mapping[Key, float]
+) -> float:
+    """Bound the change of a reading by the errors of its signals."""
+    change, norm = 0.0, NORMS.get(reading, Norm.PEAK)
+    for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
+        x, off = signals[short], known[short, norm]
+        if norm is Norm.ONSET:
+            change += off + float(np.interp(value, time[1:], np.diff(time)))  # it is a sample
+            continue
+        off = off / float(time[-1]) if norm is Norm.IMPULSE else off
+        ways = (np.sign(x),) if reading in APART else (np.sign(x), np.ones(len(x)))
+        others = [value_of(leaf, time, {**signals, short: x + side * off * way}) for way in ways for side in (1, -1)]
+        change += float(np.max(np.abs(np.subtract(others, value))))
+    return change
+
+
+def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, Array]) -> float:
+    """Estimate the half-width of the interval of one reading."""
+    from scipy.stats import t  # it takes a while to load, and few need it
+
+    edges = batches(result)
+    if reading not in POWERS or len(edges) <= FEWEST:
+        return nan
+    found = []
+    for begin, end in pairwise(edges):
+        part = slice(int(np.searchsorted(result.time, begin)), int(np.searchsorted(result.time, end, side="right")))
+        if part.stop - part.start > 1:
+            found.append(float(value_of(leaf, result.time[part], {name: x[part] for name, x in signals.items()})))
+    n = len(found)
+    return float(t.ppf(0.975, n - 1) * np.std(found, ddof=1) * n ** POWERS[reading]) if n >= FEWEST else nan
+
+
+def batches(result: Result) -> Array:
+    """Return the edges of batches [s]: whole turns of the drive, at most `BATCHES` batches, else equal parts."""
+    end, turn = float(result.time[-1]), result.error.turn
+    if not turn > 0 or end < FEWEST * turn:
+        return np.linspace(0.0, end, BATCHES + 1)
+    turns = max(1, round(end / turn / BATCHES))
+    return np.arange(0.0, end * (1 + 1e-9), turns * turn)
 
 
 class Measure(NamedTuple):

@@ -152,10 +152,7 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
     """Compute -s^2, left and right vectors, of a symmetric K."""
     moved = k + shift * m
     try:
-        root = np.linalg.cholesky(moved)
-        inner = np.linalg.solve(root, np.linalg.solve(root, m).T)
-        theta, vectors = eigh((inner + inner.T) / 2)
-        vectors = np.linalg.solve(root.T, vectors)
+        theta, vectors = eigh(m, moved)
     except np.linalg.LinAlgError:  # more unstable than the shift
         low = np.linalg.cholesky(m)
         inner = low.T @ np.linalg.solve(moved, low)

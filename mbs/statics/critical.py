@@ -88,8 +88,8 @@ def criticals(
     found = []
     for part, one, other, way in _pieces(arc, step, before, after, turned, last):
         limits = list(_limits(arc, part, way))
-        crossing = [each for each in _pairs(arc.problem, part, one, other) if each.negative[0] != each.negative[1]]
-        found += [*limits, *_branchings(arc, part, crossing, limits)]
+        pairs = _pairs(arc.problem, part, one, other)
+        found += [*limits, *_branchings(arc, part, pairs.shapes[:, pairs.crosses].T, limits)]
     if before.flutters != after.flutters:
         found += _flutters(arc, step, before, after)
     found = [replace(each, rounding=arc.problem.rounding(each.rest)) for each in found]
@@ -107,11 +107,13 @@ def _pieces(
 
     Nor may it go so far at its rate in the piece before.
     """
-    shares = [each.approach for each in _pairs(arc.problem, step, before, after)]
+    mu, later = _pairs(arc.problem, step, before, after)[:2]
+    shares = (mu - later) / np.where(mu, mu, np.inf)
     if last is not None:
-        shares += [each.lead * step.arc / last[0].arc for each in _pairs(arc.problem, last[0], last[1], before)]
+        mu, later = _pairs(arc.problem, last[0], last[1], before)[:2]
+        shares = np.append(shares, (mu - later) / np.where(later, later, np.inf) * step.arc / last[0].arc)
     try:
-        if step.arc < NEAREST or max(shares, default=0.0) <= HALF:
+        if step.arc < NEAREST or not (shares > HALF).any():
             raise StaticsError("short enough")
         rest = arc.along(step, 0.5 * step.arc)
         way = arc.direction(rest, step.direction)
@@ -136,30 +138,19 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
         yield Critical("limit", rest, 1, arc.direction(rest, step.direction)[: len(rest.q), None])
 
 
-class Pair(NamedTuple):
-    """Eigenvalue at both ends of a step: real part of mu = -s^2 [1/s^2], nan where it is zero within rounding; negative or not.
+class Pairs(NamedTuple):
+    """Eigenvalues at both ends of a step: real parts of mu = -s^2 [1/s^2], nan within rounding of zero; negative or not; shapes.
 
-    The shape, (n,), is the mean of both times the mass matrix, each of modal mass 1.
+    The shapes, (n, pairs), are means of both ends' times the mass matrix, each of modal mass 1.
     """
 
-    values: tuple[float, float]
-    negative: tuple[bool, bool]
-    shape: Array
-
-    @property
-    def approach(self) -> float:
-        """Change towards zero, over the distance from it."""
-        before, after = self.values
-        return (before - after) / before if before else 0.0
-
-    @property
-    def lead(self) -> float:
-        """Change towards zero, over the distance that is left."""
-        before, after = self.values
-        return (before - after) / after if after else 0.0
+    before: Array
+    after: Array
+    crosses: Array
+    shapes: Array
 
 
-def _pairs(problem: Problem, step: Step, before: State, after: State) -> list[Pair]:
+def _pairs(problem: Problem, step: Step, before: State, after: State) -> Pairs:
     """Pair eigenvalues at the ends of a step by their shapes; in their order two would swap where they cross."""
     ends = []
     for rest, state in ((step.rest, before), (step.new, after)):
@@ -171,19 +162,16 @@ def _pairs(problem: Problem, step: Step, before: State, after: State) -> list[Pa
         ends.append((values, (found.growth > 0.0) & (found.values.imag == 0.0), shapes, mass @ shapes))
     (mu, below, shapes, weighted), (later, under, others, heavier) = ends
     overlap = weighted.T @ others
-    return [
-        Pair((float(mu[i]), float(later[j])), (bool(below[i]), bool(under[j])),
-             (weighted[:, i] + np.sign(overlap[i, j]) * heavier[:, j]) / 2)
-        for i, j in zip(*linear_sum_assignment(-np.abs(overlap)), strict=True)
-    ]  # fmt: skip
+    i, j = linear_sum_assignment(-np.abs(overlap))
+    return Pairs(mu[i], later[j], below[i] != under[j], (weighted[:, i] + np.sign(overlap[i, j]) * heavier[:, j]) / 2)
 
 
-def _branchings(arc: Arc, step: Step, crossing: list[Pair], limits: list[Critical]) -> list[Critical]:
-    """Find where eigenvalues pass zero and the parameter does not turn back."""
+def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -> list[Critical]:
+    """Find where eigenvalues, with these shapes, pass zero and the parameter does not turn back."""
     rests = []
-    for pair in crossing:
+    for each in crossing:
 
-        def passing(rest: Rest, shape: Array = pair.shape) -> float:
+        def passing(rest: Rest, shape: Array = each) -> float:
             """Return the eigenvalue mu whose shape is most like that of the pair."""
             squares = state_at(arc.problem, rest, len(crossing) + FEW).squares
             mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
@@ -200,22 +188,13 @@ def _branchings(arc: Arc, step: Step, crossing: list[Pair], limits: list[Critica
             if abs(at[k] - there) < 1e-2 * step.arc:
                 at.pop(k)
                 rests.pop(k)
-    groups: list[list[Rest]] = []
-    last = -np.inf
-    for k in np.argsort(at):
-        if groups and at[k] - last < SAME * step.arc:
-            groups[-1].append(rests[k])
-        else:
-            groups.append([rests[k]])
-        last = at[k]
-    return [_branching(arc, group) for group in groups]
-
-
-def _branching(arc: Arc, group: list[Rest]) -> Critical:
-    rest = group[0]
-    squares = state_at(arc.problem, rest, len(group) + FEW).squares
-    order = np.argsort(np.abs(squares.values))[: len(group)]
-    return Critical("branching", rest, len(group), np.real(squares.shapes[:, order]))
+    order, found = np.argsort(at), []
+    for group in np.split(order, np.flatnonzero(np.diff(np.array(at)[order]) >= SAME * step.arc) + 1) if at else ():
+        rest, count = rests[group[0]], len(group)
+        squares = state_at(arc.problem, rest, count + FEW).squares
+        nearest = np.argsort(np.abs(squares.values))[:count]
+        found.append(Critical("branching", rest, count, np.real(squares.shapes[:, nearest])))
+    return found
 
 
 def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critical]:
@@ -224,11 +203,8 @@ def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critica
     problem.set(step.rest.parameter)
     damped = Tangent.at(problem.scene, step.rest.q, step.rest.multipliers).damping.any()
     rest = arc.root(step, (lambda rest: _fastest(problem, rest)) if damped else _meeting(arc, step, before, after))
-    return (
-        []
-        if rest is None
-        else [Critical("flutter", rest, abs(after.flutters - before.flutters), np.empty((len(step.rest.q), 0)))]
-    )
+    count = abs(after.flutters - before.flutters)
+    return [] if rest is None else [Critical("flutter", rest, count, np.empty((len(step.rest.q), 0)))]
 
 
 def _fastest(problem: Problem, rest: Rest) -> float:

@@ -28,11 +28,6 @@ class Varied(Problem):
         self.current = float(found)
         super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
 
-    def start(self, parameter: float) -> Rest:
-        """Return the pose that is drawn with this number."""
-        self.set(parameter)
-        return super().start(parameter)
-
     def set(self, parameter: float) -> None:
         """Make the scene with this number."""
         if parameter != self.current:
