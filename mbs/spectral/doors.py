@@ -87,5 +87,5 @@ def _accelerate(tables, order, work, q, x):
     mass_matrix(tables, work, q, values)
     add_rows(tables, jacobian, values)
     factors, swaps = np.zeros(order.fronts[-1, 3] + order.fronts[-1, 1] ** 2), np.zeros(order.unknowns.size, np.int64)
-    factor(order, values, factors, swaps, np.zeros(x.size), False)
+    factor(order, values, factors, swaps, np.zeros(x.size))
     solve(order, factors, swaps, x, np.zeros(x.size))

@@ -4,8 +4,7 @@ Unknowns that meet the same others are eliminated together, the group that meets
 coordinates of strips and modes go first and are so condensed onto their ends. A constraint's row goes after all coordinates that
 it holds. Its pivots are then those of G M^-1 G^T, which is definite where the mass matrix is and the rows are independent.
 
-What is eliminated together makes a front, a small dense matrix: its pivots, and the later unknowns that they meet by then. Two
-fronts become one where that is less work.
+What is eliminated together makes a front, a small dense matrix: its pivots, and the later unknowns that they meet by then.
 
 References
 ----------
@@ -16,7 +15,6 @@ I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from typing import Any, NamedTuple, Protocol
@@ -25,9 +23,6 @@ import numpy as np
 
 from ..geometry import Array
 from .tables import Tables
-
-VISIT = 150.0
-"""Cost of a front by itself, in multiplications: loops that begin and end, entries that are moved."""
 
 
 class Fronts(NamedTuple):
@@ -45,8 +40,6 @@ class Fronts(NamedTuple):
         Of each front's later unknowns in the front that takes over.
     entries, position : arrays of int, shape (entries,)
         Entries of the matrix, front by front, and where they stand among those of all fronts.
-    steady : array of int, shape (2,)
-        How many fronts, the first ones, and how many entries never change.
     """
 
     fronts: Array
@@ -54,7 +47,6 @@ class Fronts(NamedTuple):
     places: Array
     entries: Array
     position: Array
-    steady: Array
 
     @property
     def size(self) -> int:
@@ -67,14 +59,12 @@ class Fronts(NamedTuple):
         return int(self.fronts[:, 1].max(initial=1))
 
 
-@dataclass
-class _Front:
+class _Front(NamedTuple):
     """A front in the making."""
 
     pivots: list[int]
     later: list[int]
     row: bool
-    steady: bool = False
 
 
 class Arrays(Protocol):
@@ -99,7 +89,7 @@ class Arrays(Protocol):
         """Order for the mass matrix and the constraints."""
 
 
-def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array, changing: Array) -> Fronts:
+def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
     """Fronts for a matrix of so many unknowns, coordinates first and then rows; found once for all of the same pattern.
 
     Parameters
@@ -107,22 +97,17 @@ def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: A
     row, col : arrays of int, shape (slots,)
     filled : array of bool, shape (slots,)
         Entries that may be other than zero.
-    changing : array of bool, shape (unknowns,)
-        Unknowns of which some entry may change from one factorisation to the next.
     """
-    pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled, changing))
+    pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _fronts_of(*pattern, coordinates, unknowns)
 
 
 @lru_cache(maxsize=256)
-def _fronts_of(rows: bytes, cols: bytes, fills: bytes, changes: bytes, coordinates: int, unknowns: int) -> Fronts:
+def _fronts_of(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknowns: int) -> Fronts:
     row, col = (np.frombuffer(each, dtype=np.int64) for each in (rows, cols))
-    filled, changing = (np.frombuffer(each, dtype=bool) for each in (fills, changes))
-    entries = np.flatnonzero(filled)
+    entries = np.flatnonzero(np.frombuffer(fills, dtype=bool))
     row, col = row[entries], col[entries]
-    made = _merge(_eliminate(*_groups(row, col, coordinates, unknowns), coordinates), changing)
-    made.sort(key=lambda front: not front.steady)
-    steady = sum(front.steady for front in made)
+    made = _eliminate(*_groups(row, col, coordinates, unknowns), coordinates)
     order = np.empty(unknowns, dtype=np.int64)
     order[[u for front in made for u in front.pivots]] = np.arange(unknowns)
     owner = np.repeat(np.arange(len(made)), [len(front.pivots) for front in made])[order]
@@ -150,7 +135,7 @@ def _fronts_of(rows: bytes, cols: bytes, fills: bytes, changes: bytes, coordinat
         here = slice(at, at + wide - pivots)
         places[here] = local[places[here]].tolist()
     whole = np.array(members, dtype=np.int64), np.array(places, dtype=np.int64)
-    return Fronts(table, *whole, entries, position, np.array([steady, bounds[steady]]))
+    return Fronts(table, *whole, entries, position)
 
 
 def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
@@ -200,55 +185,3 @@ def _eliminate(groups: list[list[int]], meets: list[set[int]], coordinates: int)
             if not waits[m] and not done[m]:
                 heappush(heap, (sum(weight[k] for k in meets[m]), m))
     return out
-
-
-def _merge(made: list[_Front], changing: Array) -> list[_Front]:
-    """Fronts put together with the one that takes over where that is less work, in an order that has each before that one.
-
-    Those that never change, nor any before them, are not put together with those that do.
-    """
-    first = {u: k for k, front in enumerate(made) for u in front.pivots}
-    order = {u: i for i, u in enumerate(u for front in made for u in front.pivots)}
-    children: list[list[int]] = [[] for _ in made]
-    roots = []
-    for k, front in enumerate(made):
-        if front.later:
-            children[first[min(front.later, key=order.__getitem__)]].append(k)
-        else:
-            roots.append(k)
-    for k, front in enumerate(made):
-        front.steady = not changing[front.pivots].any() and all(made[child].steady for child in children[k])
-        kept = []
-        for child in children[k]:
-            other = made[child]
-            if (other.row, other.steady) == (front.row, front.steady) and _cheaper_as_one(other, front):
-                front.pivots = other.pivots + front.pivots
-                kept += children[child]
-            else:
-                kept.append(child)
-        children[k] = kept
-    out, stack = [], [(k, False) for k in reversed(roots)]
-    while stack:
-        k, below = stack.pop()
-        if below:
-            out.append(made[k])
-        else:
-            stack += [(k, True), *((child, False) for child in children[k])]
-    return out
-
-
-def _cheaper_as_one(child: _Front, parent: _Front) -> bool:
-    p, q, b, later = len(child.pivots), len(parent.pivots), len(child.later), len(parent.later)
-    apart = _work(p, p + b) + b * b + VISIT + _work(q, q + later)
-    return _work(p + q, p + q + later) <= apart
-
-
-def _work(pivots: int, size: int) -> float:
-    """Multiplications that eliminating so many pivots of a front of this size takes."""
-    left = size - pivots
-
-    def squares(n: int) -> float:
-        """Return the sum of the first n squares."""
-        return n * (n + 1) * (2 * n + 1) / 6
-
-    return squares(size - 1) - squares(left - 1)

@@ -38,7 +38,7 @@ def restart(model, t):
         state.right[i] = state.force[i]
     for k in range(r):
         state.right[n + k] = state.change[k]
-    renew_heavy(tables, orders, work, state, state.q, state.base, True)
+    renew_heavy(tables, orders, work, state, state.q, state.base)
     solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
     for i in range(n):
         state.a[i] = state.right[i]

@@ -89,7 +89,7 @@ def rates_at(model, t, y, out):
             renew_rows(tables, flight.jacobian, flight.matrix)
         else:
             renew_mass(tables, work, q, flight.jacobian, flight.matrix)
-        factor(order, flight.matrix, flight.factors, flight.swaps, flight.amount, flight.begun[0] > 0)
+        factor(order, flight.matrix, flight.factors, flight.swaps, flight.amount)
         flight.begun[0] = 1
     solve(order, flight.factors, flight.swaps, flight.right, flight.part)
     if flight.apart[0] > 0:

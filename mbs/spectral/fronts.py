@@ -34,21 +34,14 @@ class Orders(NamedTuple):
 
 
 @noinline
-def factor(order, a, factors, swaps, amount, again):
-    """Factor the matrix of entries a (slots,): fill lu (entries of fronts) and swaps (unknowns of fronts).
-
-    `again`: fronts that never change are there from before.
-    """
-    start, entry = (order.steady[0], order.steady[1]) if again else (0, 0)
-    count, amount[:] = order.fronts.shape[0], 0.0
-    if start < count:
-        factors[order.fronts[start, 3] :] = 0.0
-    for k in range(entry, order.entries.size):
+def factor(order, a, factors, swaps, amount):
+    """Factor the matrix of entries a (slots,): fill factors (entries of fronts) and swaps (unknowns of fronts)."""
+    factors[:], amount[:] = 0.0, 0.0
+    for k in range(order.entries.size):
         factors[order.position[k]] = a[order.entries[k]]
-    for f in range(count):
-        if f >= start:
-            _eliminate(order, factors, swaps, amount, f)
-        if order.fronts[f, 4] >= start:
+    for f in range(order.fronts.shape[0]):
+        _eliminate(order, factors, swaps, amount, f)
+        if order.fronts[f, 4] >= 0:
             _hand_over(order, factors, amount, f)
 
 

@@ -69,7 +69,7 @@ def _begin(model, t, tolerance):
     copy(state.stress, work.stress)
     forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     rows_at(tables, work, t, state.gap, state.base, state.speed)
-    renew_heavy(tables, orders, work, state, state.q, state.base, False)
+    renew_heavy(tables, orders, work, state, state.q, state.base)
     copy(work.reports, state.before)
     for i in range(state.q.size):
         state.weight[i] = 1.0 / state.whole[i]

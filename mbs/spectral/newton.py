@@ -56,8 +56,8 @@ def renew(tables, orders, work, state, t, h, counts):
     for i in range(state.mass.size):
         state.matrix[i] = state.mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
         state.twisted[i] = state.mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
-    factor(orders.newton, state.matrix, state.real, state.real_swaps, state.amount_of_row, False)
-    factor(orders.newton, state.twisted, state.complex, state.complex_swaps, state.amount_of_row, False)
+    factor(orders.newton, state.matrix, state.real, state.real_swaps, state.amount_of_row)
+    factor(orders.newton, state.twisted, state.complex, state.complex_swaps, state.amount_of_row)
     state.ease[0] = 1.0
     return True
 

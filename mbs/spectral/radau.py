@@ -119,10 +119,10 @@ def integrate(state, h):
 
 
 @noinline
-def renew_heavy(tables, orders, work, state, q, jacobian, again):
+def renew_heavy(tables, orders, work, state, q, jacobian):
     """Factor [M G^T; G 0] with these rows."""
     renew_mass(tables, work, q, jacobian, state.bare)
-    factor(orders.mass, state.bare, state.heavy, state.heavy_swaps, state.amount_of_row, again)
+    factor(orders.mass, state.bare, state.heavy, state.heavy_swaps, state.amount_of_row)
 
 
 @draft
@@ -192,7 +192,7 @@ def put_back(tables, orders, work, state, t, h):
     for k in range(r):
         state.speed[k] = row_times(tables, k, state.jacobian, v) - state.speed[k]
         state.change[k] = row_times(tables, k, state.jacobian, a) - state.change[k]
-    renew_heavy(tables, orders, work, state, q, state.jacobian, True)
+    renew_heavy(tables, orders, work, state, q, state.jacobian)
     _project(orders, state, state.speed, v)
     _project(orders, state, state.change, a)
     if rigid:

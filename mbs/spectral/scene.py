@@ -149,18 +149,16 @@ class CompiledScene:
     def fronts(self) -> Fronts:
         """Order of elimination of Newton's matrices, found once."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
-        return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool), np.ones(unknowns, dtype=bool))
+        return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool))
 
     @cached_property
     def heavy_fronts(self) -> Fronts:
-        """The same of mass matrix and constraints alone; fronts of coordinates that no constraint holds never change."""
+        """The same of mass matrix and constraints alone."""
         s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
-        filled, changing = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n), np.zeros(unknowns, dtype=bool)
-        changing[s.members[: s.blocks[: unknowns - n, 1].sum()]] = True
+        filled = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n)
         for o, m, _ in s.modal:
-            changing[o : o + 3 + m] = True
             filled |= (o <= s.row) & (s.row < o + 3 + m) & (o <= s.col) & (s.col < o + 3 + m)
-        return fronts_of(s.row, s.col, n, unknowns, filled, changing)
+        return fronts_of(s.row, s.col, n, unknowns, filled)
 
     def mass_entries(self, q: Array) -> Array:
         """Compute the entries of the mass matrix, over the slots."""
