@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import call1, call2, call3, draft, noinline
+from ..laws.calls import call1, call2, call3
+from .compiling import draft, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from .tables import (
     CALL,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial, reduce
+from inspect import signature
 from pathlib import Path
+from time import perf_counter
 from types import FunctionType, SimpleNamespace
 from typing import Any, TypeVar
 
@@ -16,57 +19,75 @@ from numba.core import cgutils, typing
 from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.event import Event, Listener, register
 from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
-from ..laws.calls import call1, call2, call3, call_array
 from ..laws.compiled import compile_cached, compile_plain, sums
-
-__all__ = [
-    "noinline",
-    "call1",
-    "call2",
-    "call3",
-    "call_array",
-    "inline",
-    "compile_below",
-    "copy",
-    "draft",
-    "jit",
-    "by_reference",
-    "view",
-]
+from ..process import COMPILING
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 """Types of a function with machine code of its own, and the function that writes that code."""
-COMPILED = (
-    "compiling", "tables", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
-    "output", "contacts", "integrators", "radau", "newton", "samples", "events", "doors", "implicit", "explicit", "recording",
-    "channels", "statistics",
-)  # fmt: skip
-"""Files that hold compiled functions."""
-DRAFTED: list[str] = []
-"""Functions that only compiled ones call."""
+TEXT = (
+    "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs. "
+    "`buckler --compile` does it beforehand."
+)
+"""Announcement of a compilation."""
 WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Liberties with the order of sums, which let them be made four at a time; what is not finite is still seen."""
 
 
+class Announcer(Listener):
+    """Announces on stderr that the solver's functions are compiled, once, and counts the seconds in `COMPILING`."""
+
+    def __init__(self) -> None:
+        self.announced, self._depth, self._begun = False, 0, 0.0
+
+    def on_start(self, event: Event) -> None:
+        """Note that Numba begins to compile a function, perhaps within another."""
+        if not _is_ours(event):
+            return
+        if not self.announced:
+            print(TEXT, file=sys.stderr)
+        if self._depth == 0:
+            self._begun = perf_counter()
+        self.announced, self._depth = True, self._depth + 1
+
+    def on_end(self, event: Event) -> None:
+        """Count the time when Numba has compiled the outermost function."""
+        if _is_ours(event) and self._depth > 0:
+            self._depth -= 1
+            COMPILING.seconds += 0.0 if self._depth else perf_counter() - self._begun
+
+
+def _is_ours(event: Event) -> bool:
+    return str(event.data["dispatcher"].py_func.__module__).startswith("buckler.mbs.spectral.")
+
+
+register("numba:compile", Announcer())
+
+
 @cache
-def _stamp(name: str) -> tuple[str, ...]:
-    """Contents, as sums, of a file that holds compiled functions and of those that it imports."""
-    path = Path(__file__).with_name(f"{name}.py")
-    text = path.read_text(encoding="utf-8")
-    below = [path.parents[1] / "laws" / f"{other}.py" for other in ("table", "calls") if f"from ..laws.{other} import" in text]
-    own = sums(path, *below)
-    needed = [other for other in COMPILED if f"from .{other} import" in text]
-    return tuple(sorted({*own, *(each for other in needed for each in _stamp(other))}))
+def _stamp() -> tuple[str, ...]:
+    """Contents, as sums, of all files whose functions are compiled."""
+    here = Path(__file__).parent
+    own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
+    return sums(Path(__file__), here / "tables.py", *own, *(here.parent / "laws" / f"{name}.py" for name in ("table", "calls")))
 
 
 def jit(function: F) -> F:
-    """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
-    return compile_cached(function, _stamp(function.__module__.rpartition(".")[2]), nogil=True, fastmath=SUMS)
+    """Compile a function that Python calls, for the types it is first called with; its tables are handed to it by reference.
+
+    It stays on disk as long as no file with compiled functions changes.
+    """
+    names = list(signature(function).parameters)
+    text = f"lambda {', '.join(names)}: inner({', '.join(f'by_reference({name})' for name in names)})"
+    known = {"inner": noinline(function), "by_reference": by_reference, "__name__": function.__module__}
+    entry = eval(compile(text, function.__code__.co_filename, "eval"), known)
+    entry.__name__ = entry.__qualname__ = function.__name__
+    return compile_cached(entry, _stamp(), nogil=True, fastmath=SUMS)
 
 
 class _Draft(JITCodeLibrary):
@@ -119,7 +140,6 @@ class _DraftingNoInline(_Drafting):
 
 def draft(function: F, compiler: type[Compiler] = _Drafting, **options: object) -> F:
     """Compile a function that only compiled ones call: Python cannot call it, and nothing is kept on disk."""
-    DRAFTED.append(function.__name__)
     wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **wrappers, **options)(function)
     made._compiler.fold_argument_types = partial(_widen, made._compiler.fold_argument_types)
@@ -128,8 +148,8 @@ def draft(function: F, compiler: type[Compiler] = _Drafting, **options: object) 
 
 def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
     """Take a constant for an argument as its type: Numba compiles a function anew for each number that it is called with."""
-    signature, found = fold(args, kws)
-    return signature, tuple(map(types.unliteral, found))
+    folded, found = fold(args, kws)
+    return folded, tuple(map(types.unliteral, found))
 
 
 def noinline(function: F) -> F:
@@ -145,8 +165,7 @@ def inline(function: F) -> F:
 class Reference(types.Type):
     """Type of a pointer to the places and shapes of a named tuple's arrays: one pointer in place of some hundred numbers.
 
-    They have no share in the memory's reference counts: the tuple must outlive the call. `words` is where a field's place
-    and shape begin.
+    They have no share in the memory's reference counts: the tuple must outlive the call.
     """
 
     def __init__(self, whole: types.Type) -> None:
@@ -175,9 +194,22 @@ class _ReferenceFields(AttributeTemplate):
         return reference.fields.get(name)
 
 
+def _holds_arrays(whole: types.Type) -> bool:
+    """Check for a named tuple of arrays, and of such tuples."""
+    return isinstance(whole, types.BaseNamedTuple) and all(isinstance(t, types.Array) or _holds_arrays(t) for t in whole.types)
+
+
+def _hand_on(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
+    """Return the argument, with a share in the reference counts of its arrays."""
+    context.nrt.incref(builder, signature.return_type, values[0])
+    return values[0]
+
+
 @intrinsic
 def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
-    """Hand the arrays of a named tuple, and of those within it, by reference to functions that are called from here."""
+    """Hand a table by reference to functions that are called from here; anything else as it is."""
+    if not _holds_arrays(whole):
+        return whole(whole), _hand_on
 
     def table(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
         """Store the words of a reference on the stack and return their address."""

@@ -1,13 +1,10 @@
-"""Entry points of the kernel from Python besides the integrators: equations of motion at a state, places of markers.
-
-Each hands its tables by reference to functions that are compiled once for each combination of types: see `compiling`.
-"""
+"""Entry points of the kernel from Python besides the integrators: equations of motion at a state, places of markers."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .compiling import by_reference, jit, noinline
+from .compiling import jit
 from .fronts import factor, solve
 from .kernel import add_multipliers, add_rows, constraints, forces, mass_matrix, tangents
 from .markers import curve, measure, place_markers
@@ -17,17 +14,12 @@ from .strips import carry_stresses
 @jit
 def place(tables, work, q, v):
     """Place the markers."""
-    place_markers(by_reference(tables), by_reference(work), q, v)
+    place_markers(tables, work, q, v)
 
 
 @jit
 def measure_at(tables, work, k, grad, hess):
     """Length or angle k, its gradient and Hessian. Markers are placed."""
-    return _measure_at(by_reference(tables), by_reference(work), k, grad, hess)
-
-
-@noinline
-def _measure_at(tables, work, k, grad, hess):
     value, _ = measure(tables, work, k, grad)
     curve(tables, work, k, grad, hess)
     return value
@@ -36,7 +28,7 @@ def _measure_at(tables, work, k, grad, hess):
 @jit
 def mass_at(tables, work, q, mass):
     """Fill mass with M(q)."""
-    mass_matrix(by_reference(tables), by_reference(work), q, mass)
+    mass_matrix(tables, work, q, mass)
 
 
 @jit
@@ -46,11 +38,6 @@ def assemble(tables, work, now, matrices, force, sides):
     Those (4, slots + 1) are -df/dlambda, damping, stiffness, and G and its transpose; where they are only the last one, it is
     filled alone.
     """
-    _assemble(by_reference(tables), by_reference(work), now, matrices, force, sides)
-
-
-@noinline
-def _assemble(tables, work, now, matrices, force, sides):
     forces(tables, work, now, force)
     every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if every:
@@ -64,22 +51,12 @@ def _assemble(tables, work, now, matrices, force, sides):
 @jit
 def carry(tables, work, shift):
     """Carry the strips' stresses, unknowns of their own, over a change of the coordinates since forces were last assembled."""
-    _carry(by_reference(tables), by_reference(work), shift)
-
-
-@noinline
-def _carry(tables, work, shift):
     carry_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 
 @jit
 def accelerate(tables, order, work, q, x):
     """Solve M a + G^T lambda = force, G a = change at coordinates q in place, for x = (force, change)."""
-    _accelerate(by_reference(tables), by_reference(order), by_reference(work), q, x)
-
-
-@noinline
-def _accelerate(tables, order, work, q, x):
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.members.size), np.zeros((3, r))
     place_markers(tables, work, q, np.zeros(q.size))

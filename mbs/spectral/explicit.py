@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from .compiling import by_reference, copy, draft, inline, jit, noinline
+from .compiling import copy, draft, inline, jit, noinline
 from .contacts import begins_smoothly, first_onset, remember_onset, touches
 from .forces import add_one
 from .fronts import factor, solve
@@ -108,11 +108,6 @@ def rates_at(model, t, y, out):
 @jit
 def look(model, out, speed, reports):
     """Fill accelerations and multipliers of out, drives' speeds (times, r) and reports (times, forces, 8) at its states."""
-    _look(by_reference(model), by_reference(out), speed, reports)
-
-
-@noinline
-def _look(model, out, speed, reports):
     flight = model.flight
     n = flight.force.size
     for i in range(out.time.size):
@@ -244,11 +239,6 @@ def _accept(model, clock, at, stop, controls, out, counts):
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    _run(by_reference(model), clock, controls, stops, by_reference(out), counts)
-
-
-@noinline
-def _run(model, clock, controls, stops, out, counts):
     flight = model.flight
     counts.samples = 0
     if counts.steps == 0:

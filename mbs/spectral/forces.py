@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..laws.calls import call1
 from .along import slopes_along, value_along
-from .compiling import call1, draft, inline, noinline
+from .compiling import draft, inline, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from .markers import (
     add_entries,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import by_reference, copy, jit, noinline
+from .compiling import copy, jit, noinline
 from .contacts import (
     bend_of_depths,
     closing,
@@ -232,11 +232,6 @@ def run_implicit(model, clock, controls, stops, out, counts):
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    _run(by_reference(model), clock, controls, stops, by_reference(out), counts)
-
-
-@noinline
-def _run(model, clock, controls, stops, out, counts):
     state, mixed = model.state, model.work.mixed
     counts.samples = 0
     if counts.steps == 0:

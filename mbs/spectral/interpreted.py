@@ -5,23 +5,6 @@ from __future__ import annotations
 from typing import TypeVar
 
 from ..geometry import Array
-from ..laws.calls import call1, call2, call3, call_array
-
-__all__ = [
-    "noinline",
-    "call1",
-    "call2",
-    "call3",
-    "call_array",
-    "inline",
-    "compile_below",
-    "copy",
-    "draft",
-    "jit",
-    "by_reference",
-    "view",
-    "plain",
-]
 
 T = TypeVar("T")
 
@@ -31,7 +14,7 @@ def plain(function: T) -> T:
     return function
 
 
-jit = draft = noinline = inline = by_reference = compile_below = plain
+jit = draft = noinline = inline = compile_below = plain
 
 
 def copy(source: Array, target: Array) -> None:

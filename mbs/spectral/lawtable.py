@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ..laws import table
+from ..laws.calls import call1
 from ..laws.table import BRISTLE_CALLED, LUGRE
-from .compiling import call1, compile_below, draft, noinline
+from .compiling import compile_below, draft, noinline
 from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)

@@ -13,7 +13,7 @@ from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
-from .compiling import by_reference, copy, jit, noinline
+from .compiling import copy, jit
 from .forces import add_forces
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -53,11 +53,6 @@ class Trace(NamedTuple):
 @jit
 def follow(tables, work, out, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
-    _follow(by_reference(tables), by_reference(work), by_reference(out), traces, reports)
-
-
-@noinline
-def _follow(tables, work, out, traces, reports):
     f = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
         place_markers(tables, work, out.q[i], out.v[i])

@@ -18,7 +18,6 @@ from ..elements.stop import SLOWEST_ONSET
 from ..functions import Looks
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..process import compiler
 from ..scene.scene import Scene
 from . import doors
 from . import tables as k
@@ -34,13 +33,6 @@ from .tables import Instant, Tables, Work, work_for
 
 DEGREE = 8
 """Degree of a strip's polynomials where none is given."""
-
-
-if compiler():
-    from .announce import announce
-    from .compiling import DRAFTED
-
-    announce(len(DRAFTED))
 
 
 class Place(NamedTuple):

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import call_array, draft, noinline
+from ..laws.calls import call_array
+from .compiling import draft, noinline
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 

@@ -14,8 +14,8 @@ from numba.core import event
 
 from buckler.mbs import Equal, Rigid, Section, Spectral, Status, slider_crank
 from buckler.mbs.spectral import compiling, implicit, run
-from buckler.mbs.spectral.announce import TEXT, Announcer
 from buckler.mbs.spectral.beforehand import compile_all
+from buckler.mbs.spectral.compiling import TEXT, Announcer
 from buckler.mbs.spectral.run import once
 
 
@@ -34,9 +34,9 @@ def test_compilation_is_announced_once_and_only_the_solvers(capsys) -> None:
     event.register("numba:compile", announcer)
     try:
         made_up("somebody.else")(1.0)
-        assert not announcer.told
+        assert not announcer.announced
         made_up("buckler.mbs.spectral.made_up")(1.0)
-        assert announcer.told and TEXT in capsys.readouterr().err
+        assert announcer.announced and TEXT in capsys.readouterr().err
         made_up("buckler.mbs.spectral.made_up")(1.0)
         assert TEXT not in capsys.readouterr().err
     finally:
@@ -62,7 +62,7 @@ def test_all_is_compiled_beforehand() -> None:
 def test_numba_keeps_machine_code_as_long_as_our_stamp_says() -> None:
     """What goes beyond Numba's documented interface, see docs/dependencies.md: a new version of it may change this."""
     kept = implicit.run_implicit._cache._cache_file._source_stamp
-    assert set(compiling._stamp("implicit")) <= set(kept)
+    assert set(compiling._stamp()) <= set(kept)
 
 
 def test_references_are_read_where_they_lie() -> None:
@@ -86,13 +86,6 @@ def test_references_are_read_where_they_lie() -> None:
     x = Whole(Pair(np.array([1, 2, 3]), np.zeros((4, 2))), np.zeros(5))
     assert door(x, 3) == 2 + 4
     assert x.pair.second.tolist() == [[0, 0], [0, 0], [0, 0], [0, 8]]
-
-
-def test_a_stamp_is_of_the_file_and_of_what_it_imports() -> None:
-    stamps = {name: set(compiling._stamp(name)) for name in compiling.COMPILED}
-    assert stamps["kernel"] < stamps["radau"] < stamps["implicit"]
-    assert stamps["markers"] < stamps["explicit"]
-    assert not stamps["implicit"] <= stamps["explicit"]
 
 
 def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:

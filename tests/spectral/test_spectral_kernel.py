@@ -15,8 +15,9 @@ from buckler.mbs.laws import AdamsFriction, Ambrosio, Coulomb, ExactRestitution,
 from buckler.mbs.library import RATTLING, crank_rocker
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral import integrators, kernel
-from buckler.mbs.spectral.dense import right_hand_side
+from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.lawtable import friction, normal_force
+from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import CompiledScene
 
 SCENES = scenes()
@@ -170,9 +171,11 @@ def test_modes_that_no_constraint_touches_accelerate_as_by_the_whole_matrix(monk
     rocker = Modal(Section(20e-3, 5e-3), BarModes(3, 2))
     mechanism = crank_rocker(rocker, speed=31.4, play=lambda *at: Clearance(*at, 5e-3, 2.5e-4, RATTLING, rubbing))
     scene, draw = CompiledScene.of(mechanism), np.random.default_rng(3)
-    y = np.concatenate([scene.q0, np.zeros(scene.size)]) + draw.normal(size=2 * scene.size) * np.repeat([1e-2, 3.0], scene.size)
-    found = right_hand_side(scene)(0.0, y)
+    n, time = scene.size, np.zeros(1)
+    q, v = scene.q0 + 1e-2 * draw.normal(size=(1, n)), 3.0 * draw.normal(size=(1, n))
+    row = Output(time, q, v, np.zeros((1, n)), np.zeros((1, len(scene.row_names))), scene.memory()[None])
+    found = at_times(scene, row, time).a
     monkeypatch.setattr(integrators, "_modal_links_are_free", lambda tables: False)
-    whole = right_hand_side(scene)(0.0, y)
+    whole = at_times(scene, row, time).a
     assert scene.tables.modal.shape[0] == 1
     np.testing.assert_allclose(found, whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max())
