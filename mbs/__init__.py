@@ -52,7 +52,11 @@ if TYPE_CHECKING:
     from .sensitivity.design import optimise
     from .sensitivity.fitting import fit
     from .simulation import simulate
-    from .statics import equilibrium, frequencies, path, periodic, response
+    from .statics.cycles import periodic
+    from .statics.follow import path
+    from .statics.resonance import response
+    from .statics.rest import equilibrium
+    from .statics.vibration import frequencies
 
 __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
@@ -63,8 +67,8 @@ __all__ = [
 ]  # fmt: skip
 
 __getattr__ = on_demand(__name__, {
-    "simulate": "simulation", "build": "engine.build", "ensemble": "ensembles.ensemble", "equilibrium": "statics",
-    "path": "statics", "frequencies": "statics", "periodic": "statics", "response": "statics",
+    "simulate": "simulation", "build": "engine.build", "ensemble": "ensembles.ensemble", "equilibrium": "statics.rest",
+    "path": "statics.follow", "frequencies": "statics.vibration", "periodic": "statics.cycles", "response": "statics.resonance",
     "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting", "optimise": "sensitivity.design",
 })  # fmt: skip
 """Names whose modules need a solver, imported at first use."""

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import statics
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -93,7 +92,9 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
         """Compute the natural frequency and its error [Hz]."""
-        found = statics.frequencies(mechanism, count=number)
+        from ..statics.vibration import frequencies  # it loads the compiled solver, and few need it
+
+        found = frequencies(mechanism, count=number)
         if not found.stable:
             raise RunFailedError(f"{text.strip()}: {found.status}: {found.message}")
         if len(found.hertz) < number:

@@ -228,17 +228,14 @@ class Path(Route):
         """Stability of each equilibrium: no small motion grows, shape (steps,)."""
         return self.growth == 0.0
 
-    def place(self, q: Array, link: str, point: str) -> Array:
-        """Return the position of a point of a link at coordinates of the path's scene [m], shape (2,)."""
-        return places(self.scene, q, link, point).position
-
     def point(self, link: str, point: str) -> Array:
         """Return the positions of a point of a link [m], shape (steps, 2)."""
-        return np.array([self.place(q, link, point) for q in self.q])
+        return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
         """Return data of a diagram: positions along the path and at the critical points, and a prefix of the label."""
-        return self.point(link, point), [self.place(each.rest.q, link, point) for each in self.points], ""
+        criticals = [places(self.scene, each.rest.q, link, point).position for each in self.points]
+        return self.point(link, point), criticals, ""
 
     def reaction(self, name: str) -> Array:
         """Return force or torque of a constraint [N or N m], shape (steps, rows), with the signs of a run's signals."""

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
-from .algebra import EPS, MANY
+from .algebra import MANY
 from .arc import Arc, Step
 from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum
@@ -27,20 +27,30 @@ NEAREST = 1.6e-3
 """Arc down to which pieces are halved for it."""
 SAME = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
+UNSURE = (1e-3, 1.0)
+"""Shares of rounding above which growth counts where a flutter begins: near it two values meet, and growth goes as a root."""
 
 
 class State(NamedTuple):
-    """Stability of an equilibrium: spectrum of K and M alone; largest rate of growth [1/s], number of oscillations that grow."""
+    """Stability of an equilibrium: spectra of K and M alone, and of the whole tangent."""
 
     squares: Spectrum
-    growth: float
-    flutters: int
+    whole: Spectrum
+
+    @property
+    def growth(self) -> float:
+        """Largest rate of growth [1/s]."""
+        return float(self.whole.growth.max(initial=0.0))
 
     @property
     def negative(self) -> int:
         """Number of eigenvalues mu that are real and below zero."""
-        grows = (self.squares.growth > 0.0) & (self.squares.values.imag == 0.0)
-        return int(grows.sum())
+        return int(((self.squares.growth > 0.0) & (self.squares.values.imag == 0.0)).sum())
+
+    def count_flutters(self, sure: float = 1.0) -> int:
+        """Count oscillations that grow, faster than this share of rounding."""
+        values, rounding = self.whole.values, self.whole.rounding
+        return int(((values.real > sure * rounding) & (np.abs(values.imag) > rounding)).sum())
 
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
@@ -49,9 +59,7 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
     plain = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = plain.shift
-    whole = plain if tangent.conservative else spectrum(tangent)
-    swings = (whole.growth > 0.0) & (np.abs(whole.values.imag) > whole.rounding)
-    return State(plain, float(whole.growth.max(initial=0.0)), int(swings.sum()))
+    return State(plain, plain if tangent.conservative else spectrum(tangent))
 
 
 @dataclass(frozen=True)
@@ -90,7 +98,7 @@ def criticals(
         limits = list(_limits(arc, part, way))
         pairs = _pairs(arc.problem, part, one, other)
         found += [*limits, *_branchings(arc, part, pairs.shapes[:, pairs.crosses].T, limits)]
-    if before.flutters != after.flutters:
+    if before.count_flutters() != after.count_flutters():
         found += _flutters(arc, step, before, after)
     found = [replace(each, rounding=arc.problem.rounding(each.rest)) for each in found]
     return sorted(found, key=lambda each: arc.reach(step, each.rest))
@@ -198,40 +206,14 @@ def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -
 
 
 def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critical]:
-    """Find where oscillations begin or cease to grow."""
-    problem = arc.problem
-    problem.set(step.rest.parameter)
-    damped = Tangent.at(problem.scene, step.rest.q, step.rest.multipliers).damping.any()
-    rest = arc.root(step, (lambda rest: _fastest(problem, rest)) if damped else _meeting(arc, step, before, after))
-    count = abs(after.flutters - before.flutters)
-    return [] if rest is None else [Critical("flutter", rest, count, np.empty((len(step.rest.q), 0)))]
+    """Find where oscillations begin or cease to grow: where their number changes, by bisection, within rounding if it can be."""
+    for sure in UNSURE:
 
+        def keeps(rest: Rest, sure: float = sure) -> float:
+            """Return 1 while as many oscillations grow as at the start of the step, else -1."""
+            return 1.0 if state_at(arc.problem, rest).count_flutters(sure) == before.count_flutters(sure) else -1.0
 
-def _fastest(problem: Problem, rest: Rest) -> float:
-    """Return the largest real part of an oscillating exponent; below zero where none oscillates."""
-    problem.set(rest.parameter)
-    found = spectrum(Tangent.at(problem.scene, rest.q, rest.multipliers))
-    swings = np.abs(found.values.imag) > found.rounding
-    known = swings & (found.rounding < 0.1 * np.abs(found.values))
-    return float(found.values.real[known].max(initial=-np.abs(found.values).max()))
-
-
-def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
-    """Make the function ((mu_1 - mu_2)/2)^2 of the two mu that meet: positive while real, negative beyond."""
-    unstable = before if before.flutters > after.flutters else after
-    mu = -(unstable.squares.values**2)
-    order = np.argsort(mu.real, kind="stable")
-    mu, grows = mu[order], (unstable.squares.growth > 0.0)[order] & (mu.imag != 0.0)
-    known = [i for i in np.flatnonzero(grows) if i or len(mu) > 1]
-    first = int(known[0]) if known else 0
-    if first + 1 >= len(mu) or abs(mu[first + 1].real - mu[first].real) > 1e-6 * abs(mu[first]) + EPS:
-        first = max(first - 1, 0)
-
-    def discriminant(rest: Rest) -> float:
-        """Compute the discriminant of the two eigenvalues at an equilibrium."""
-        values = -(state_at(arc.problem, rest).squares.values ** 2)
-        values = values[np.argsort(values.real, kind="stable")]
-        a, b = values[first], values[min(first + 1, len(values) - 1)]
-        return float(-(a.imag**2) if a.imag else (a - b).real ** 2 / 4)
-
-    return discriminant
+        if (rest := arc.root(step, keeps)) is not None:
+            change = abs(after.count_flutters() - before.count_flutters())
+            return [Critical("flutter", rest, change, np.empty((len(rest.q), 0)))]
+    return []

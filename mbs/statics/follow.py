@@ -112,8 +112,7 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
-    found.errors.update({"limits": np.zeros(len(found.limits)), "branchings": np.zeros(len(found.branchings)),
-                         "flutter": np.zeros(len(found.flutter)), "end": np.zeros(1)})  # fmt: skip
+    found.errors.update(_errors(found, found))
     return found
 
 

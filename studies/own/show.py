@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from buckler.mbs import statics
+from buckler import mbs
 from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
@@ -92,7 +92,7 @@ def _mobility_text(coordinates: int, constraints: int, rank: int, drives: int) -
 def _frequencies(mechanism: Mechanism) -> list[str]:
     """Write the lowest natural frequencies with the drives fixed, or why there are none."""
     try:
-        found = statics.frequencies(mechanism, count=4)
+        found = mbs.frequencies(mechanism, count=4)
     except ValueError as error:  # of an element that statics does not know
         return [f"lowest frequencies: {error}"]
     if not len(found.hertz):

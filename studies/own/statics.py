@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs import statics
+from buckler import mbs
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.units import measured, parse_quantity
@@ -76,7 +76,7 @@ def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
     names = ("load", "drive", "parameter", "steps", "branches", "degree", "settle")
     given = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
-    found: Any = statics.response(mechanism, options.period, **given) if "period" in options else statics.path(mechanism, **given)
+    found: Any = mbs.response(mechanism, options.period, **given) if "period" in options else mbs.path(mechanism, **given)
     if options.plot and len(found.parameter):
         found.plot(*_point(options, mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
@@ -124,8 +124,8 @@ def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) 
     return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
 
 
-equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree))
-frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
-periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
+equilibrium = _command("equilibrium", lambda m, o: mbs.equilibrium(m, o.load, degree=o.degree))
+frequencies = _command("frequencies", lambda m, o: mbs.frequencies(m, count=o.count, degree=o.degree))
+periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, settle=o.settle, degree=o.degree))
 path = _command("path", _path)
 response = _command("response", _path)

@@ -7,9 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from buckler.mbs import Beam, Guide, Link, Mechanism, Revolute, Section, Spring
+from buckler.mbs import Beam, Guide, Link, Mechanism, Revolute, Section, Spring, frequencies
 from buckler.mbs.functions import Expression
-from buckler.mbs.statics import frequencies
 
 CUBIC = 4e5
 HANGING = Mechanism(

@@ -210,6 +210,13 @@ def test_becks_column_flutters_and_branches_nowhere():
     assert not found.stable[-1]
 
 
+def test_a_little_damping_of_the_strip_makes_becks_column_flutter_at_half_its_load():
+    """Ziegler's paradox: 10.94 EI/L^2 for Kelvin and Voigt's material (Bolotin 1963)."""
+    section = Section(0.02, 0.0005).damped(1e-3, LENGTH)
+    found = path(column("cantilever", section, section.bending_stiffness / LENGTH**2, follows="strip"), to=15.0, degree=8)
+    assert found.flutter == pytest.approx([10.94], rel=1e-3)
+
+
 @pytest.mark.parametrize(("first", "second"), [(0.01, 0.01), (0.01, 0.2), (0.3, 0.01)])
 def test_a_damped_flutter_ends_where_its_motions_cease_to_swing(first, second):
     """Ziegler's double pendulum with unequal dampers: flutter begins on the imaginary axis and ends on the real one."""

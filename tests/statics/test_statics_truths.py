@@ -10,8 +10,23 @@ from exact.columns import LENGTH, member
 from exact.vibration import beam_frequencies, portal
 
 from buckler.elastica import law
-from buckler.mbs import STEEL, Beam, Cable, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
-from buckler.mbs.statics import equilibrium, frequencies, path
+from buckler.mbs import (
+    STEEL,
+    Beam,
+    Cable,
+    Drive,
+    Force,
+    Guide,
+    Link,
+    Material,
+    Mechanism,
+    Revolute,
+    Section,
+    Weld,
+    equilibrium,
+    frequencies,
+    path,
+)  # fmt: skip
 
 BAR, THICK = Section(0.020, 0.050, STEEL), Section(0.03, 0.02)
 

@@ -9,8 +9,7 @@ from math import atan2, pi
 from exact import four_bars, princeton, problems
 from exact.published import ANDREWS_ANGLES, DOUBLE_PENDULUM, PUBLISHED, SIMEON_END
 
-from buckler.mbs import Equal, Exudyn, Mechanism, Result, simulate
-from buckler.mbs.statics import equilibrium
+from buckler.mbs import Equal, Exudyn, Mechanism, Result, equilibrium, simulate
 
 from .known import Answer, Known, relate
 
