@@ -30,8 +30,8 @@ BEND = 0.15
 """Angle by which the path should turn in a step [rad]; it sets the length of the next one."""
 CORNER = 0.5
 """Largest turn of the coordinates in a step [rad]; a step that turns more has jumped to a crossing path."""
-ASIDE = (1e-2, 1e-3, 5e-2)
-"""Half widths, over the step, of the stencils for a crossing. The last is for paths that pass each other without crossing."""
+ASIDE = 1e-2
+"""Half width, over the step, of the stencil for a crossing."""
 ALIKE = 1e-3
 """Largest difference, over the spacing of the stencil, of roots by 4 and by 6 points; above it `root` is used."""
 SAME = 1e-2
@@ -43,8 +43,6 @@ BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 HALVINGS = 30
 """Number of halvings that locate this contact: a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
-SHARP = 1e-7
-"""Difference of the two roots, over the step, at which no narrower stencil is tried: an upper bound of the error."""
 
 
 class Step(NamedTuple):
@@ -185,21 +183,14 @@ class Arc:
         if function(step.rest) * function(step.new) > 0.0:
             return None
         parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
-        best: tuple[float, float, list[Rest]] = (np.inf, 0.0, [])
-        for aside in ASIDE:
-            try:
-                rough = self._rough(step, function, aside * step.arc)
-                rests = [self.along(step, rough + 2.0 * aside * step.arc * part) for part in parts]
-            except StaticsError:
-                continue
-            found = [function(rest) for rest in rests]
-            few, all_ = (_root_of(parts[:n], found[:n]) for n in (4, 6))
-            if abs(all_ - few) < ALIKE:
-                best = min(best, (2.0 * aside * abs(all_ - few), all_, rests), key=lambda each: each[0])
-            if best[0] < SHARP or (best[2] and aside < ASIDE[0]):
-                break
-        _, root, rests = best
-        if not rests:
+        try:
+            rough = self._rough(step, function, ASIDE * step.arc)
+            rests = [self.along(step, rough + 2.0 * ASIDE * step.arc * part) for part in parts]
+        except StaticsError:
+            return self.root(step, function)
+        found = [function(rest) for rest in rests]
+        few, root = (_root_of(parts[:n], found[:n]) for n in (4, 6))
+        if not abs(root - few) < ALIKE:
             return self.root(step, function)
         weights = [np.prod([(root - b) / (a - b) for b in parts if b != a]) for a in parts]
         return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
