@@ -5,24 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws.calls import call1, call2, call3
+from . import tables as col
 from .compiling import draft, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
-from .tables import (
-    CALL,
-    CONTACT,
-    DRY,
-    FRICTION_OF,
-    GIVEN,
-    KIND,
-    LAW,
-    LAW_OF,
-    LINE_SPRING,
-    MOTOR,
-    NUMBERS,
-    ONSET,
-    SEAT,
-    STRUT,
-)  # fmt: skip
 
 
 @draft
@@ -62,50 +47,52 @@ def motor(t, speed, p, address):
 def value_along(tables, k, now, value, rate, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
     t, mem = tables.pace[0] * now.time, now.memory[k]
-    kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
+    kind, number = tables.forces[k, col.KIND], tables.forces[k, col.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == LINE_SPRING:
+    if kind == col.LINE_SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
-    if kind == CONTACT:
+    if kind == col.CONTACT:
         depth = p[0] * (value - p[1])
-        return -p[0] * normal_force(tables, tables.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET]) if depth > 0.0 else 0.0
-    if kind == DRY:
+        if depth <= 0.0:
+            return 0.0
+        return -p[0] * normal_force(tables, tables.forces[k, col.LAW_OF], depth, p[0] * rate, mem[col.ONSET])
+    if kind == col.DRY:
         return -dry(rate, p)
-    if kind == SEAT:
-        return -rubbing(tables, tables.forces[k, FRICTION_OF], rate, mem, now.since)[0] * abs(reaction)
-    if kind == STRUT:
-        return -strut(value, rate, p, tables.laws[tables.forces[k, LAW_OF], CALL])
-    if kind == GIVEN:
-        address = tables.laws[tables.forces[k, LAW_OF], CALL] if tables.forces[k, LAW_OF] >= 0 else 0
+    if kind == col.SEAT:
+        return -rubbing(tables, tables.forces[k, col.FRICTION_OF], rate, mem, now.since)[0] * abs(reaction)
+    if kind == col.STRUT:
+        return -strut(value, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL])
+    if kind == col.GIVEN:
+        address = tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0
         return p[0] if address == 0 else call1(address, t)
-    if kind == MOTOR:
-        return motor(t, rate, p, tables.laws[tables.forces[k, LAW_OF], CALL] if tables.forces[k, LAW_OF] >= 0 else 0)
+    if kind == col.MOTOR:
+        return motor(t, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0)
     if p[0] == 1.0:  # a spring's law
-        return -call2(tables.laws[tables.forces[k, LAW_OF], CALL], value - p[2], rate)
-    return call3(tables.laws[tables.forces[k, LAW_OF], CALL], t, value - p[2], rate)
+        return -call2(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], value - p[2], rate)
+    return call3(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], t, value - p[2], rate)
 
 
 @noinline
 def slopes_along(tables, k, now, value, rate, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     mem = now.memory[k]
-    kind, number = tables.forces[k, KIND], tables.forces[k, NUMBERS]
+    kind, number = tables.forces[k, col.KIND], tables.forces[k, col.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == LINE_SPRING:
+    if kind == col.LINE_SPRING:
         return -p[0], -p[1]
-    if kind == CONTACT:
+    if kind == col.CONTACT:
         depth = p[0] * (value - p[1])
         if depth <= 0.0:
             return 0.0, 0.0
-        by_depth, by_rate = normal_slopes(tables, tables.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET])
+        by_depth, by_rate = normal_slopes(tables, tables.forces[k, col.LAW_OF], depth, p[0] * rate, mem[col.ONSET])
         return -by_depth, -by_rate
-    if kind == GIVEN:
+    if kind == col.GIVEN:
         return 0.0, 0.0
-    if kind == SEAT:
-        return 0.0, -rubbing_slope(tables, tables.forces[k, FRICTION_OF], rate, mem, now.since) * abs(reaction)
-    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == MOTOR else 1e-3)
-    if kind == STRUT or kind == LAW:
-        hv = 1e-6 * max(abs(value), 1e-3) if kind == LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
+    if kind == col.SEAT:
+        return 0.0, -rubbing_slope(tables, tables.forces[k, col.FRICTION_OF], rate, mem, now.since) * abs(reaction)
+    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == col.MOTOR else 1e-3)
+    if kind == col.STRUT or kind == col.LAW:
+        hv = 1e-6 * max(abs(value), 1e-3) if kind == col.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
         by_value = (
             value_along(tables, k, now, value + hv, rate, reaction) - value_along(tables, k, now, value - hv, rate, reaction)
         ) / (2.0 * hv)

@@ -3,47 +3,37 @@
 from __future__ import annotations
 
 from ..laws.table import IMPACT
+from . import tables as col
 from .compiling import draft, noinline
-from .tables import (
-    CONTACT,
-    FASTEST,
-    JOURNAL,
-    KIND,
-    LAW_OF,
-    LENGTH,
-    NUMBERS,
-    ONSET,
-    RATE,
-    VALUE,
-)  # fmt: skip
 
 
 @draft
 def touches(tables, k):
     """Return True if force k is a contact."""
-    return tables.forces[k, KIND] == CONTACT or tables.forces[k, KIND] == JOURNAL
+    return tables.forces[k, col.KIND] == col.CONTACT or tables.forces[k, col.KIND] == col.JOURNAL
 
 
 @draft
 def begins_smoothly(tables, k):
     """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
-    law = tables.forces[k, LAW_OF]
-    return tables.laws[law, KIND] == IMPACT and tables.law_numbers[law, 1] > 1.0
+    law = tables.forces[k, col.LAW_OF]
+    return tables.laws[law, col.KIND] == IMPACT and tables.law_numbers[law, 1] > 1.0
 
 
 @draft
 def depth_of(tables, reports, k):
     """Depth of contact k, from its report."""
-    if tables.forces[k, KIND] == JOURNAL:
-        return reports[k, LENGTH]
-    side, face = tables.data[tables.forces[k, NUMBERS]], tables.data[tables.forces[k, NUMBERS] + 1]
-    return side * (reports[k, LENGTH] - face)
+    if tables.forces[k, col.KIND] == col.JOURNAL:
+        return reports[k, col.LENGTH]
+    side, face = tables.data[tables.forces[k, col.NUMBERS]], tables.data[tables.forces[k, col.NUMBERS] + 1]
+    return side * (reports[k, col.LENGTH] - face)
 
 
 @draft
 def rate_of_depth(tables, reports, k):
     """Its rate."""
-    return reports[k, RATE] if tables.forces[k, KIND] == JOURNAL else tables.data[tables.forces[k, NUMBERS]] * reports[k, RATE]
+    side = 1.0 if tables.forces[k, col.KIND] == col.JOURNAL else tables.data[tables.forces[k, col.NUMBERS]]
+    return side * reports[k, col.RATE]
 
 
 @draft
@@ -121,7 +111,7 @@ def lets_go(tables, before, reports, largest, share, landing):
     """
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
-            if reports[k, VALUE] == 0.0 and abs(before[k, VALUE]) > share * largest[k]:
+            if reports[k, col.VALUE] == 0.0 and abs(before[k, col.VALUE]) > share * largest[k]:
                 return True
             if (
                 abs(depth_of(tables, before, k)) <= landing
@@ -143,12 +133,12 @@ def remember_onset(tables, before, reports, k, m, controls, near):
     if new > -old >= 0.0:
         rate = rate_of_depth(tables, before, k)
     if new <= 0.0 or old <= 0.0:
-        m[ONSET] = max(rate, controls.floor, controls.graze * m[FASTEST])
+        m[col.ONSET] = max(rate, controls.floor, controls.graze * m[col.FASTEST])
     if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
-        if tables.forces[k, KIND] == CONTACT:
-            m[FASTEST] = max(m[FASTEST], m[ONSET])
+        if tables.forces[k, col.KIND] == col.CONTACT:
+            m[col.FASTEST] = max(m[col.FASTEST], m[col.ONSET])
         return 1
-    return -1 if reports[k, VALUE] == 0.0 and before[k, VALUE] != 0.0 else 0
+    return -1 if reports[k, col.VALUE] == 0.0 and before[k, col.VALUE] != 0.0 else 0
 
 
 @draft
@@ -191,8 +181,6 @@ def error_of_depth(tables, state, shifted, h, k, least, noise):
     deep = max(old, new)
     if deep <= 0.0:
         return 0.0
-    way, off = (
-        h * max(abs(rate_of_depth(tables, before, k)), abs(rate_of_depth(tables, reports, k))),
-        abs(depth_of(tables, shifted, k) - new),
-    )
+    way = h * max(abs(rate_of_depth(tables, before, k)), abs(rate_of_depth(tables, reports, k)))
+    off = abs(depth_of(tables, shifted, k) - new)
     return off / max(deep, way, least) if off > noise else 0.0

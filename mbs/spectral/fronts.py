@@ -62,13 +62,8 @@ def _hand_over(order, factors, amount, f):
 @draft
 def _eliminate(order, factors, swaps, amount, f):
     """Eliminate a front's pivots; in place of each stands its reciprocal then."""
-    pivots, size, first, at, row = (
-        order.fronts[f, 0],
-        order.fronts[f, 1],
-        order.fronts[f, 2],
-        order.fronts[f, 3],
-        order.fronts[f, 6],
-    )
+    pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
+    row = order.fronts[f, 6]
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
         r = _bring_strong(order, factors, amount, f, c) if row > 0 else c

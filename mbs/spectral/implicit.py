@@ -89,10 +89,8 @@ def _error(model, t, h, controls, least):
     Reports are those of the end.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    error, allowed = (
-        0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance,
-        controls.contact_tolerance,
-    )
+    error = 0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance
+    allowed = controls.contact_tolerance
     put_back(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
         return error

@@ -13,6 +13,7 @@ from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
 from ..record.motion import BlockMotion, RigidMotion
 from ..record.record import Record
+from . import tables as col
 from .compiling import copy, jit
 from .forces import add_forces
 from .frame_body import FrameBody
@@ -21,22 +22,7 @@ from .motion import Piece, SpectralStrip
 from .output import Output
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import (
-    AX,
-    CONTACT,
-    COUNT,
-    FASTEST,
-    FIRST,
-    JOURNAL,
-    NUMBERS,
-    OFFSET,
-    SEAT,
-    STATEFUL,
-    STATES,
-    VALUE,
-    B,
-    Instant,
-)  # fmt: skip
+from .tables import Instant
 
 Frame = tuple[int, float, float, Array]
 """Marker of a rigid link's own centre of mass, the link's mass [kg], inertia [kg m^2], and place at t = 0 [m]."""
@@ -59,13 +45,13 @@ def follow(tables, work, out, traces, reports):
         for m in range(tables.markers.shape[0]):
             for c in range(6):
                 traces[i, m, c] = work.state[m, c]
-            first, count = tables.markers[m, FIRST], tables.markers[m, COUNT]
+            first, count = tables.markers[m, col.FIRST], tables.markers[m, col.COUNT]
             for c in range(3):
-                total = work.state[m, AX + c]
+                total = work.state[m, col.AX + c]
                 for j in range(first, first + count):
                     total += work.slope[c, j] * out.a[i, tables.places[j]]
                 traces[i, m, 6 + c] = total
-        since = out.time[i] - out.memory[i, 0, FASTEST] if out.memory.shape[1] > 0 else 0.0
+        since = out.time[i] - out.memory[i, 0, col.FASTEST] if out.memory.shape[1] > 0 else 0.0
         add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
         copy(work.reports, reports[i])
 
@@ -159,14 +145,14 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})
-        if kind in (JOURNAL, SEAT):
+        if kind in (col.JOURNAL, col.SEAT):
             found["memory"] = out.memory[:, i]
-        elif kind == CONTACT:
-            found["force"] = np.abs(reports[:, i, [VALUE]])
-        elif kind == STATEFUL:
-            first = scene.tables.markers[scene.tables.forces[i, B], OFFSET]
-            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, NUMBERS] + STATES]))
+        elif kind == col.CONTACT:
+            found["force"] = np.abs(reports[:, i, [col.VALUE]])
+        elif kind == col.STATEFUL:
+            first = scene.tables.markers[scene.tables.forces[i, col.B], col.OFFSET]
+            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, col.NUMBERS] + col.STATES]))
             found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
         else:
-            found["value"] = reports[:, i, [VALUE]]
+            found["value"] = reports[:, i, [col.VALUE]]
     return channels

@@ -161,12 +161,8 @@ def _add_strip(tables, work, place, q, v, slopes, f):
     strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
-    at, x, rate, local = (
-        tables.places[first : first + size],
-        work.element[:size],
-        work.element[size : 2 * size],
-        work.element[2 * size : 3 * size],
-    )
+    at, x, rate = tables.places[first : first + size], work.element[:size], work.element[size : 2 * size]
+    local = work.element[2 * size : 3 * size]
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
     lag, r = (tables.data[d + 4], 0.0, tables.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
