@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -11,67 +12,18 @@ from .elimination import Arrays, Fronts
 from .fronts import Orders
 from .tables import BRISTLE, Tables, Work
 
+RadauState = namedtuple(
+    "RadauState",
+    "q v a lam stress places rates seconds multipliers stresses slacks past past_lam past_stress residual right step swirl "
+    "dq dv force gap speed change jacobian base mass damping stiffness matrix twisted real complex real_swaps complex_swaps "
+    "bare heavy heavy_swaps amount_of_row part twin memory before shifted largest old rest whole amount weight across turn "
+    "ease",
+)
+"""A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 
-class RadauState(NamedTuple):
-    """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
-
-    `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
-    `whole` and `across`; `turn` is the chord's direction.
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    lam: Array
-    stress: Array
-    places: Array
-    rates: Array
-    seconds: Array
-    multipliers: Array
-    stresses: Array
-    slacks: Array
-    past: Array
-    past_lam: Array
-    past_stress: Array
-    residual: Array
-    right: Array
-    step: Array
-    swirl: Array
-    dq: Array
-    dv: Array
-    force: Array
-    gap: Array
-    speed: Array
-    change: Array
-    jacobian: Array
-    base: Array
-    mass: Array
-    damping: Array
-    stiffness: Array
-    matrix: Array
-    twisted: Array
-    real: Array
-    complex: Array
-    real_swaps: Array
-    complex_swaps: Array
-    bare: Array
-    heavy: Array
-    heavy_swaps: Array
-    amount_of_row: Array
-    part: Array
-    twin: Array
-    memory: Array
-    before: Array
-    shifted: Array
-    largest: Array
-    old: Array
-    rest: Array
-    whole: Array
-    amount: Array
-    weight: Array
-    across: Array
-    turn: Array
-    ease: Array
+`weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
+`whole` and `across`; `turn` is the chord's direction.
+"""
 
 
 class Radau(NamedTuple):
@@ -107,32 +59,12 @@ def radau_state(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory:
     )  # fmt: skip
 
 
-class DormandPrinceState(NamedTuple):
-    """State y = (q, v, bristles), its seven rates, and room to work in."""
-
-    y: Array
-    new: Array
-    trial: Array
-    rates: Array
-    lam: Array
-    force: Array
-    residual: Array
-    speed: Array
-    change: Array
-    jacobian: Array
-    factored: Array
-    matrix: Array
-    factors: Array
-    swaps: Array
-    amount: Array
-    part: Array
-    right: Array
-    memory: Array
-    before: Array
-    pace: Array
-    units: Array
-    begun: Array
-    apart: Array
+DormandPrinceState = namedtuple(
+    "DormandPrinceState",
+    "y new trial rates lam force residual speed change jacobian factored matrix factors swaps amount part right memory "
+    "before pace units begun apart",
+)
+"""State y = (q, v, bristles), its seven rates, and room to work in."""
 
 
 class DormandPrince(NamedTuple):
