@@ -70,24 +70,29 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
     return (outer or jit)(plain)
 
 
-def sums(*paths: Path) -> tuple[str, ...]:
-    """Contents of files, as sums."""
-    return tuple(sorted(sha256(path.read_bytes()).hexdigest() for path in paths))
+def stamp_of(*paths: Path) -> str:
+    """Compute a sum of the contents of files, in any order."""
+    return sha256(b"".join(sorted(path.read_bytes() for path in paths))).hexdigest()[:16]
 
 
-def compile_cached(function: Callable[..., object], stamp: tuple[str, ...], **options: object) -> Any:
+def compile_cached(function: Callable[..., object], stamp: str, **options: object) -> Any:
     """Compile a function for the types it is called with, and keep that on disk as long as the stamp stays the same.
 
-    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
+    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls. So the
+    stamp is a part of the name under which it is kept.
     """
     import numba
 
-    found = numba.njit(error_model="numpy", **options)(function)
+    name = function.__qualname__
+    function.__qualname__ = f"{name}_{stamp}"
     try:
-        found.enable_caching()
-        found._cache._cache_file._source_stamp = stamp
-    except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
-        found = numba.njit(error_model="numpy", **options)(function)
+        found = numba.njit(cache=True, error_model="numpy", **options)(function)
+    except RuntimeError:  # nowhere to keep it
+        return numba.njit(error_model="numpy", **options)(function)
+    module = function.__module__.rpartition(".")[2]
+    for old in Path(found.stats.cache_path).glob(f"{module}.{name}[_-]*"):
+        if stamp not in old.name:
+            old.unlink(missing_ok=True)
     return found
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry import Array
 from ..process import compiler
 from . import journal
-from .compiled import Pointer, compile_cached, compile_plain, sums
+from .compiled import Pointer, compile_cached, compile_plain, stamp_of
 from .friction import BristleLaw, FrictionLaw, remembering
 from .journal import spread
 from .protocol import NormalLaw
@@ -158,7 +158,7 @@ def _functions() -> tuple[Any, Any]:
 
     jit = numba.njit(error_model="numpy")
     report = compile_plain(journal.report_with(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
-    stamp = sums(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table", "calls")))
+    stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table", "calls")))
     vector, table, places = float64[::1], float64[:, ::1], int64[:, ::1]
     made = []
     for function, out in ((_forces, vector), (_rows, table)):

@@ -23,7 +23,7 @@ from numba.core.event import Event, Listener, register
 from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
-from ..laws.compiled import compile_cached, compile_plain, sums
+from ..laws.compiled import compile_cached, compile_plain, stamp_of
 from ..process import COMPILING
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -70,11 +70,12 @@ register("numba:compile", Announcer())
 
 
 @cache
-def _stamp() -> tuple[str, ...]:
-    """Contents, as sums, of all files whose functions are compiled."""
+def _stamp() -> str:
+    """Sum of the contents of all files whose functions are compiled."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
-    return sums(Path(__file__), here / "tables.py", *own, *(here.parent / "laws" / f"{name}.py" for name in ("table", "calls")))
+    laws = [here.parent / "laws" / f"{name}.py" for name in ("table", "calls")]
+    return stamp_of(Path(__file__), here / "tables.py", *own, *laws)
 
 
 def jit(function: F) -> F:

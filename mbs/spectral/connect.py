@@ -1,4 +1,4 @@
-"""Constraints of the compiled solver from the rows by which an element says what it asks of the bodies' places."""
+"""Constraints of the compiled solver from the rows of an element, and markers of the places that elements name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..elements.element import GROUND, Element
+from ..elements.element import GROUND, Element, place
 from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import rotate
 from . import tables as k
@@ -59,3 +59,19 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
     if not isinstance(body, FrameBody):
         raise ValueError(f"link '{link}' does not reach point '{point}'")
     return int(body.marker_at(builder, np.array(builder.mechanism.points[point])))
+
+
+def link_of(builder: Builder, reference: str) -> tuple[str, str]:
+    """Link, or the ground, and point; a block is part of the link it is pinned to."""
+    body, point = place(reference)
+    if body != GROUND and body not in {link.name for link in builder.mechanism.links}:
+        return builder.mechanism.guide(body).link, point
+    return body, point
+
+
+def marker_at(builder: Builder, reference: str) -> int:
+    """Marker of a reference; 'ground:ground' is any place of the ground."""
+    link, point = link_of(builder, reference)
+    if link == GROUND and point == GROUND:
+        return builder.ground((0.0, 0.0))
+    return marker_of(builder, link, point)

@@ -13,8 +13,7 @@ import numpy as np
 from ..geometry import Array
 from ..record.lookup import quintic
 from .explicit import look
-from .integrators import DormandPrince, dormand_prince_state
-from .output import Output
+from .output import DormandPrince, Output, dormand_prince_state
 from .scene import CompiledScene
 from .tables import BRISTLE
 

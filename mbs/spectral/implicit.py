@@ -20,7 +20,7 @@ from .kernel import forces, rows_at
 from .markers import place_markers
 from .newton import SLOW, newton
 from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
-from .radau import REAL, error_of, integrate, predict, put_back, renew_heavy
+from .radau import REAL, deformation, error_of, follow_units, integrate, predict, put_back, renew_heavy
 from .samples import (
     JUMP,
     MOST_SAMPLES,
@@ -30,7 +30,6 @@ from .samples import (
     write_at_face,
     write_between,
 )
-from .scaling import deformation, follow_units
 from .strips import MIXED, PLAIN, elastic_stresses
 from .tables import VALUE, Instant
 

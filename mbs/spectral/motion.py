@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..elements.section import Profile, Section
-from ..geometry import Array
+from ..geometry import Array, cross
 from ..record.strips import Strain
 from .basis import basis, gauss
 
@@ -104,7 +104,7 @@ class SpectralStrip:
         first = self._fields(self.reference[None], piece, at, 1)[0, 0]
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0])) - np.arctan2(first[1], first[0])
         angle = angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi))
-        return angle, _cross(slope, rate) / (slope**2).sum(axis=1)
+        return angle, cross(slope, rate) / (slope**2).sum(axis=1)
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
@@ -145,7 +145,7 @@ class SpectralStrip:
     def _strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
         """Weights; strains and their rates (axial, shear, bending), each (times, points), at the kernel's own points."""
         x, w = gauss(piece.degree if self.shears else piece.degree + 1)
-        of = _reissner if self.shears else _kirchhoff
+        of = reissner if self.shears else kirchhoff
         order = 1 if self.shears else 2
 
         def fields(values: Array) -> list[Array]:
@@ -190,7 +190,8 @@ class SpectralStrip:
         return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 
-def _reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
+def reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
+    """Strains (axial, shear, bending) and rates of fields and their derivatives by the arc, q[order] (..., 3), rates v."""
     c, s, spin = np.cos(q[0][..., 2]), np.sin(q[0][..., 2]), v[0][..., 2]
     x, y, xt, yt = q[1][..., 0], q[1][..., 1], v[1][..., 0], v[1][..., 1]
     axial, shear = c * x + s * y, -s * x + c * y
@@ -198,14 +199,11 @@ def _reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]
     return [axial - 1.0, shear, q[1][..., 2]], rates
 
 
-def _kirchhoff(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
+def kirchhoff(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
+    """Strains and rates of a strip without shear, likewise; fields (..., 2)."""
     d, dd, d_t, dd_t = q[1], q[2], v[1], v[2]
     square = (d**2).sum(axis=-1)
-    norm, bend = np.sqrt(square), _cross(d, dd) / square
-    rate = (_cross(d_t, dd) + _cross(d, dd_t)) / square - bend * 2 * (d * d_t).sum(axis=-1) / square
+    norm, bend = np.sqrt(square), cross(d, dd) / square
+    rate = (cross(d_t, dd) + cross(d, dd_t)) / square - bend * 2 * (d * d_t).sum(axis=-1) / square
     none = np.zeros_like(norm)
     return [norm - 1.0, none, bend], [(d * d_t).sum(axis=-1) / norm, none, rate]
-
-
-def _cross(one: Array, other: Array) -> Array:
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])

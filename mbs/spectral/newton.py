@@ -18,14 +18,12 @@ from .kernel import (
     rows_at,
     tangents,
 )
-from .radau import BACK, NODES, PAIR, REAL, A, T, integrate, size_of, solve_real
+from .radau import BACK, NODES, PAIR, REAL, ROUNDING, A, T, integrate, size_of, solve_real
 from .strips import MIXED, RENEWED, carry_stresses
 from .tables import Instant
 
 MOST = 14
 """Newton iterations with one matrix."""
-ROUNDING = 1e-12
-"""A Newton step below this, of the coordinates' whole units, can grow no smaller."""
 LEAST_EASE = 0.1
 """A first Newton step leaves at least this share of itself, however fast the last step's converged."""
 SLOW = 0.3

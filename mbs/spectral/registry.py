@@ -19,9 +19,8 @@ from ..laws.rows import add_friction, add_normal
 from . import tables as k
 from .basis import gauss
 from .builder import Body, Builder
-from .connect import NOWHERE, connect, marker_of, turned_back
+from .connect import NOWHERE, connect, marker_at, marker_of, turned_back
 from .frame_body import add_modal, add_rigid
-from .reference import marker_at
 from .strip_body import StripBody, add_strip
 from .strut import add_strut
 

@@ -20,8 +20,7 @@ from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
 from .fronts import Orders
-from .integrators import DormandPrince, Radau, dormand_prince_state, radau_state
-from .output import Output
+from .output import DormandPrince, Output, Radau, dormand_prince_state, radau_state
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, begin

@@ -22,10 +22,10 @@ from ..scene.scene import Scene
 from . import doors
 from . import tables as k
 from .builder import Attached, Builder
+from .connect import link_of
 from .elimination import Fronts, fronts_of
 from .linear import Assembly, Linear, Matrix
 from .packing import pack
-from .reference import link_of
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import StrutBody, find_hosts, join_strut

@@ -17,7 +17,7 @@ from . import tables as k
 from .basis import basis, fit, gauss
 from .builder import Attached, Builder
 from .frame_body import add_block, line_of
-from .motion import Piece
+from .motion import Piece, kirchhoff, reissner
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 
@@ -178,7 +178,8 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     x, w = gauss(points)
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
     q = np.array(builder.q)[element.places]
-    free = strains_of(body.kind, q, values)
+    fields = [each @ q.T for each in values]
+    free, _ = (reissner if body.kind == k.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
     at = builder.numbers(
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
@@ -187,17 +188,6 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     first = len(builder.places)
     builder.places += element.places.ravel().tolist()
     builder.strips.append((body.kind, degree + 1, points, first, at))
-
-
-def strains_of(kind: int, q: Array, values: list[Array]) -> tuple[Array, Array, Array]:
-    """Strains (eps, gamma, kappa) of coordinates (fields, members) at the points whose members and derivatives are given."""
-    n, d, dd = values
-    x, y = d @ q[0], d @ q[1]
-    if kind == k.KIRCHHOFF:
-        square = x * x + y * y
-        return np.sqrt(square) - 1.0, 0.0 * x, (x * (dd @ q[1]) - y * (dd @ q[0])) / square
-    c, s = np.cos(n @ q[2]), np.sin(n @ q[2])
-    return c * x + s * y - 1.0, -s * x + c * y, d @ q[2]
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:

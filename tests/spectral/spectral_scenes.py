@@ -27,8 +27,8 @@ from buckler.mbs.elements.modal import Box, Modal
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.spectral.motion import kirchhoff, reissner
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.strip_body import strains_of
 from buckler.mbs.spectral.tables import REISSNER
 
 DAMPED = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-3, axial_damping=2e-5))
@@ -98,7 +98,8 @@ def energy(scene: CompiledScene, q: Any, v: Any) -> dict[str, float]:
         places = s.places[first : first + fields * members].reshape(fields, members)
         weights, *free = s.data[at + 5 : at + 5 + 4 * points].reshape(4, points)
         values = s.data[at + 5 + 4 * points :][: 3 * points * members].reshape(3, points, members)
-        strains = strains_of(kind, q[places], list(values))
+        of = [each @ q[places].T for each in values]
+        strains, _ = (reissner if kind == REISSNER else kirchhoff)(of, [0.0 * each for each in of])
         strain += 0.5 * sum(d * weights @ (e - e0) ** 2 for d, e, e0 in zip(s.data[at : at + 3], strains, free, strict=True))
     for first, modes, at in s.modal:
         strain += 0.5 * float(s.data[at + modes + 2 * modes**2 :][:modes] @ q[first + 3 : first + 3 + modes] ** 2)

@@ -3,7 +3,7 @@
 from buckler.mbs.elements.references import holder_reference
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws.compiled import function_pointer
-from buckler.mbs.spectral.reference import marker_at
+from buckler.mbs.spectral.connect import marker_at
 from buckler.mbs.spectral.tables import DISTANCE, LAW
 
 
