@@ -73,7 +73,7 @@ def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
     return {
         "type": "object",
         "properties": content,
-        "required": [] if name == "Motion" else required,
+        "required": required,
         "additionalProperties": False,
     }
 

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import inspect
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, TypeVar
 
 from ..extensions import extensions
@@ -96,15 +96,6 @@ class Declared:
 
     def agree(self) -> None:
         """Raise a ValueError if fields do not go together; nothing by default."""
-
-    @classmethod
-    def complete(cls, given: dict[str, object]) -> dict[str, object]:
-        """Return the fields that a file gives, with those that follow from them."""
-        return given
-
-    def file_fields(self) -> Iterable[str]:
-        """Name the fields from which the others follow: those that a file has."""
-        return specs(type(self))
 
 
 class Declaration(typing.NamedTuple):

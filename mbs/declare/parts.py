@@ -116,11 +116,6 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
             both = [*fields, *extra]
             raise ValueError(f"{dot}{key}: unknown key{did_you_mean(str(key), both)}; known: {', '.join(both)}")
     values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in given.items()}
-    if issubclass(kind, Declared):
-        try:
-            values = kind.complete(values)
-        except ValueError as error:
-            raise ValueError(f"{dot}{error}") from None
     for key, field in fields.items():
         if field.required and key not in values:
             raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
@@ -179,11 +174,10 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
     for key, inner in kind.inlined.items() if isinstance(found, Declared) else ():
         if type(getattr(found, key)) is inner:
             return fields_written(name, getattr(found, key))
-    keys = set(found.file_fields() if isinstance(found, Declared) else specs(kind))
     content = {}
     for key, declaration in declarations(kind).items():
         value = getattr(found, key)
-        if key in keys and (declaration.required or not _same(value, declaration.default)):
+        if declaration.required or not _same(value, declaration.default):
             content[key] = declaration.spec.write(f"{name}.{key}" if name else key, value)
     return content
 

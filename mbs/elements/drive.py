@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..declare import Declared, Either, Part, Quantity, declared, field, names, quantity
-from ..functions import Expression, Integral, Slope, Table, kinks
+from ..functions import Expression, Integral, Table, kinks
 from ..functions.fields import Function
 from ..geometry import Array
 from ..validate import number, short
@@ -56,7 +56,7 @@ class Ramp(Declared):
 
 @declared
 class Motion(Declared):
-    """Any motion, by its position with its derivative; in a file one of them is enough, if it is a formula or a table.
+    """Any motion, by its position with its derivative; a drive takes a formula or table of the speed alone.
 
     Examples
     --------
@@ -65,31 +65,15 @@ class Motion(Declared):
     1.0
     """
 
-    position: Callable[[float], float] = field(Function("t", "rad or m"), "since t = 0, as a function of t, s")
-    speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative")
+    position: Callable[[float], float] = field(
+        Function("t", "rad or m"),
+        "since t = 0, as a function of t, s; of a formula or table of the speed a drive finds it: give the drive `speed` alone",
+    )
+    speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative by t")
 
     def agree(self) -> None:
         """Raise a ValueError if the motion does not start at 0."""
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
-
-    @classmethod
-    def complete(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """Add the one of the two that is missing."""
-        for key, other, way in (("position", "speed", "derivative"), ("speed", "position", "integral")):
-            if key in given and other not in given:
-                try:
-                    given = {**given, other: getattr(given[key], way)()}
-                except ValueError as error:
-                    raise ValueError(f"{key}: {error}") from None
-        return given
-
-    def file_fields(self) -> tuple[str, ...]:
-        """Name the fields from which the others follow."""
-        if isinstance(self.position, Integral) and self.position.of == self.speed:
-            return ("speed",)
-        slope: Any = self.position.derivative() if isinstance(self.position, Expression) else None
-        derived = slope == self.speed or (isinstance(self.speed, Slope) and self.speed.of == self.position)
-        return ("position",) if derived else ("position", "speed")
 
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if within a run `speed` is not the derivative of `position`, or jumps, or one is no number."""
@@ -164,7 +148,7 @@ class Speed(Either):
 
     def write(self, name: str, value: object) -> Any:
         """Return the formula or table it was made from."""
-        return super().write(name, value.speed if isinstance(value, Motion) and value.file_fields() == ("speed",) else value)
+        return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
 
 
 @declared

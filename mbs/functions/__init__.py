@@ -2,9 +2,9 @@
 
 from .looking import Argument, Called, Looks, edges_along, looking, looks_or
 from .piecewise import Piecewise
-from .values import TURN, Components, Expression, Integral, Slope, Table, has_user_code, kinks, numbers_of
+from .values import TURN, Components, Expression, Integral, Table, has_user_code, kinks, numbers_of
 
 __all__ = [
-    "TURN", "Argument", "Called", "Components", "Expression", "Integral", "Looks", "Piecewise", "Slope", "Table", "edges_along",
+    "TURN", "Argument", "Called", "Components", "Expression", "Integral", "Looks", "Piecewise", "Table", "edges_along",
     "has_user_code", "kinks", "looking", "looks_or", "numbers_of",
 ]  # fmt: skip

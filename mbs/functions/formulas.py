@@ -1,4 +1,4 @@
-"""Formulas such as `2*sin(3*t)`: what may stand in one, functions of Python made of them, and their derivatives.
+"""Formulas such as `2*sin(3*t)`: what may stand in one, and functions of Python made of them.
 
 Allowed are numbers, + - * / **, parentheses, `pi`, `e`, the functions in `FUNCTIONS` and the variables named by whoever asks.
 Everything else is refused by name. What has passed becomes a function of Python, which Numba compiles as any other.
@@ -49,20 +49,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
 OF_FLOATS = {name: function for name, (function, _) in FUNCTIONS.items()} | {"pow": math.pow} | CONSTANTS
 OF_ARRAYS = {name: getattr(np, name, _steps) for name in OF_FLOATS} | CONSTANTS | {"min": np.minimum, "max": np.maximum}
 """Names in a function made of a formula, of floats and of arrays; `pow` stands for **."""
-DERIVATIVES = {
-    "sin": "cos(a)*da", "cos": "-sin(a)*da", "tan": "da/cos(a)**2", "asin": "da/sqrt(1-a**2)", "acos": "-da/sqrt(1-a**2)",
-    "atan": "da/(1+a**2)", "atan2": "(b*da-a*db)/(a**2+b**2)", "sinh": "cosh(a)*da", "cosh": "sinh(a)*da",
-    "tanh": "da/cosh(a)**2", "exp": "exp(a)*da", "log": "da/a", "sqrt": "da/(2*sqrt(a))", "abs": "sign(a)*da", "sign": "0",
-    "min": "((1-sign(a-b))*da+(1+sign(a-b))*db)/2", "max": "((1+sign(a-b))*da+(1-sign(a-b))*db)/2",
-    "step": "6*(e-c)*min(max((a-b)/(d-b),0),1)*(1-min(max((a-b)/(d-b),0),1))/(d-b)*da",
-}  # fmt: skip
-"""Derivatives of functions, by their arguments a, b, c, d, e and the derivatives da, db; of `step` by its first argument."""
-OPERATORS: dict[type[ast.operator], tuple[str, str, str]] = {
-    ast.Add: ("da", "db", "da+db"), ast.Sub: ("da", "-db", "da-db"), ast.Mult: ("da*b", "a*db", "da*b+a*db"),
-    ast.Div: ("da/b", "-a*db/b**2", "da/b-a*db/b**2"),
-    ast.Pow: ("b*a**(b-1)*da", "a**b*log(a)*db", "a**b*(db*log(a)+b*da/a)"),
-}  # fmt: skip
-"""Derivatives of a and b joined by an operator, where only a varies, only b, and both."""
+OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
@@ -109,7 +96,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             inner = (operand,)
         case ast.BinOp(op=operator, left=left, right=right):
-            if type(operator) not in OPERATORS:
+            if not isinstance(operator, OPERATORS):
                 raise ValueError("'^' is no power; write **" if isinstance(operator, ast.BitXor) else _not_allowed(node))
             inner = left, right
         case ast.Call(func=ast.Name(id=name), args=inner, keywords=[]):
@@ -158,33 +145,3 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
     names = {"__builtins__": {}, "__name__": __name__} | (OF_ARRAYS if arrays else OF_FLOATS)
     return eval(compile(whole, "<formula>", "eval"), names)  # `parse` has let a formula pass only
-
-
-def derivative(node: ast.expr, variable: str) -> str:
-    """Return the derivative of a formula by one of its variables, as text."""
-    if variable not in names_in(node):
-        return "0"
-    match node:
-        case ast.Name():
-            return "1"
-        case ast.UnaryOp(op=operator, operand=operand):
-            return f"{'-' if isinstance(operator, ast.USub) else ''}({derivative(operand, variable)})"
-        case ast.BinOp(op=operator, left=a, right=b):
-            vary = [variable in names_in(each) for each in (a, b)]
-            return _fill(OPERATORS[type(operator)][2 if all(vary) else vary.index(True)], (a, b), variable)
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            if name == "step" and any(variable in names_in(argument) for argument in arguments[1:]):
-                raise ValueError("step: only its first argument may vary where a derivative is needed")
-            return _fill(DERIVATIVES[name], arguments, variable)
-    raise ValueError(_not_allowed(node))
-
-
-def _fill(template: str, parts: Sequence[ast.expr], variable: str) -> str:
-    """Replace the letters of a template by parts of a formula, and d and a letter by their derivatives."""
-
-    def part(match: re.Match[str]) -> str:
-        """Write a part, or its derivative."""
-        each = parts["abcde".index(match[2])]
-        return f"({derivative(each, variable) if match[1] else ast.unparse(each)})"
-
-    return re.sub(r"\b(d?)([a-e])\b", part, template)

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from ..declare.spec import Anything
-from .formulas import derivative, function_of, names_in, parse
+from .formulas import function_of, names_in, parse
 from .looking import edges_of
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
@@ -123,11 +123,6 @@ class Expression(Given, Declared):
             where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
 
-    def derivative(self) -> Expression:
-        """Return the derivative by its first variable."""
-        first = self.variables[0]  # type: ignore[attr-defined]
-        return Expression(derivative(parse(self.text, self.variables), first))  # type: ignore[attr-defined]
-
     def integral(self) -> Integral:
         """Return the integral from 0, by Gauss quadrature."""
         return Integral(self)
@@ -167,37 +162,9 @@ class Table(Given, Declared):
         """Its points, or its ends where it is smooth between them."""
         return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
-    def derivative(self) -> Slope:
-        """Return the derivative by time; ValueError unless the table is smooth."""
-        if not self.smooth:
-            raise ValueError("a table of straight lines has no rate at its points; add smooth = true")
-        return Slope(self)
-
     def integral(self) -> Integral:
         """Return the integral from 0."""
         return TableIntegral(self)
-
-
-@dataclass(frozen=True)
-class Slope(Given):
-    """The rate of a smooth table; zero beyond its ends."""
-
-    of: Table
-
-    def __call__(self, t: Any, *_: Any) -> Any:
-        """Rate at times, s."""
-        inside = (np.asarray(t) >= self.of.times[0]) & (np.asarray(t) <= self.of.times[-1])
-        found = np.where(inside, self.of._curve(t, 1), 0.0)  # type: ignore[attr-defined]
-        return found if isinstance(t, np.ndarray) else float(found)
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """The ends of the table."""
-        return self.of.kinks
-
-    def integral(self) -> Callable[..., Any]:
-        """Return the integral from 0: the table, where it starts at zero."""
-        return self.of if abs(self.of(0.0)) == 0.0 else Integral(self)
 
 
 @dataclass(frozen=True)
@@ -244,10 +211,6 @@ class Integral(Given):
             k = len(sums)
             sums.append(sums[-1] + self._piece((k - 1) * width, k * width))
         return sums[count] + self._piece(count * width, t)
-
-    def derivative(self) -> Callable[..., Any]:
-        """Integrand."""
-        return self.of
 
 
 @dataclass(frozen=True)

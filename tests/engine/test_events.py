@@ -27,11 +27,7 @@ def angle(t):
 
 def test_functions_of_time_know_their_kinks():
     assert kinks(SPEED) == kinks(SPEED.integral()) == SPEED.times
-    assert (
-        kinks(Table((0.0, 1.0, 3.0), (0, 1, 0), smooth=True))
-        == (0.0, 3.0)
-        == kinks(Table((0.0, 1.0, 3.0), (0, 1, 0), smooth=True).derivative())
-    )
+    assert kinks(Table((0.0, 1.0, 3.0), (0, 1, 0), smooth=True)) == (0.0, 3.0)
     assert kinks(Components((SPEED, 1.0))) == SPEED.times and kinks(Expression("t")) == () == kinks(abs)
     assert MOTION.kinks(1.0) == (0.123, 0.3, 0.55) and MOTION.kinks(0.3) == (0.123,)
 

@@ -36,7 +36,8 @@ def of_time():
 
 def speeds():
     ramp = st.builds(Ramp, floats(-9, 9), floats(-9, 9), floats(0.1, 9))
-    motion = st.sampled_from(["sin(3*t)", "t**2", "2*t*exp(-t)"]).map(Expression).map(lambda p: Motion(p, p.derivative()))
+    pairs = [("sin(3*t)", "3*cos(3*t)"), ("t**2", "2*t"), ("2*t*exp(-t)", "2*(1-t)*exp(-t)")]
+    motion = st.sampled_from(pairs).map(lambda pair: Motion(*map(Expression, pair)))
     return floats(-100, 100) | ramp | motion | st.sampled_from(["1.25*(1-exp(-t/0.2))", "2", "cos(t)"]).map(Expression)
 
 

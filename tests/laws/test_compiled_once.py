@@ -101,19 +101,3 @@ def test_what_is_no_arithmetic_calls_back():
     assert not pointer.compiled and called(pointer, 0.0) == 1.0
     table[0.0] = 3.0
     assert called(function_pointer(lambda t: table.get(t, 7.0), 1), 0.0) == 3.0
-
-
-@pytest.mark.parametrize(
-    ("text", "by"),
-    [
-        ("3*t**2", lambda t: 6 * t),
-        ("2**t", lambda t: 2**t * math.log(2)),
-        ("sin(2*t)/t", lambda t: 2 * math.cos(2 * t) / t - math.sin(2 * t) / t**2),
-        ("t**t", lambda t: t**t * (math.log(t) + 1)),
-        ("-step(t, 0, 0, 2, 8)", lambda t: -24 * (t / 2) * (1 - t / 2)),
-        ("max(t, 0.1)*7", lambda t: 7.0),
-        ("4 - pi", lambda t: 0.0),
-    ],
-)
-def test_derivatives_of_formulas(text, by):
-    assert Expression(text).derivative()(0.7) == pytest.approx(by(0.7), rel=1e-13)
