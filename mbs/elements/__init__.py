@@ -1,34 +1,24 @@
 """Elements of a mechanism: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
 
 from .beam import Beam, Cable
-from .belt import Belt
 from .clearance import Clearance
-from .coupling import Coupling
+from .coupling import Belt, Coupling, Gear, Rack, Rope
 from .drive import Drive, Motion, Ramp
 from .element import Body
-from .force import Force
-from .gear import Gear
+from .force import Force, LineLoad, Torque
 from .guide import Guide, GuideFriction
-from .joint import Joint
-from .line_load import LineLoad
+from .joint import Joint, Revolute, Slider, Slot, Weld
 from .link import Link
 from .load import Load
 from .mass import Mass
 from .modal import AdamsDamping, Modal
 from .motor import Motor
-from .rack import Rack
-from .revolute import Revolute
 from .rigid import Inertia, Rigid
-from .rope import Rope
 from .section import STEEL, Material, Profile, Section
-from .slider import Slider, Slot
-from .spring import Spring
+from .spring import Spring, TorsionSpring
 from .states import States
 from .stop import Stop
 from .strut import Strut
-from .torque import Torque
-from .torsion_spring import TorsionSpring
-from .weld import Weld
 
 KINDS: dict[str, type] = {
     "links": Link, "joints": Joint, "guides": Guide, "stops": Stop, "drives": Drive, "loads": Load, "masses": Mass,

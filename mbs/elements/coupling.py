@@ -1,13 +1,20 @@
-"""Couplings of bodies that need not meet: a linear form of their places and turns, and its one effort."""
+"""Couplings of bodies that need not meet, each a linear form of places and turns with one effort: gears, racks, belts, ropes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import ClassVar
 
+import numpy as np
+
+from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
-from .element import GROUND, Element, Parts, place
-from .references import known_link, refers, takes_moments
+from .element import GROUND, Element, Parts, Place, Push, Recorded, place
+from .load import on_both
+from .references import carried_by, distance, holder, holder_place, known_link, refers, takes_moments
+from .rows import Along, Distance, Row, Turn
+from .signal import Energy, Kind, Signal
 
 
 class Coupling(Element):
@@ -40,3 +47,219 @@ class Coupling(Element):
     def reactions(self, multipliers: Array) -> dict[str, Array]:
         """Return the effort of its row, as on its first body."""
         return {"effort": multipliers}
+
+
+@declared
+class Gear(Coupling):
+    """Two links whose turns keep a ratio, seen from the carrier of their axles: meshing gears.
+
+    The teeth push at the pitch point, square to the line of centres; what their pressure angle adds along that line, which only
+    the axles feel, is left out. Where both turn about one point, a torque alone acts.
+
+    Examples
+    --------
+    >>> Gear("pinion", "wheel", ratio=-0.5).key
+    'gear.pinion-wheel'
+    """
+
+    first: str = names(doc="a link and the centre it turns about, such as 'sun:O'; 'ground:O' is a gear that stands")
+    second: str = names(doc="the same of the other gear")
+    ratio: float = quantity("1", nonzero=True, doc="turns of the second for one of the first; negative with outer teeth on both")
+    carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
+
+    def check(self, mechanism: Parts) -> None:
+        """Two links about two centres with a pitch point between or beside them."""
+        super().check(mechanism)
+        if self.ratio == 1 and distance(mechanism, self.first, self.second) > 0:
+            raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
+
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
+        """Yield that both have one speed at the pitch point, r of the first gear: r turn_1 + (distance - r) turn_2 = 0."""
+        first, second, base = place(self.first), place(self.second), carried_by(mechanism, self.carrier)
+        apart = distance(mechanism, self.first, self.second)
+        if apart == 0:
+            yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
+            return
+        (x1, y1), (x2, y2) = mechanism.points[first.point], mechanism.points[second.point]
+        tangent, turns = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND
+        radius = self.ratio * apart / (self.ratio - 1)
+        yield Row((
+            (1.0, Along(first, carried_by(mechanism, self.carrier, first.point), tangent, turns)),
+            (radius, Turn(first, base)),
+            (-1.0, Along(second, carried_by(mechanism, self.carrier, second.point), tangent, turns)),
+            (apart - radius, Turn(second, base)),
+        ))  # fmt: skip
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the torque of the teeth on the second about its centre, N m."""
+        apart = distance(record.mechanism, self.first, self.second)
+        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
+        yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
+
+
+@declared
+class Rack(Coupling):
+    """A link that travels as a pinion turns: by its radius a radian, along a line of the carrier.
+
+    The teeth push along the line at the pitch point; what their pressure angle adds across it, which only the pinion's axle and
+    the rack's guide feel, is left out. Guide and axle are joints of their own.
+
+    Examples
+    --------
+    >>> Rack("pinion", "rack", radius=0.02).key
+    'rack.pinion-rack'
+    """
+
+    first: str = names(doc="the pinion and the centre it turns about, such as 'pinion:O'")
+    second: str = names(doc="the rack and a point of it, such as 'rack:A'")
+    radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
+    along: tuple[float, float] = direction(
+        doc="where the rack goes, at t = 0, as the pinion turns counter-clockwise; need not be a unit vector", default=(1.0, 0.0)
+    )
+    carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
+
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
+        """Yield that both have one speed along the line at the pitch point: travel of the rack = radius times turn."""
+        pinion, rack = place(self.first), place(self.second)
+        base, turns, (dx, dy) = carried_by(mechanism, self.carrier), self.carrier != GROUND, self.along
+        (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
+        lever = dy * (x1 + self.radius * dy - x2) - dx * (y1 - self.radius * dx - y2)  # of the pitch point about the rack's
+        yield Row((
+            (1.0, Along(rack, carried_by(mechanism, self.carrier, rack.point), self.along, turns)),
+            (lever, Turn(rack, base)),
+            (-1.0, Along(pinion, carried_by(mechanism, self.carrier, pinion.point), self.along, turns)),
+            (-self.radius, Turn(pinion, base)),
+        ))  # fmt: skip
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the force of the teeth on the rack along the line, N."""
+        yield Signal(f"{name}.force", record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
+
+
+@declared
+class Belt(Coupling):
+    """A belt or chain round two pulleys that does not slip: inextensible, or with stiffness.
+
+    Torques act on both pulleys and on the carrier of their axles. What presses on the axles by how tight the belt is, is left
+    out, and so is its mass.
+
+    Examples
+    --------
+    >>> Belt("motor", "drum", radius=0.01, other_radius=0.03).key
+    'belt.motor-drum'
+    """
+
+    sense: ClassVar[float] = -1.0
+
+    first: str = names(doc="a pulley and its centre, such as 'motor:A'")
+    second: str = names(doc="the same of the other")
+    radius: float = quantity("m", above=0, doc="of the first pulley")
+    other_radius: float = quantity("m", above=0, doc="of the second")
+    crossed: bool = flag(doc="whether the spans cross, so that the pulleys turn against each other", default=False)
+    stiffness: float | None = quantity(
+        "N/m", above=0, doc="pull by the way one rim is ahead of the other, both spans together; inextensible by default",
+        default=None,
+    )  # fmt: skip
+    damping: float = quantity("N s/m", low=0, doc="of a belt with stiffness; the inextensible one does not use it", default=0.0)
+    carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
+
+    def shares(self, mechanism: Parts) -> tuple[tuple[float, Turn], ...]:
+        """Return the way by which the first rim is ahead of the second, m, as coefficients of the pulleys' turns."""
+        base, back = carried_by(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
+        return (self.radius, Turn(place(self.first), base)), (back, Turn(place(self.second), base))
+
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
+        """Yield that the rims go the same way; nothing of a belt with stiffness."""
+        if self.stiffness is None:
+            yield Row(self.shares(mechanism))
+
+    def stretch(self, record: Recorded) -> tuple[Array, Array]:
+        """Way by which the first rim is ahead, m, and its rate, m/s, each (times,)."""
+        found = np.zeros((2, len(record.time)))
+        for share, measure in self.shares(record.mechanism):
+            for end, sign in ((measure.first, share), (measure.second, -share)):
+                if end.body != GROUND:
+                    found += sign * np.array(record.turn(f"{end.body}:{end.point}"))
+        return found[0], found[1]
+
+    def pull(self, name: str, record: Recorded) -> Array:
+        """Tension of the span that pulls the second pulley after the first, less that of the other, N, (times,)."""
+        if self.stiffness is None:
+            found: Array = self.sense * record.channel(name, "effort")[:, 0]
+            return found
+        value, rate = self.stretch(record)
+        return self.stiffness * value + self.damping * rate
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the torques of a belt with stiffness."""
+        if self.stiffness is not None:
+            pull, none = self.pull(name, record), np.zeros((len(record.time), 2))
+            for share, measure in self.shares(record.mechanism):
+                ends = [f"{end.body}:{end.point}" for end in (measure.first, measure.second)]
+                yield from on_both(ends, none, -share * pull)
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the pull, N, and of a belt with stiffness the way by which the first rim is ahead, m."""
+        kind = Kind.REACTION if self.stiffness is None else Kind.INTERNAL
+        yield Signal(f"{name}.force", self.pull(name, record), "N", kind)
+        if self.stiffness is not None:
+            yield Signal(f"{name}.elongation", self.stretch(record)[0], "m", Kind.STRETCH)
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
+        if self.stiffness is not None:
+            value, rate = self.stretch(record)
+            yield Energy("held", "spring", 0.5 * self.stiffness * value**2)
+            yield Energy("taken", "damping", record.work(self.damping * rate**2))
+
+
+@declared
+class Rope(Coupling):
+    """An inextensible rope without mass from one point over pulleys to another; it stays taut.
+
+    The pulleys are points: small, and without friction. A run in which the rope would have to push is not to be trusted, as a
+    rope goes slack; a check says so. A wheel with inertia is a link, and each part of the rope on it a `Rack`.
+
+    Examples
+    --------
+    >>> Rope("A", "B", over=("P",)).key
+    'rope.A-B'
+    """
+
+    sense: ClassVar[float] = -1.0
+
+    first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
+    second: str = names(doc="the same of its other end")
+    over: tuple[str, ...] = field(Several(Name(), least=1), "point references of the pulleys, in order from the first end")
+
+    def path(self, mechanism: Parts) -> list[Place]:
+        """Places of ends and pulleys in order, each on the link that holds it."""
+        return [holder_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
+
+    def turning(self) -> Iterator[str]:
+        """Yield nothing: it turns no link."""
+        yield from ()
+
+    def check(self, mechanism: Parts) -> None:
+        """Points of bodies that are apart, not all of them on the ground."""
+        for at in (self.first, *self.over, self.second):
+            refers(mechanism, at, self.where)
+        if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
+            raise ValueError(f"{self.where}: all its points are on the ground")
+        for one, two in pairwise((self.first, *self.over, self.second)):
+            if distance(mechanism, one, two) == 0:
+                raise ValueError(f"{self.where}: '{one}' and '{two}' coincide, so the rope between them has no direction")
+        self.path(mechanism)
+
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
+        """Yield that the sum of its parts' lengths stays."""
+        parts = pairwise(self.path(mechanism))
+        yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
+
+    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its tension."""
+        yield f"{name}.tension", ""
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield its tension, N."""
+        yield Signal(f"{name}.tension", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)

@@ -1,4 +1,4 @@
-"""Forces on points."""
+"""Forces on points, torques on links, and loads along a strip."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..declare import Either, Nothing, Vector, declared, field, names, part
+from ..declare import Either, Nothing, Quantity, Vector, declared, field, flag, names, part, quantity
 from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
 from .element import GROUND, Parts, Push, Recorded, place
-from .references import check_turning, holder, holder_reference, refers, turning
+from .load import Load
+from .references import check_turning, holder, holder_reference, known_link, refers, turning
 from .signal import Energy, Kind, Signal, vector
 from .states import Stateful, States
 
@@ -113,3 +114,122 @@ class Force(Stateful):
             return
         path = record.point(holder_reference(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))
+
+
+@declared
+class Torque(Stateful):
+    """A torque on a link: constant, or a function of time, angle and speed, and of states of its own.
+
+    Examples
+    --------
+    >>> Torque("crank", lambda time, angle, speed: -0.01 * speed).key
+    'torque.crank'
+    """
+
+    title: ClassVar[str] = "torque on '{link}'"
+    label: ClassVar[str] = "torque.{link:body}"
+    law: ClassVar[Law] = Law("t, angle, speed", "N m")
+    measured: ClassVar[str] = law.of
+
+    link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
+    value: float | Callable[..., float] = field(
+        Either((Quantity("N m"), law)),
+        "counter-clockwise, or a function of time, s, the angle turned there since t = 0, rad, and its rate, rad/s",
+    )
+    states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
+
+    def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its link has an angle."""
+        check_turning(mechanism, self.link, self.where)
+        self.check_states(mechanism)
+
+    def initial(self, mechanism: Parts) -> list[float]:
+        """Time, angle turned, and the speed that is not known yet."""
+        return [0.0, 0.0, 0.0]
+
+    def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """Angle and speed."""
+        return record.turn(self.at(record.mechanism))
+
+    def at(self, mechanism: Parts) -> str:
+        """Return the point reference at which it acts."""
+        return turning(mechanism, self.link)
+
+    def acting(self, name: str, record: Recorded, times: Array) -> Array:
+        """Return the torque, N m, (times,), at times that may lie a little beside the samples, s."""
+        return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
+
+    def push(self, name: str, record: Recorded, times: Array) -> Push:
+        """Return the torque."""
+        return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the torque, N m, and its states."""
+        yield Signal(f"{name}.torque", self.acting(name, record, record.time), "N m", Kind.INTERNAL)
+        yield from self.state_signals(name, record)
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
+        if callable(self.value):
+            yield Energy("given", "load", self.work_of(name, record))
+        else:
+            yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])
+
+
+@declared
+class LineLoad(Load):
+    """A constant force and moment per length along the whole of a Beam; the force may turn with its sections.
+
+    Examples
+    --------
+    >>> LineLoad("strip", force=(0.0, -0.5)).key  # N/m
+    'line_load.strip'
+    """
+
+    title: ClassVar[str] = "load along '{link}'"
+    label: ClassVar[str] = "line_load.{link}"
+
+    link: str = names(doc="a Beam")
+    force: tuple[float, float] = field(
+        Vector("N/m"), "per length of the stress-free strip, in the pose at t = 0", default=(0.0, 0.0)
+    )
+    moment: float = quantity("N m/m", doc="likewise, counter-clockwise", default=0.0)
+    turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
+
+    def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
+        known_link(mechanism, self.link, self.where)
+        body = mechanism.link(self.link).body
+        if not (body.meshed and body.turns):
+            raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
+
+    def acting(self, turn: Array) -> Array:
+        """Force per length, N/m, (times, stations, 2), where sections have turned, rad, (times, stations)."""
+        return rotate(turn * self.turns, self.force)
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the resultant at the strip's start, with its moment about it."""
+        start = f"{self.link}:{record.mechanism.link(self.link).start}"
+        lengths, fields, _ = record.links[self.link].stations_of()
+        force = self.acting(fields[..., 2])
+        turning = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment
+        yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
+
+    def power(self, name: str, record: Recorded) -> Array:
+        """Power it gives to the strip, W, (times,)."""
+        lengths, fields, rates = record.links[self.link].stations_of()
+        along = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
+        return np.asarray((along + self.moment * rates[..., 2]) @ lengths)
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the components of the whole force, N."""
+        for push in self.pushes(name, record):
+            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
+        if self.turns:
+            yield Energy("given", "load", record.work(self.power(name, record)))
+            return
+        lengths, fields, _ = record.links[self.link].stations_of()
+        yield Energy("given", "load", np.einsum("k,tkc,c->t", lengths, fields - fields[:1], [*self.force, self.moment]))

@@ -8,8 +8,8 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.element import GROUND, Element, Place
+from ..elements.joint import Slot
 from ..elements.rows import Row, Turn, find_pin
-from ..elements.slider import Slot
 from ..geometry import Array, rotate
 from ..record.record import Record
 from ..scene.forms import Ends, Forms

@@ -15,13 +15,11 @@ import numpy as np
 from ..elements.clearance import Clearance
 from ..elements.element import GROUND, Element, place
 from ..elements.guide import Guide
-from ..elements.joint import Joint
+from ..elements.joint import Joint, Slider, Slot, Weld
 from ..elements.link import Link
 from ..elements.motor import Motor
 from ..elements.section import Section
-from ..elements.slider import Slider, Slot
 from ..elements.stop import Stop
-from ..elements.weld import Weld
 from ..extensions import extensions
 from ..scene.scene import Scene
 from . import couplings, loads
