@@ -44,7 +44,6 @@ class Flexible(Body):
     shape: Shape | None
 
     def agree(self) -> None:
-        """One stress-free shape."""
         if self.imperfection and self.shape is not None:
             raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
 
@@ -70,7 +69,6 @@ class Flexible(Body):
         return _spline(chord, self.shape)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of its ends, m."""
         if not self.is_curved:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
@@ -87,7 +85,6 @@ class Flexible(Body):
         yield Signal(f"{link.name}.deflection", cross(chord, middle) / span, "m", Kind.PLACE)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield strain energy and what damping took."""
         strains = record.links[link.name].strains()
         zero = np.zeros_like(record.time)
         yield Energy("held", "strain", sum((strain.energy for strain in strains), zero))

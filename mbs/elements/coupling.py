@@ -31,7 +31,6 @@ class Coupling(Element):
         yield from (self.first, self.second)
 
     def check(self, mechanism: Parts) -> None:
-        """Two bodies, each with its point, that can take a moment; the carrier another one."""
         carrier = self.carrier
         if carrier != GROUND:
             known_link(mechanism, carrier, self.where)
@@ -68,7 +67,6 @@ class Gear(Coupling):
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def check(self, mechanism: Parts) -> None:
-        """Two links about two centres with a pitch point between or beside them."""
         super().check(mechanism)
         if self.ratio == 1 and distance(mechanism, self.first, self.second) > 0:
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
@@ -191,7 +189,6 @@ class Belt(Coupling):
         return self.stiffness * value + self.damping * rate
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the torques of a belt with stiffness."""
         if self.stiffness is not None:
             pull, none = self.pull(name, record), np.zeros((len(record.time), 2))
             for share, measure in self.shares(record.mechanism):
@@ -206,7 +203,6 @@ class Belt(Coupling):
             yield Signal(f"{name}.elongation", self.stretch(record)[0], "m", Kind.STRETCH)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
         if self.stiffness is not None:
             value, rate = self.stretch(record)
             yield Energy("held", "spring", 0.5 * self.stiffness * value**2)
@@ -241,7 +237,6 @@ class Rope(Coupling):
         yield from ()
 
     def check(self, mechanism: Parts) -> None:
-        """Points of bodies that are apart, not all of them on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
         if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
@@ -257,7 +252,6 @@ class Rope(Coupling):
         yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield its tension."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -56,7 +56,6 @@ class Force(Stateful):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it acts on a point of a body and follows a link that turns."""
         where = self.where
         refers(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
@@ -70,7 +69,6 @@ class Force(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Time, place, and the velocity that is not known yet."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
     def initial_force(self, mechanism: Parts) -> Pair:
@@ -81,7 +79,6 @@ class Force(Stateful):
         return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Place and velocity."""
         at, velocity = record.point(holder_reference(record.mechanism, self.point))
         return *at.T, *velocity.T
 
@@ -96,7 +93,6 @@ class Force(Stateful):
         return values if at is None else rotate(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the force, and its moment where its line of action goes through a place."""
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
@@ -108,7 +104,6 @@ class Force(Stateful):
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
         if callable(self.value) or self.follows is not None or self.through is not None:
             yield Energy("given", "load", self.work_of(name, record))
             return
@@ -139,16 +134,13 @@ class Torque(Stateful):
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link has an angle."""
         check_turning(mechanism, self.link, self.where)
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Time, angle turned, and the speed that is not known yet."""
         return [0.0, 0.0, 0.0]
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Angle and speed."""
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
@@ -160,7 +152,6 @@ class Torque(Stateful):
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the torque."""
         return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -169,7 +160,6 @@ class Torque(Stateful):
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
         if callable(self.value):
             yield Energy("given", "load", self.work_of(name, record))
         else:
@@ -197,7 +187,6 @@ class LineLoad(Load):
     turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
         known_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):
@@ -208,7 +197,6 @@ class LineLoad(Load):
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the resultant at the strip's start, with its moment about it."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         lengths, fields, _ = record.links[self.link].stations_of()
         force = self.acting(fields[..., 2])
@@ -216,7 +204,6 @@ class LineLoad(Load):
         yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
 
     def power(self, name: str, record: Recorded) -> Array:
-        """Power it gives to the strip, W, (times,)."""
         lengths, fields, rates = record.links[self.link].stations_of()
         along = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
         return np.asarray((along + self.moment * rates[..., 2]) @ lengths)
@@ -227,7 +214,6 @@ class LineLoad(Load):
             yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
         if self.turns:
             yield Energy("given", "load", record.work(self.power(name, record)))
             return

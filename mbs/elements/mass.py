@@ -33,7 +33,6 @@ class Mass(Element):
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it is at a point of a body, one that turns if the mass has an inertia."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
@@ -50,11 +49,9 @@ class Mass(Element):
         return f"{holder(mechanism, reference)}:{self.point}"
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield itself."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy and weight."""
         at, gravity = self.at(record.mechanism), record.mechanism.gravity
         (places, velocity), (_, spin) = record.point(at), record.turn(at)
         yield Energy("held", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)

@@ -143,7 +143,6 @@ class BarModes(Declared):
     of_solid: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """Raise a ValueError unless there is a mode."""
         if not self.bending + self.axial:
             raise ValueError("bending + axial = 0: must be one mode at least")
 
@@ -177,7 +176,6 @@ class Interfaces(Part):
     """A kind of interface, or a function."""
 
     def fits(self, given: object) -> bool:
-        """Return True for any function."""
         return super().fits(given) or (callable(given) and not isinstance(given, type))
 
 
@@ -213,7 +211,6 @@ class Modal(Body):
     order: int = whole(1, 2, doc="of the finite-element displacement", default=2)
 
     def agree(self) -> None:
-        """Raise a ValueError unless each mode has a ratio and the solid can be meshed."""
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
@@ -241,7 +238,6 @@ class Modal(Body):
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield strain energy and what damping took."""
         (strain,) = record.links[link.name].strains()
         yield Energy("held", "strain", strain.energy)
         yield Energy("taken", "damping", record.work(strain.power))

@@ -53,7 +53,6 @@ class Rigid(Body):
         return cls(Inertia(mass, inertia, centre))
 
     def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre in the link's frame, m, of a link this long [m]."""
         if isinstance(self.section, Inertia):
             return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
         return self.section.bar(length)
