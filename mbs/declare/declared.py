@@ -9,7 +9,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any, ClassVar, TypeVar
 
-from ..extensions import extensions
+from ..offers import extensions
 from ..validate import short
 from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 

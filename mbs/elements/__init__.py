@@ -10,10 +10,9 @@ from .guide import Guide, GuideFriction
 from .joint import Joint, Revolute, Slider, Slot, Weld
 from .link import Link
 from .load import Load
-from .mass import Mass
 from .modal import AdamsDamping, Modal
 from .motor import Motor
-from .rigid import Inertia, Rigid
+from .rigid import Inertia, Mass, Rigid
 from .section import STEEL, Material, Profile, Section
 from .spring import Spring, TorsionSpring
 from .states import States

@@ -12,10 +12,10 @@ import numpy as np
 
 from .. import elements
 from ..elements.element import Element
-from ..extensions import extensions
 from ..geometry import Array
 from ..kinematics.settle import STEP, About, settle_strips, settles
 from ..mechanism import Mechanism
+from ..offers import extensions
 from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
 from .loads import attach

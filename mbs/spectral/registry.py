@@ -11,11 +11,11 @@ from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
 from ..elements.motor import CREEP
 from ..elements.references import holder_reference
-from ..extensions import extensions
 from ..functions import TURN, numbers_of
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.rows import add_friction, add_normal
+from ..offers import extensions
 from . import tables as k
 from .basis import gauss
 from .builder import Body, Builder

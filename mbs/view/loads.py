@@ -8,8 +8,8 @@ from math import cos, pi, sin
 from ..elements.drive import Drive
 from ..elements.element import GROUND, place
 from ..elements.force import Force, LineLoad, Torque
-from ..elements.mass import Mass
 from ..elements.motor import Motor
+from ..elements.rigid import Mass
 from ..elements.spring import Spring, TorsionSpring
 from .drawing import FIXED, Disc, Label, Mark, Path, Sheet, Span, arrow, hatching, place_along, turning, unit
 

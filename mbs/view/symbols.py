@@ -20,7 +20,7 @@ from ..elements.link import Link
 from ..elements.motor import Motor
 from ..elements.section import Section
 from ..elements.stop import Stop
-from ..extensions import extensions
+from ..offers import extensions
 from ..scene.scene import Scene
 from . import couplings, loads
 from .drawing import (
