@@ -9,9 +9,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from .declare import Declared, Quantity, choice, declared, field, flag, part, quantity, whole
+from .declare import Declared, Quantity, choice, declared, field, part, quantity, whole
 from .scene.scene import Scene
 
+MIN_STEP = 1e-9
+"""Smallest step of the engine [s]: rounding of the times of a run of seconds is a millionth of it."""
 COARSEST = 40
 """Steps of the coarsest runs, at least."""
 
@@ -38,7 +40,6 @@ class Controlled(Declared):
         "clearance; by default 1e-5, with clearance 1e-3",
     )  # fmt: skip
     max_step: float | None = quantity("s", above=0, doc="largest step; a 200th of the duration by default", default=None)
-    min_step: float = quantity("s", above=0, doc="smallest step", default=1e-9)
     contact_resolution: int = whole(
         1, 10_000, doc="steps at least taken for half an oscillation of the guided mass on its stop", default=40
     )
@@ -73,7 +74,6 @@ class Equal(Declared):
 
     adaptive: ClassVar[bool] = False
     tolerance: ClassVar[None] = None
-    min_step: ClassVar[float] = 1e-9
     max_steps: ClassVar[int] = 10**9
 
     def longest(self, duration: float) -> float:
@@ -118,8 +118,8 @@ class Exudyn(Declared):
 
     Examples
     --------
-    >>> Exudyn(spectral_radius=0.9).reuse_jacobian
-    False
+    >>> Exudyn(spectral_radius=0.9).newton_absolute is None
+    True
     """
 
     in_files = False
@@ -131,19 +131,11 @@ class Exudyn(Declared):
         "and most runs diverge",
         default=0.7,
     )
-    newton_relative: float = quantity(
-        "1", above=0, doc="Newton's tolerance on the residual against its first value; either of the two suffices", default=1e-10
-    )
     newton_absolute: float | None = quantity(
         "N", above=0, default=None,
-        doc="Newton's tolerance on the residual; by default 5e-12 of the largest axial stiffness, ten times what round-off "
-        "leaves; a relative one stops too early, as a large step's first residual is large",
+        doc="Newton's tolerance on the residual, beside 1e-10 of its first value; by default 5e-12 of the largest axial "
+        "stiffness, ten times what round-off leaves",
     )  # fmt: skip
-    reuse_jacobian: bool = flag(
-        doc="keep Newton's Jacobian from step to step as long as it serves and the step size stays; with clearance in joints, "
-        "controlled steps always do",
-        default=False,
-    )
 
 
 TOLERANCE = 1e-6

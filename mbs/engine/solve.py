@@ -16,7 +16,7 @@ from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
 from ..record.errors import Status
 from ..record.run import Run
-from ..solvers import Equal, Exudyn, position_error
+from ..solvers import MIN_STEP, Equal, Exudyn, position_error
 from . import System
 from .build import build
 from .recording import Recorder
@@ -102,7 +102,7 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
         EXPLICIT_SHARE * position_error(scene.source, solver.steps.tolerance) if controlled else UNLIMITED
     )
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = min(solver.steps.min_step, NEVER_REACHED)
+    integration.minimumStepSize = NEVER_REACHED
     return settings
 
 
@@ -110,14 +110,14 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     """Generalized-alpha."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
-    integration.minimumStepSize = solver.steps.min_step
+    integration.minimumStepSize = MIN_STEP
     integration.adaptiveStep = solver.steps.adaptive
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = solver.reuse_jacobian or (bool(scene.source.clearances) and solver.steps.adaptive)
+    keep = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
-    integration.newton.relativeTolerance = solver.newton_relative
+    integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
@@ -135,6 +135,8 @@ def _reachable_residual(scene: EngineScene) -> float:
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
 
 
+NEWTON = 1e-10
+"""Newton's residual over its first value that suffices: a digit above rounding of the forces of a step."""
 UNFINISHED = 1e-9
 """Part of the duration that may be missing at the end."""
 

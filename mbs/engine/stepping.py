@@ -15,7 +15,7 @@ import numpy as np
 from ..elements.stop import GRAZE
 from ..geometry import Array
 from ..laws import contact_time
-from ..solvers import Controlled, Exudyn, position_error, subdivide
+from ..solvers import MIN_STEP, Controlled, Exudyn, position_error, subdivide
 from . import System
 from .forces import StopContact, StrutSpring
 from .recording import Recorder
@@ -52,7 +52,7 @@ class StepControl(Recorder):
         self.engine = engine
         self.weights = _position_weights(scene)
         self.limit = position_error(scene.source, steps.tolerance)
-        self.min_step, self.max_step = steps.min_step, steps.longest(duration)
+        self.max_step = steps.longest(duration)
         stops = [_StopWatch(contact, steps) for contact in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         tolerance = self.limit / max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
@@ -80,17 +80,17 @@ class StepControl(Recorder):
         errors = h * h / 12 * np.abs(self.candidate - self.accelerations)
         q = self.data.GetODE2Coordinates()
         self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors, q) for w in self.watched)])
-        if self.error <= 2 or h <= self.min_step:
+        if self.error <= 2 or h <= MIN_STEP:
             return [0.0, -1.0]
         self.rejected += 1
-        return [1e300, max(self.min_step, h * _factor(self.error))]
+        return [1e300, max(MIN_STEP, h * _factor(self.error))]
 
     def next_step(self, q: Array, q_t: Array) -> None:
         """Set the size of the next step from this one's error and from what is about to happen."""
         h = self.engine.it.currentStepSize
         if self.accelerations is None:  # the start: nothing is known yet
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
-            self.engine.it.currentStepSize = max(self.min_step, FIRST * self.max_step)
+            self.engine.it.currentStepSize = max(MIN_STEP, FIRST * self.max_step)
             return
         self.accelerations = self.candidate
         wanted = min(self.max_step, h * _factor(self.error))
@@ -101,13 +101,13 @@ class StepControl(Recorder):
         if landing:
             wanted = left
         if landing or not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
-            self.engine.it.currentStepSize = max(self.min_step, wanted)
+            self.engine.it.currentStepSize = max(MIN_STEP, wanted)
             self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
 
     def _to_kink(self) -> float:
         """Time to the next kink of what drives or loads the mechanism, s."""
         now = self.record.time[-1]
-        if now >= self.kinks[0] - self.min_step:
+        if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
         return self.kinks[0] - now
 

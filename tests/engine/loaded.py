@@ -13,7 +13,7 @@ ABOUT_PIN = INERTIA + MASS * (CENTRE[0] ** 2 + CENTRE[1] ** 2)
 
 
 def tight(steps):
-    return Exudyn(Equal(steps), spectral_radius=0.9, newton_absolute=1e-12, reuse_jacobian=True)
+    return Exudyn(Equal(steps), spectral_radius=0.9, newton_absolute=1e-12)
 
 
 def crank(*loads, masses=(), gravity=(0.0, 0.0), body=CRANK, joints=None):

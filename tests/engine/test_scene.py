@@ -212,7 +212,7 @@ def test_rigid_linkage_moves_as_its_ideal_kinematics(name):
     expected = ideal(mechanism, duration)
     errors = []
     for steps in (200, 400):
-        result = mbs.simulate(mechanism, duration, solver=mbs.Exudyn(mbs.Equal(steps), newton_relative=1e-10))
+        result = mbs.simulate(mechanism, duration, solver=mbs.Exudyn(mbs.Equal(steps)))
         assert result.status == "OK", result.message
         place, speed = distances(result, expected)
         assert place < 1e-11
