@@ -137,21 +137,23 @@ def parse_quantity(text: str, unit: str) -> float:
     ValueError
         If it is no number, or its unit is unknown or of another kind.
     """
+    target = parse_unit(unit)
+    value, source = _read(text, target)
+    if source and source.dimension != target.dimension:
+        raise ValueError(f"'{written_unit(text)}' is no unit for a quantity in {unit if unit != '1' else 'plain numbers'}")
+    return value
+
+
+def _read(text: str, target: Unit) -> tuple[float, Unit | None]:
+    """Read a number in a unit, and the unit behind it; the power of ten is read with the digits."""
     match = _digits(text)
-    digits, exponent = match[1], int(match[2] or 0)
-    given = text[match.end() :].strip()
+    digits, exponent, given = match[1], int(match[2] or 0), text[match.end() :].strip()
     if not given:
-        return float(f"{digits}e{exponent}")
-    source, target = parse_unit(given), parse_unit(unit)
-    if source.dimension != target.dimension:
-        raise ValueError(f"'{given}' is no unit for a quantity in {unit if unit != '1' else 'plain numbers'}")
-    return _scale(digits, exponent, source.power - target.power, source.factor / target.factor)
-
-
-def _scale(digits: str, exponent: int, shift: float, factor: float) -> float:
-    """Multiply digits by 10**(exponent + shift) times a factor, the power of ten read with the digits."""
+        return float(f"{digits}e{exponent}"), None
+    source = parse_unit(given)
+    shift = source.power - target.power
     whole = math.floor(shift)  # a part of a decade is left over in units such as N/mm^1.5
-    return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * factor
+    return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * (source.factor / target.factor), source
 
 
 class Measured(float):
@@ -191,11 +193,6 @@ def _fits(dimension: tuple[float, ...], unit: str) -> bool:
     return dimension == wanted
 
 
-def fits(given: str, unit: str) -> bool:
-    """Return True if a unit is of the kind of another one."""
-    return Measured(1.0, given, parse_unit(given).dimension).fits(unit)
-
-
 def measured(text: str) -> float:
     """Read a number with an optional unit, in SI; a plain float if it has none.
 
@@ -204,13 +201,8 @@ def measured(text: str) -> float:
     ValueError
         If it is no number, or its unit is unknown.
     """
-    match = _digits(text)
-    given = text[match.end() :].strip()
-    if not given:
-        return float(f"{match[1]}e{match[2] or 0}")
-    source = parse_unit(given)
-    value = _scale(match[1], int(match[2] or 0), source.power, source.factor)
-    return Measured(value, text.strip(), source.dimension)
+    value, source = _read(text, SYMBOLS["1"])
+    return value if source is None else Measured(value, text.strip(), source.dimension)
 
 
 USUAL = (

@@ -35,6 +35,8 @@ def number(
             raise ValueError(f"{name} = {shown}: must be finite")
         left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
         raise ValueError(f"{name} = {shown}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
+    if open_low and low == 0 and checked < 1 / LARGEST:
+        raise ValueError(f"{name} = {short(value)}: must be at least {1 / LARGEST:g}; it is as good as zero")
     if abs(checked) > LARGEST:
         raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size; no solver's numbers go farther")
     return checked
@@ -50,10 +52,7 @@ def _as_float(value: Real) -> float:
 
 def positive(name: str, value: float, unit: str) -> float:
     """Return `value` if it is finite and above zero; ValueError otherwise."""
-    found = number(name, value, 0.0, math.inf, unit, open_low=True)
-    if found < 1 / LARGEST:
-        raise ValueError(f"{name} = {short(value)}: must be at least {1 / LARGEST:g}; it is as good as zero")
-    return found
+    return number(name, value, 0.0, math.inf, unit, open_low=True)
 
 
 def non_negative(name: str, value: float, unit: str) -> float:
@@ -73,14 +72,6 @@ def word(name: str, value: object) -> str:
     if not isinstance(value, str) or not value or not value.isprintable():
         raise ValueError(f"{name} = {short(value)}: must be a name")
     return value
-
-
-def pair(name: str, value: object, unit: str) -> tuple[float, float]:
-    """Return `value` as two finite floats; ValueError otherwise."""
-    if isinstance(value, str) or not isinstance(value, Iterable) or len(values := tuple(value)) != 2:
-        raise ValueError(f"{name} = {short(value)}: must be two numbers (x, y), {unit}")
-    x, y = (number(f"{name}.{axis}", v, -math.inf, math.inf, unit) for axis, v in zip("xy", values, strict=True))
-    return x, y
 
 
 def one_of(name: str, value: object, kinds: tuple[type, ...]) -> Any:

@@ -110,15 +110,10 @@ class Quantity(Spec):
             except ValueError as error:
                 raise self.refusal(name, given, f"{error}; ") from None
         try:
-            value, (low, high) = (
-                float(given) if isinstance(given, Measured) and not self.unit else given,
-                (self.open_low, self.open_high),
-            )
-            found = number(name, value, self.low, self.high, self.unit, open_low=low, open_high=high)
+            value = float(given) if isinstance(given, Measured) and not self.unit else given
+            found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
-        if self.open_low and self.low == 0 and found < 1 / LARGEST:
-            raise ValueError(f"{name} = {short(given)}: must be at least {1 / LARGEST:g}; it is as good as zero")
         if self.nonzero and found == 0:
             raise ValueError(f"{name} = 0: must not be zero")
         return found

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from dataclasses import field as plain_field
 from typing import Any
 
-from ..declare import Either, Quantity, Several, Spec, build, fields_written, known_kinds, nameless
+from ..declare import Either, Quantity, Several, Spec, Vector, build, fields_written, known_kinds, nameless
 from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema, show
 from ..units import is_measured
 from ..validate import function as called
-from ..validate import pair
 from .values import Components, Expression
 
 
@@ -98,7 +97,7 @@ class Function(Callables):
         zeros = [0.0] * len(names)
         at = f"{name} at {self.of} = 0"
         value = called(name, found, *zeros)(*zeros)
-        Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
+        Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
 
     def make(self, name: str, given: object) -> Any:
         """Make a function of what was given, without calling it."""

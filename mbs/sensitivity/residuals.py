@@ -13,7 +13,7 @@ from ..mechanism import Mechanism
 from ..record.lookup import between, unknown
 from ..record.run import Run
 from ..solvers import Controlled, Spectral
-from ..units import fits
+from ..units import parse_unit
 from .curve import Smooth
 from .data import Experiment
 from .numbers import Family, Source
@@ -176,7 +176,7 @@ def read_run(found: Run, each: Experiment, zero: float) -> dict[str, Any]:
     for name in each.signals:
         if name not in values:
             raise WrongReadingError(str(unknown(name, list(values))))
-        if (given := each.units.get(name)) and not fits(given, units[name]):
+        if (given := each.units.get(name)) and parse_unit(given).dimension != parse_unit(units[name]).dimension:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = found.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ..declare import Vector
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..progress import after_step
 from ..spectral.start import slopes
-from ..validate import one_of, pair
+from ..validate import one_of
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
 from .arc import SAME, Arc, Step
 from .critical import Critical, State, criticals, state_at
@@ -92,7 +93,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
     links = {link.name: link for link in mechanism.links}
     try:
         link, point, way = branch
-        known = point in links[link].points and any(pair("", way, ""))
+        known = point in links[link].points and any(Vector("").read("", way))
     except (KeyError, TypeError, ValueError):
         known = False
     if not known:
