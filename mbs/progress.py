@@ -1,4 +1,4 @@
-"""Progress of the runs of one call: a bar with the time that each still takes."""
+"""Progress of the runs of one call: a bar, and in a line how long they will take."""
 
 from __future__ import annotations
 
@@ -7,47 +7,106 @@ import sys
 import threading
 from collections.abc import Callable
 from contextvars import ContextVar
+from typing import Any
 
+from .process import working_time
+
+SOON = 2.0
+"""Seconds of waiting after which the time is told: sooner it is seen anyway, and steps of a start are not like the others."""
+WORTH = 3.0
+"""Least time that is told [s]."""
+GROWTH = 8 ** (1 / 4)
+"""Time of a run over that of the one before: tolerances of levels fall by 8, and steps go by their fourth root."""
 after_step: ContextVar[Callable[[], object]] = ContextVar("after_step", default=lambda: None)
 """Function that is called before each step of a path or a response curve, whose number is not known beforehand."""
+USUAL = (2, 5)
+"""Runs of one result, mostly: see `mbs.accuracy.refine`."""
 
 
-class Bar:
-    """Progress callback of `simulate`: a bar of the present run, its number and the time that is left of it."""
+class Forecast:
+    """Progress callback of `simulate` that tells in a line how long all runs will take, and draws a bar.
 
-    def __init__(self, title: str = "") -> None:
-        from tqdm import tqdm  # loaded where a bar is wanted
+    Attributes
+    ----------
+    title : str
+    cases : float
+        Such calls one after another, of which this is the first.
+    bar : bool
+        Whether a bar is drawn, too.
+    runs : (int, int)
+        Runs of a call, at least and at most.
+    """
 
-        delay = 0.5 if sys.stderr.isatty() else 20.0  # a file gets lines
-        form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
-        self.title, self.number = title, 0
-        self.drawn = tqdm(total=1.0, delay=delay, mininterval=delay / 5, leave=False, bar_format=form)
-        self._begin()
+    def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
+        self.title, self.cases, self.bar, self.runs = title, cases, bar, (1, 1)
+        self.number, self.done, self.told = 1, 0.0, False
+        self.start = self.begin = working_time()
+        self.drawn: Any = None
 
     def __call__(self, done: float) -> None:
         """Take the share of a run that is done; one that falls, or follows 1, is of the next run."""
-        if done < self.drawn.n or self.drawn.n >= 1.0:
-            self.drawn.reset()
-            self._begin()
-        self.drawn.update(done - self.drawn.n)
+        if done < self.done or self.done >= 1.0:
+            self.number, self.begin = self.number + 1, working_time()
+        self.done = done
+        if self.bar:
+            self._draw()
+        if not self.told and done > 0 and working_time() - self.start >= SOON:
+            self.told = True
+            if text := self.text():
+                print(text, file=sys.stderr, flush=True)
+
+    def text(self) -> str:
+        """Say how long it will take from now on; '' where that is soon."""
+        spent = working_time() - self.begin
+        whole = spent / self.done
+        least, most = (
+            whole - spent + sum(whole * GROWTH**k for k in range(1, max(0, runs - self.number) + 1)) for runs in self.runs
+        )
+        if self.cases > 1:
+            least, most = (each + (self.cases - 1) * (each + spent) for each in (least, most))
+        if most < WORTH:
+            return ""
+        first, last = write_duration(least), write_duration(most)
+        span = first if first == last else f"{first} to {last}"
+        why = f"; this run takes {write_duration(whole)}, and finer ones tell its error" if self.runs[1] > self.number else ""
+        cases = f", {self.cases:.3g} cases one after another" if self.cases > 1 else ""
+        return f"{self.title}{': ' if self.title else ''}about {span} more{cases}{why}"
 
     def close(self) -> None:
         """Take the bar away."""
-        self.drawn.close()
+        if self.drawn is not None:
+            self.drawn.close()
 
-    def _begin(self) -> None:
-        self.number += 1
+    def _draw(self) -> None:
+        """Move the bar."""
+        if self.drawn is None:
+            from tqdm import tqdm  # loaded where a bar is wanted
+
+            delay = 0.5 if sys.stderr.isatty() else 20.0  # a file gets lines
+            form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
+            self.drawn = tqdm(total=1.0, delay=delay, mininterval=delay / 5, leave=False, bar_format=form)
         self.drawn.set_description_str(f"{self.title} run {self.number}".strip(), refresh=False)
+        if self.done < self.drawn.n:
+            self.drawn.update(-self.drawn.n)
+        self.drawn.update(self.done - self.drawn.n)
 
 
-def follow(progress: bool | Callable[[float], None] | None) -> Callable[[float], None] | None:
-    """Make what `simulate` calls after each step: the function given, or a bar, by default where someone looks on."""
+def forecast(progress: bool | Callable[[float], None] | None) -> Callable[[float], None] | None:
+    """Make what `simulate` calls after each step: the function given, or a `Forecast`, by default where someone looks on."""
     if callable(progress):
         return progress
-    return Bar() if (looked_at() if progress is None else progress) else None
+    return Forecast() if (looked_at() if progress is None else progress) else None
 
 
 def looked_at() -> bool:
     """Return True in the main thread of a first process whose standard error is a terminal, or that serves a notebook."""
     first = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
     return first and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+
+
+def write_duration(seconds: float) -> str:
+    """Write a time to one or two digits: 12 s, 3 min, 2 h."""
+    for size, unit, limit in ((1.0, "s", 90.0), (60.0, "min", 5400.0)):
+        if seconds < limit:
+            return f"{max(1, round(seconds / size))} {unit}" if seconds >= 1 else "1 s"
+    return f"{seconds / 3600:.2g} h"

@@ -27,7 +27,7 @@ from .kinematics import exact
 from .mechanism import Mechanism
 from .offers import find_offer
 from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
-from .progress import Bar, follow
+from .progress import USUAL, Forecast, forecast
 from .record.errors import Status
 from .record.result import Result
 from .record.run import Run
@@ -149,8 +149,10 @@ def simulate(
     with looking(looks):
         for name, element in Scene.of(mechanism).elements.items():
             element.check_run(duration, name)
-    followed = follow(progress)
+    followed = forecast(progress)
     runs = _Runs(mechanism, timeout, followed, looks)
+    if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
+        followed.runs = USUAL
     try:
         with looking(runs.looks):
             if accuracy is None and solver is not None:
@@ -165,7 +167,7 @@ def simulate(
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.made) if runs.made else stop) from None
     finally:
-        if isinstance(followed, Bar):
+        if isinstance(followed, Forecast):
             followed.close()
 
 

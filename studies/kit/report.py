@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from buckler.mbs.progress import Bar
+from buckler.mbs.progress import Forecast
 
 from .parameters import StudyParameters
 from .versions import versions
@@ -188,16 +188,16 @@ def _cpu() -> str:
 class Progress:
     """Progress of a run on stderr, if it takes long; `run` gets one."""
 
-    def __init__(self, quiet: bool = False) -> None:
-        self.quiet = quiet
+    def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
+        self.quiet, self.cases = quiet, cases
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items and count them."""
         yield from items if self.quiet else _bar(iterable=items, desc=label or None, total=total)
 
-    def runs(self, title: str) -> Bar | bool:
-        """Return the progress of `simulate`: a bar for each of its runs."""
-        return False if self.quiet else Bar(title)
+    def forecast(self, title: str) -> Forecast | bool:
+        """Return the progress of `simulate`: a bar and how long it will take, of all cases where this is the first."""
+        return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
 
 
 @contextmanager

@@ -115,7 +115,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     try:
         return read_off(p, simulate(
             mechanism, p.duration, p.accuracy, of=p.of, solver=solver, ledger=p.ledger, verify=p.verify, timeout=p.timeout,
-            progress=progress.runs(p.name),
+            progress=progress.forecast(p.name),
         ))  # fmt: skip
     except Interrupted as stop:
         raise Interrupted(read_off(p, stop.result)) from None

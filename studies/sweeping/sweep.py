@@ -111,6 +111,8 @@ def sweep(
             book.take(other, about)
         ended = {row.number for row in book.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in mine if number not in ended]
+        if jobs and isinstance(progress, Progress) and not progress.quiet:
+            jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
             for row in progress(found, total=len(jobs), label=f"{name}, {len(ended)} stored" if ended else name):
                 if row.provenance["versions"] != about.versions:
@@ -132,6 +134,8 @@ class Job(NamedTuple):
     number: int
     module: str
     parameters: StudyParameters
+    cases: float = 1.0
+    """Cases one after another, where this is the first: it tells how long they will take."""
 
 
 def run_case(job: Job) -> Row:
@@ -140,7 +144,8 @@ def run_case(job: Job) -> Row:
     with _ONE_AT_A_TIME:
         start = time.perf_counter()
         try:
-            result = study.run(job.parameters)
+            followed = {"progress": Progress(quiet=True, cases=job.cases)} if job.cases > 1 else {}
+            result = study.run(job.parameters, **followed)
             found = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:
             place = traceback.extract_tb(error.__traceback__)[-1]

@@ -1,14 +1,37 @@
-"""Waiting for a run: a limit of time, Ctrl-C."""
+"""Waiting for a run: how long it will take, a limit of time, Ctrl-C."""
 
 import os
 import re
 import signal
 import threading
 
+import pytest
 from own_file import metrics
 
 from buckler.mbs import Status
+from buckler.mbs.progress import Forecast, write_duration
 from buckler.studies.kit.cli import main
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that the test moves."""
+    now = [0.0]
+    monkeypatch.setattr("buckler.mbs.progress.working_time", lambda: now[0])
+    return now
+
+
+def test_the_time_is_told_within_three_seconds(clock, capsys):
+    told = Forecast("arch", bar=False)
+    told.runs = (2, 5)
+    for step in range(1, 31):
+        clock[0] = 0.1 * step
+        told(0.01 * step)  # ten seconds for this run
+    first = 10.0 - 2.0
+    growth = [10 * 8 ** (k / 4) for k in range(1, 5)]
+    said = capsys.readouterr().err
+    span = f"{write_duration(first + growth[0])} to {write_duration(first + sum(growth))}"
+    assert said == f"arch: about {span} more; this run takes 10 s, and finer ones tell its error\n"
 
 
 def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):
