@@ -12,7 +12,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..offers import find_offer
 from ..scene.scene import Scene
-from ..spectral.scene import CompiledScene
+from ..spectral.scene import CompiledScene, Place
 from ..validate import number, one_of, positive, whole
 from .problem import places
 
@@ -137,6 +137,60 @@ KEYS = {
     "doubling": "doublings",
 }
 """Plural of each kind of critical point."""
+
+
+@dataclass(frozen=True)
+class Equilibrium(Answer):
+    """Equilibrium of a mechanism.
+
+    Attributes
+    ----------
+    status : Ending
+        OK where forces balance and no small motion grows, UNSTABLE where one does.
+    message : str
+    scene : CompiledScene
+    q : array, shape (n,)
+        Coordinates.
+    multipliers : array, shape (r,)
+        Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert. See `reaction`.
+    load : float
+        Factor of the loads.
+    stable : bool
+        True if no small motion grows, by the spectrum of the whole tangent.
+    growth : float
+        Largest rate at which a small motion grows, 1/s; 0 if none does.
+    neutral : tuple of str
+        Links that a small motion moves without resistance: the equilibrium is one of many.
+    error : float
+        Error of positions over the longest link, and of angles [rad]: change by a higher degree of the strips, and last step.
+    """
+
+    scene: CompiledScene
+    q: Array
+    multipliers: Array
+    load: float
+    stable: bool
+    growth: float
+    neutral: tuple[str, ...]
+    error: float
+
+    def point(self, link: str, point: str) -> Place:
+        """Return the place of a point of a link."""
+        return places(self.scene, self.q, link, point)
+
+    def reaction(self, name: str) -> Array:
+        """Return force or torque of a constraint [N or N m], with the signs of the signals of a run; see `reactions`."""
+        return reactions(self.scene, self.multipliers[None], name)[0]
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return rows of the table: stability, error, and places of points."""
+        out = [("stable", "yes" if self.stable else f"no, grows at {self.growth:.4g} 1/s"), ("error", f"{self.error:.1e}")]
+        for link in self.scene.mechanism.links:
+            if not link.body.massless:
+                for point in link.points:
+                    at = self.point(link.name, point)
+                    out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
+        return out
 
 
 @dataclass(frozen=True)

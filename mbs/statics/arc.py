@@ -217,10 +217,9 @@ class Arc:
         turns = float(one @ other) < np.cos(CORNER) * float(np.linalg.norm(one)) * moves
         return step.arc > 10.0 * SHORTEST and step.arc * moves > NEAR and turns
 
-    def next_arc(self, step: Step, after: Array, longest: float) -> float:
-        """Return the length of the next step, by the turn of this one."""
-        turned = float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
-        return next_arc(step.arc, turned, longest)
+    def turns(self, step: Step, after: Array) -> float:
+        """Return the angle between the direction of a step and another one [rad]."""
+        return float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
 
 
 def next_arc(arc: float, turned: float, longest: float) -> float:

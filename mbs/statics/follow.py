@@ -14,10 +14,10 @@ from ..progress import after_step
 from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
-from .arc import SAME, Arc, Step
+from .arc import SAME, Arc, Step, next_arc
 from .critical import Critical, State, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from .settling import find, settle
+from .rest import find, settle
 from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
@@ -199,7 +199,7 @@ class _Follower:
                 continue
             points += found
             last = None if turned else (done, states[-1])
-            rest, direction, arc, left = done.new, after, self.arc.next_arc(done, after, self.longest), False
+            rest, direction, arc, left = done.new, after, next_arc(done.arc, self.arc.turns(done, after), self.longest), False
             rests.append(rest)
             states.append(state)
             if why := self._over(done, rests, points, len(found)):

@@ -287,15 +287,11 @@ def moving(scene: CompiledScene, q: Array, shape: Array) -> str:
 
 def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[int]:
     """Return indices in `tables.factors` of the named loads ('gravity' is one), or of all."""
-    kinds = ("force", "line_load", "torque", "motor")
-    all_names = [*scene.force_names, "gravity"]
-    if names is None:
-        return [i for i, name in enumerate(all_names) if name == "gravity" or name.split(".")[0] in kinds]
-    wanted = set(names)
-    unknown = wanted - set(all_names)
-    if unknown:
-        raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(all_names)}")
-    return [i for i, name in enumerate(all_names) if name in wanted]
+    kinds, known = ("force", "line_load", "torque", "motor", "gravity"), [*scene.force_names, "gravity"]
+    wanted = {name for name in known if name.split(".")[0] in kinds} if names is None else set(names)
+    if unknown := wanted - set(known):
+        raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(known)}")
+    return [i for i, name in enumerate(known) if name in wanted]
 
 
 def places(scene: CompiledScene, q: Array, link: str, point: str) -> Place:

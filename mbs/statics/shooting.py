@@ -139,13 +139,10 @@ class Shooting:
     def onward(self, state: State, periods: int) -> State:
         """Integrate some periods; return the state at the end, with the time reset to 0."""
         for _ in range(periods):
-            state = self._last(self.run(state, adaptive=True))
+            out = self.run(state, adaptive=True)
+            turns = np.where(self.units == 1.0, np.round((out.q[-1] - self.scene.q0) / (2 * np.pi)), 0.0)
+            state = State(0.0, out.q[-1] - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
         return state
-
-    def _last(self, out: Output) -> State:
-        q = out.q[-1]
-        turns = np.where(self.units == 1.0, np.round((q - self.scene.q0) / (2 * np.pi)), 0.0)
-        return State(0.0, q - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
 
     def project(self, state: State) -> State:
         """Project a state onto the constraints."""
@@ -205,16 +202,12 @@ class Shooting:
         for _ in range(SEARCHES):
             self.period = period
             found = self.newton(self.project(state), matrix)
-            if found.open <= CLOSED and self._moves(found):
+            if found.open <= CLOSED and (not self.free or self._way(found.out) > MOVES):  # rest has any period
                 return found
             left, self.period = min(left, found.open), period
             state = self.onward(state, ONWARD)
         rest = "; only rest" if left <= CLOSED else f": a period leaves {left:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{rest}")
-
-    def _moves(self, found: Found) -> bool:
-        """Check that a motion is not rest, which has any period."""
-        return not self.free or self._way(found.out) > MOVES
 
     def _way(self, out: Output) -> float:
         """Return the largest range of a coordinate in a period, in its unit."""

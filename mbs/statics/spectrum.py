@@ -139,14 +139,9 @@ class Spectrum:
         return np.where(np.abs(real) > self.rounding, real, 0.0)
 
     @property
-    def unstable(self) -> int:
-        """Number of small motions that grow."""
-        return int((self.growth > 0.0).sum())
-
-    @property
     def stable(self) -> bool:
         """True if no small motion grows."""
-        return not self.unstable
+        return not (self.growth > 0.0).any()
 
 
 def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectrum:

@@ -13,9 +13,9 @@ from ..spectral.doors import place
 from ..spectral.scene import CompiledScene
 from ..spectral.start import slopes
 from ..validate import whole
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, check, list_omissions
+from .answer import HIGHEST, PLACES, RISE, Answer, Ending, Equilibrium, check, list_omissions
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
-from .rest import Equilibrium, equilibrium
+from .rest import equilibrium
 from .spectrum import Spectrum
 
 
