@@ -194,7 +194,7 @@ class _Runs:
         if passed.many or len(passed.edges):
             what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
             said = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
-            self.made[-1] = run = replace(run, unseen=f"{said}; give a Table, whose points are stepped onto, or a shorter run")
+            self.made[-1] = run = replace(run, unseen=f"{said}; name them by a Piecewise, give a Table, or a shorter run")
         return run
 
     def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
@@ -311,7 +311,7 @@ def _provenance(run: Run) -> dict[str, Any]:
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
     if scene.has_user_code:
         looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
-        notes.append(f"{looked}; points of a Table are stepped onto however close")
+        notes.append(f"{looked}; a Piecewise names shorter ones")
     return found | ({"notes": notes} if notes else {})
 
 

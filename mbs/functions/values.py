@@ -52,6 +52,8 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """
     if isinstance(function, Integral) and duration < inf:
         function.span(duration)
+    if hasattr(function, "kinks_until"):
+        return tuple(function.kinks_until(duration))
     if hasattr(function, "made_of"):
         return tuple(sorted({t for part in function.made_of for t in kinks(part, duration)}))
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
@@ -273,6 +275,8 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
+    if hasattr(function, "kinks_until"):
+        return numbers_of(function.value, variables, size)
     if isinstance(function, Expression):
         return [function.of(variables)]
     if not callable(function):

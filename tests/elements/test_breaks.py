@@ -7,7 +7,7 @@ import pytest
 from scipy.special import erf
 
 from buckler.mbs import Exudyn, Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
-from buckler.mbs.functions import Components, Expression, Table, kinks
+from buckler.mbs.functions import Components, Expression, Piecewise, kinks
 from buckler.mbs.functions.breaks import breaks
 
 JUMPS = {
@@ -99,18 +99,23 @@ def test_a_blow_between_all_steps_moves_the_block(how):
     assert any("looked at every 0.0001 s" in note for note in result.provenance["notes"])
 
 
-def test_points_of_a_table_are_stepped_onto_though_closer_than_a_function_is_looked_at():
-    """A blow of 1 N s within 1e-7 of the run, against its closed form."""
-    at, lasts, edge, duration = 0.1237, 5e-7, 1e-9, 5.0
-    blow = Table((at, at + edge, at + lasts, at + lasts + edge), (0.0, 1 / lasts, 1 / lasts, 0.0))
+@pytest.mark.parametrize("period", [None, 0.53])
+def test_named_breaks_are_stepped_onto_though_finer_than_a_function_is_looked_at(period):
+    """A blow of 1 N s within 1e-7 of the run, once or with a period, against its closed form."""
+    at, lasts, duration = 0.1237, 5e-7, 5.0
+
+    def push(t):
+        return (1 / lasts if at <= (t if period is None else t % period) < at + lasts else 0.0), 0.0
+
     block = Mechanism(
         points={"A": (0, 0), "B": (0, -0.1)},
         links=[Link("block", "A", "B", Rigid.of(mass=1.0, inertia=1e-3, centre=(0, 0)))],
         joints=[Slider("A", "block", "ground", along=(1, 0))],
-        loads=[Force("A", Components((blow, 0.0)))],
+        loads=[Force("A", Piecewise(push, (at, at + lasts), period))],
     )
+    blows = np.arange(1 if period is None else 10) * (period or 0.0) + at
     result = simulate(block, duration)
-    assert result.ok and result["A.x"][-1] == pytest.approx(duration - at - (lasts + edge) / 2, rel=1e-6)
+    assert result.ok and result["A.x"][-1] == pytest.approx(float((duration - blows - lasts / 2).sum()), rel=1e-6)
 
 
 # --- short pulses, whoever describes them ---------------------------------------------------------------------------------
