@@ -3,7 +3,8 @@
 Edges belong to a run: a closure, a global or an attribute may change before the next. A function of states becomes one of time
 along a run, its arguments cubics between the samples. Two or more edges between neighbouring samples were not seen by the solver.
 The run is then repeated with steps that end on them, until they have settled. Each state is also scanned alone over its range of
-motion.
+motion. Of a function of one state the edges are values of it: later runs are asked only when they pass them. Edges that do not
+move from one run to the next are times.
 """
 
 from __future__ import annotations
@@ -37,6 +38,10 @@ SCANNED = 1e-4
 """Distance of samples over the range of a state: beside those along the run it costs a tenth."""
 APART = 1e-12
 """Distance of two edges, over the run, below which they are one that was found in two ways."""
+TIME = -1
+"""Place of the time among the states: edges that do not move from run to run are times."""
+PROBES = 50
+"""Arguments at which a function that depends on one state only does not change with the others."""
 
 
 class Argument(NamedTuple):
@@ -83,7 +88,9 @@ class Looks:
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
-        self._ahead = AHEAD
+        self._ahead, self._confirmed = AHEAD, False
+        self._known: dict[int, tuple[int, Array]] = {}
+        self._times: dict[int, Array] = {}
         self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
 
     def of_time(self, function: Callable[..., object], duration: float) -> Edges:
@@ -98,9 +105,14 @@ class Looks:
         time, first = np.unique(time, return_index=True)
         called = [(f, [each.curve(time, first) for each in arguments]) for f, arguments in functions]
         found, many = self._find(time, called)
+        if self._known and not self._confirmed and self._judge(time, found)[0] <= SETTLED:
+            self._known = {}
+            found, many = self._find(time, called)
         shift, every, apart = self._judge(time, found)
         unseen = _merge([_between(each, time, ON * float(time[-1])) for each in found], time)
-        self._ahead /= 2 if shift <= SETTLED and not len(unseen) else 1
+        settled = shift <= SETTLED and not len(unseen)
+        self._confirmed = self._confirmed or settled
+        self._ahead /= 2 if settled else 1
         self.edges, self.stops = every, np.unique([every - self._ahead * apart, every + self._ahead * apart])
         self.stops = self.stops if len(every) else unseen
         return Passed(unseen, shift, many)
@@ -108,10 +120,26 @@ class Looks:
     def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
         """Find the edges [s] of each function along a run, and if there are too many of one to locate."""
         end, found, many = float(time[-1]), [], False
-        for function, curves in called:
+        for k, (function, curves) in enumerate(called):
+            if k in self._known:
+                state, values = self._known[k]
+                found.append(values if state == TIME else _crossings(curves[state : state + 1], [values], end))
+                continue
             edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
             many = many or (edges.capped and not _is_followed(function, time, curves))
-            found.append(_merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time))
+            times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
+            found.append(times)
+            only = None if edges.capped or len(times) > FEW else _only_state(function, time, curves, times)
+            before, self._times[k] = self._times.get(k), times
+            if only is not None:
+                self._known[k] = only, np.unique(curves[only](times))
+            elif (
+                not edges.capped
+                and before is not None
+                and len(before) == len(times)
+                and (np.abs(before - times) <= APART * end).all()
+            ):
+                self._known[k] = TIME, times
         many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
         return found, many
 
@@ -175,6 +203,19 @@ def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> 
     found = [way.solve(value, extrapolate=False) for way, some in zip(ways, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan where a state rests on a value
+
+
+def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
+    """Return the state on which alone a function depends, beside its edges and all along a run; None if there is none."""
+    near = ON * float(time[-1])
+    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
+    states = [curve(times) for curve in curves]
+    known, nothing = evaluate(function, times, *states), np.zeros_like(times)
+    for k, state in enumerate(states):
+        alone = [state if j == k else nothing for j in range(len(states))]
+        if np.array_equal(known, evaluate(function, nothing, *alone)):
+            return k
+    return None
 
 
 def _merge(found: Sequence[Array], time: Array) -> Array:
