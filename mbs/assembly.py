@@ -7,12 +7,12 @@ Gauss-Newton method (Levenberg-Marquardt) find the poses, and go on until a roun
 
 from __future__ import annotations
 
+from cmath import rect
 from collections.abc import Iterable, Iterator, Mapping
 from math import cos, hypot, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .declare import RefusalError
 from .geometry import Array
@@ -40,20 +40,6 @@ class Assembly(NamedTuple):
 
     points: dict[str, Pair]
     others: tuple[dict[str, Pair], ...] = ()
-
-
-class Affine(NamedTuple):
-    """A place, or the difference of two, as `matrix @ x + constant`: x the coordinates sought."""
-
-    matrix: Array
-    constant: Array
-
-    def __sub__(self, other: Affine) -> Affine:
-        return Affine(self.matrix - other.matrix, self.constant - other.constant)
-
-    def premultiply(self, matrix: ArrayLike) -> Affine:
-        """Multiply from the left."""
-        return Affine(np.asarray(matrix) @ self.matrix, np.asarray(matrix) @ self.constant)
 
 
 def assemble(
@@ -90,13 +76,13 @@ def assemble(
             )
     if not deciding or not unknown:
         return Assembly({})
-    at = {point: _affine(k, points, len(unknown)) for k, point in enumerate(unknown)}
-    at |= {point: _affine(None, points, len(unknown), point) for point in points}
+    at = _places(points, unknown)
     guided = [each for each in guides if each.through and {each.point, each.through} <= set(at)]
-    base, free = _linear(at, [*_rows(at, links, lengths), *(_on_line(at, each) for each in guided)], 2 * len(unknown))
+    lines = [((at[each.point] - at[each.through]) * complex(*each.along).conjugate()).imag for each in guided]
+    base, free = _linear([*_rows(at, links, lengths), *lines], 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0
     open_links = [link for link in deciding if link.angle is None and link.start in at and link.end in at]
-    ends = [at[link.end] - at[link.start] for link in open_links]
+    ends = np.array([at[link.end] - at[link.start] for link in open_links], dtype=complex).reshape(-1, 2 * len(unknown) + 1)
     poses = _Poses(ends, np.array([link.length for link in open_links]), base, free)
     poses.check_decided(open_links)
     coordinates, met = poses.all(size)
@@ -138,62 +124,59 @@ def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
     return hypot(x1 - x0, y1 - y0)
 
 
-def _affine(k: int | None, points: Mapping[str, Pair], count: int, name: str = "") -> Affine:
-    """Return the place of the k-th unknown point, or of one that is given."""
-    matrix = np.zeros((2, 2 * count))
-    if k is None:
-        return Affine(matrix, np.array(points[name]))
-    matrix[:, 2 * k : 2 * k + 2] = np.eye(2)
-    return Affine(matrix, np.zeros(2))
+def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
+    """Return places x + i y as complex coefficients of the unknown coordinates and of 1."""
+    at = {point: np.zeros(2 * len(unknown) + 1, dtype=complex) for point in (*unknown, *points)}
+    for k, point in enumerate(unknown):
+        at[point][2 * k : 2 * k + 2] = 1.0, 1j
+    for point, place in points.items():
+        at[point][-1] = complex(*place)
+    return at
 
 
-def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Affine]:
-    """Yield the equations of links that are linear in the places, each with right-hand side 0."""
+def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
+    """Yield the equations of links that are linear in the places: coefficients of the coordinates and of 1, with sum 0."""
     for link in links:
         if link.start not in at or link.end not in at:
             continue
-        apart = at[link.end] - at[link.start]
+        apart, equations = at[link.end] - at[link.start], []
         if link.angle is not None and link.length is not None:
-            way = link.length * np.array([cos(link.angle), sin(link.angle)])
-            yield Affine(apart.matrix, apart.constant - way)
+            way = apart.copy()
+            way[-1] -= rect(link.length, link.angle)
+            equations.append(way)
         elif link.angle is not None:
-            yield apart.premultiply([[-sin(link.angle), cos(link.angle)]])
+            yield (apart * rect(1.0, -link.angle)).imag
         if length := lengths.get(link.name):
-            for point, (x, y) in link.carried_places(length).items():
-                yield at[point] - at[link.start] - apart.premultiply(np.array([[x, -y], [y, x]]) / length)
+            carried = link.carried_places(length).items()
+            equations += [at[point] - at[link.start] - apart * complex(x, y) / length for point, (x, y) in carried]
+        for each in equations:
+            yield each.real
+            yield each.imag
 
 
-def _on_line(at: Mapping[str, Affine], guide: Any) -> Affine:
-    """Return the row of a guide's line."""
-    x, y = guide.along
-    return (at[guide.point] - at[guide.through]).premultiply([[-y, x]])
-
-
-def _linear(at: Mapping[str, Affine], rows: list[Affine], count: int) -> tuple[Array, Array]:
+def _linear(rows: list[Array], count: int) -> tuple[Array, Array]:
     """Return a solution of the linear rows, by least squares, and a basis of what they leave open, (count, open)."""
     if not rows:
         return np.zeros(count), np.eye(count)
-    matrix = np.vstack([row.matrix for row in rows])
-    right = -np.concatenate([row.constant for row in rows])
-    u, values, vt = np.linalg.svd(matrix)
+    matrix = np.array(rows)
+    u, values, vt = np.linalg.svd(matrix[:, :-1])
     rank = int((values > AGREE * max(1.0, values[0])).sum())
-    base = vt[:rank].T @ ((u.T @ right)[:rank] / values[:rank])
+    base = vt[:rank].T @ (-(u.T @ matrix[:, -1])[:rank] / values[:rank])
     return base, vt[rank:].T
 
 
 class _Poses:
-    """Solutions z of |M z + c| = L for all links of given length."""
+    """Solutions z of |M z + c| = L for all links of given length, M and c complex."""
 
-    def __init__(self, ends: list[Affine], lengths: Array, base: Array, free: Array) -> None:
+    def __init__(self, ends: Array, lengths: Array, base: Array, free: Array) -> None:
         self.base, self.free, self.lengths = base, free, lengths
-        self.matrix = np.array([end.matrix @ free for end in ends]).reshape(len(ends), 2, free.shape[1])
-        self.constant = np.array([end.matrix @ base + end.constant for end in ends]).reshape(len(ends), 2)
+        self.matrix, self.constant = ends[:, :-1] @ free, ends[:, :-1] @ base + ends[:, -1]
 
     def residual(self, coordinates: Array) -> tuple[Array, Array]:
         """(|v|^2 - L^2) / 2 L, m, and its derivatives, for z of shape (starts, open)."""
-        apart = np.einsum("qid,sd->sqi", self.matrix, coordinates) + self.constant
-        value = ((apart**2).sum(axis=2) - self.lengths**2) / (2 * self.lengths)
-        return value, np.einsum("sqi,qid->sqd", apart, self.matrix) / self.lengths[:, None]
+        apart = coordinates @ self.matrix.T + self.constant
+        value = (np.abs(apart) ** 2 - self.lengths**2) / (2 * self.lengths)
+        return value, (apart.conj()[..., None] * self.matrix).real / self.lengths[:, None]
 
     def check_decided(self, links: list[Any]) -> None:
         """Raise a ValueError if there are fewer equations than unknowns."""
