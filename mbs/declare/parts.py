@@ -11,6 +11,12 @@ from .compound import any_of
 from .declared import Declared, RefusalError, declarations, known_kinds, specs
 from .spec import Schema, Spec, did_you_mean, show
 
+GONE = {
+    ("Belt", "stiffness"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft yields",
+    ("Belt", "damping"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft has damping",
+}
+"""Cures for keys that files of before may have, by kind and key."""
+
 
 @dataclass(eq=False, repr=False)
 class Part(Spec):
@@ -108,6 +114,8 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     dot = f"{name}." if name else ""
     for key in given:
         if key not in fields:
+            if gone := GONE.get((kind.__name__, str(key))):
+                raise ValueError(f"{dot}{key}: is gone; {gone}")
             both = [*fields, *extra]
             raise ValueError(f"{dot}{key}: unknown key{did_you_mean(str(key), both)}; known: {', '.join(both)}")
     values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in given.items()}

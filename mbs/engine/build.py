@@ -48,7 +48,6 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Spring: loads.add_springs,
     elements.TorsionSpring: loads.add_torsion_springs,
     elements.Mass: loads.add_masses,
-    elements.Belt: loads.add_belts,
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
 

@@ -10,15 +10,15 @@ from typing import Any, cast
 import exudyn.itemInterface as eii
 import numpy as np
 
-from ..elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
-from ..elements.element import GROUND, Burden, place
+from ..elements import Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
+from ..elements.element import Burden, place
 from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
 from ..record.strips import shares
 from ..scene.scene import Scene
-from . import Callback, System, rows
+from . import Callback, System
 from .forces import StrutSpring
 from .guarded import guard, watch
 from .guide import PlacedBlock
@@ -206,28 +206,6 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
 def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
     """Return the marker of the body on which a strut's end acts, there or through other struts: a block, a link, the ground."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
-
-
-def add_belts(scene: EngineScene, belts: dict[str, Belt]) -> None:
-    """Add inextensible belts by their rows, the others as matrices of the turns."""
-    rows.connect(scene, {name: belt for name, belt in belts.items() if belt.stiffness is None})
-    for belt in belts.values():
-        if belt.stiffness is None:
-            continue
-        shares: dict[int, float] = {}
-        for share, measure in belt.shares(scene.mechanism):
-            for end, sign in ((measure.first, share), (measure.second, -share)):
-                if end.body != GROUND:
-                    node = scene.placed[end.body].contact_node(end.point)[0]
-                    shares[node] = shares.get(node, 0.0) + sign
-        slope = np.array([[0.0, 0.0, share] for share in shares.values()]).ravel()
-        square = np.outer(slope, slope)
-        item = eii.ObjectGenericODE2(
-            nodeNumbers=[*shares], massMatrix=0.0 * square, stiffnessMatrix=belt.stiffness * square,
-            dampingMatrix=belt.damping * square,
-        )  # fmt: skip
-        scene.system.AddObject(item)
-        scene.parts["Belt"] += 1
 
 
 def add_masses(scene: EngineScene, masses: dict[str, Mass]) -> None:

@@ -190,28 +190,6 @@ class Builder:
         """Marker of a point as part of a link, or of its place on the ground."""
         return self.ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
 
-    def sum_of_turns(self, terms: Sequence[tuple[float, int]]) -> int:
-        """A marker whose angle is a sum of coefficients times the angles of markers, which must be linear in the coordinates.
-
-        Raises
-        ------
-        ValueError
-            If one is the direction of a slope, as that of a `Cable`.
-        """
-        shares: dict[int, float] = {}
-        for share, marker in terms:
-            kind, offset, size, first, _, data, _ = self.markers[marker]
-            if kind == k.CURVE:
-                raise ValueError("the turn of a Cable's section is not linear in its coordinates; take a Beam")
-            if kind == k.FRAME:
-                turns = [(offset + 2, 1.0), *((offset + 3 + i, self.data[data + 5 + 3 * i]) for i in range(size))]
-            else:
-                turns = [(self.places[first + 2 * size + i], self.data[data + 2 * size + i]) for i in range(size)]
-            for place, slope in turns:
-                shares[place] = shares.get(place, 0.0) + share * slope
-        none = [0.0] * len(shares)
-        return self.add_marker(k.LINEAR, 0, len(shares), [*shares] * 3, [*none, *none, *shares.values()])
-
     def angle_of(self, marker: int) -> float:
         """Angle of a marker at t = 0, rad."""
         kind, offset, size, first, _, data, _ = self.markers[marker]

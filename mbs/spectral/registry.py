@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
-from ..elements import Belt, Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, Torque, TorsionSpring
+from ..elements import Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, Torque, TorsionSpring
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
 from ..elements.motor import CREEP
@@ -155,20 +155,6 @@ def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None
     add_line(builder, name, load, builder.add_measure(k.ANGLE, second, first), free)
 
 
-def add_belt(builder: Builder, name: str, belt: Belt) -> None:
-    """Add its row, or its spring."""
-    connect(builder, name, belt)
-    if belt.stiffness is None:
-        return
-    terms = []
-    for share, measure in belt.shares(builder.mechanism):
-        for end, sign in ((measure.first, share), (measure.second, -share)):
-            terms.append((sign, marker_of(builder, end.body, end.point)))
-    ahead = builder.sum_of_turns(terms)
-    measure_ = builder.add_measure(k.ANGLE, ahead, builder.ground(NOWHERE))
-    builder.add_force(name, k.LINE_SPRING, measure_, numbers=(belt.stiffness, belt.damping, builder.angle_of(ahead)))
-
-
 BODIES: dict[str, Callable[[Builder, Link], Body]] = {
     "Rigid": add_rigid,
     "Beam": partial(add_strip, kind=k.REISSNER),
@@ -186,7 +172,6 @@ ELEMENTS: dict[str, Callable[..., None]] = {
     "Motor": add_motor,
     "Spring": add_spring,
     "TorsionSpring": add_torsion_spring,
-    "Belt": add_belt,
 }
 
 

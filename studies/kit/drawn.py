@@ -212,8 +212,7 @@ def _draw_coupled(dice: Dice) -> Made:
     links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
     joints = [*parts.revolutes("A ground one", "B ground two"), *(mbs.Slider(at, x, "ground", (0, 1)) for x, at, _ in weights)]
     belt = mbs.Belt("one:A", "two:B", size, dice.uniform(0.5, 1.5) * size, crossed=dice.one(True, False))
-    soft = replace(belt, stiffness=dice.log(1e3, 1e5), damping=dice.uniform(0, 2))
-    pair = dice.one(mbs.Gear("one:A", "two:B", dice.one(-1, 1) * dice.uniform(0.6, 0.9)), belt, soft)
+    pair = dice.one(mbs.Gear("one:A", "two:B", dice.one(-1, 1) * dice.uniform(0.6, 0.9)), belt)
     return mbs.Mechanism(
         points, links, joints, loads=[mbs.Torque("one", dice.uniform(-0.05, 0.05))], gravity=parts.WEIGHT,
         couplings=[pair, mbs.Rack("two:B", "weight:C", size, (0, 1)), mbs.Rope("C", "D", over=("P", "Q"))],

@@ -7,14 +7,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import (
-    Belt,
     Drive,
     Force,
     Guide,
     Link,
     Mechanism,
     Motion,
-    Ramp,
     Revolute,
     Rigid,
     Section,
@@ -193,28 +191,3 @@ def boxed():
         return box * (inside**2 / 2 + inside * np.maximum(t - 0.2004, 0.0)) / m
 
     return mechanism, 1.0, {"A.x": lambda t: pull * t**2 / (2 * m) + kicked(t)}
-
-
-def belted():
-    """A pulley on a stiff belt: its ringing, not followed, was taken for chaos, its error told up to a fiftieth of the run."""
-    inertia, small, large, k, c, load, duration, slows = 0.05, 0.048, 0.08, 1.1e5, 0.2, 0.03, 0.43, 0.07
-    start, end = -17.0, 0.4
-    rise = (end - start) / slows
-
-    def ahead(t, z):
-        t = np.asarray(t)
-        early, late = np.minimum(t, slows), np.maximum(t - slows, 0.0)
-        way, rate = start * early + rise * early**2 / 2 + end * late, np.where(t < slows, start + rise * t, end)
-        return k * (small * way - large * z[0]) + c * (small * rate - large * z[1])
-
-    z = solved(lambda t, z: [z[1], (large * float(ahead(t, z)) - load) / inertia], duration, [0.0, start * small / large], 5e-4)
-    wheels = [Link(name, at, f"{at}_", Rigid.of(mass=0.3, inertia=each, centre=(0, 0)))
-              for name, at, each in (("a", "A", 1e-3), ("b", "B", inertia))]  # fmt: skip
-    mechanism = Mechanism(
-        {"A": (0, 0), "A_": (0.05, 0), "B": (0.3, 0), "B_": (0.35, 0)}, wheels,
-        [Revolute("A", "ground", "a"), Revolute("B", "ground", "b")], drives=[Drive("a", Ramp(start, end, slows))],
-        couplings=[Belt("a:A", "b:B", small, large, stiffness=k, damping=c)], loads=[Torque("b", -load)],
-        velocities={"b": start * small / large},
-    )  # fmt: skip
-    belt = next(name for name in mechanism.elements() if "belt" in name)
-    return mechanism, duration, {"b.angle": lambda t: z(t)[0], f"{belt}.force": lambda t: ahead(t, z(t))}

@@ -135,7 +135,7 @@ def couplings(links):
     made = [
         st.builds(elements.Gear, st.just(ends[0]), st.just(ends[1]), floats(-9, -0.1)),
         st.builds(elements.Rack, st.just(ends[0]), st.just(ends[1]), floats(0.01, 1)),
-        st.builds(elements.Belt, st.just(ends[0]), st.just(ends[1]), LENGTH, LENGTH, st.booleans(), floats(1, 1e6), floats(0, 9)),
+        st.builds(elements.Belt, st.just(ends[0]), st.just(ends[1]), LENGTH, LENGTH, st.booleans()),
         st.builds(elements.Rope, st.just(ends[0]), st.just("ground:P0"), st.just((ends[1],))),
     ]
     return st.lists(st.one_of(*made), max_size=2, unique_by=lambda e: e.key)
