@@ -12,21 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .assembly import Assembly, assemble, carried_points, check_links
-from .declare import (
-    Either,
-    Named,
-    Part,
-    Quantity,
-    RefusalError,
-    Several,
-    Vector,
-    build,
-    choice,
-    declared,
-    field,
-    fields_written,
-    vector,
-)  # fmt: skip
+from .declare import Part, Quantity, RefusalError, build, choice, declared, field, fields_written, vector
+from .declare.compound import Either, Named, Several, Vector
 from .declare.spec import Schema
 from .documents import document as documents
 from .documents.document import PARAMETERS
@@ -197,18 +184,12 @@ class Mechanism(Parts):
     def elements(self) -> dict[str, Element]:
         """Return all elements by their names: a second one of a name is `name.2`."""
         found: dict[str, Element] = {}
-
-        def add(name: str, element: Element) -> None:
-            """Add an element, its name numbered if taken."""
-            number = 2
-            unique = name
-            while unique in found:
-                unique, number = f"{name}.{number}", number + 1
-            found[unique] = element
-
         for kind in KINDS:
             for element in getattr(self, kind):
-                add(element.key, element)
+                name, number = element.key, 2
+                while name in found:
+                    name, number = f"{element.key}.{number}", number + 1
+                found[name] = element
         return found
 
     def to_dict(self) -> dict[str, Any]:

@@ -2,19 +2,7 @@
 
 from .compound import Either, Named, Several, Vector
 from .declared import Declaration, Declared, RefusalError, declarations, kinds_of, known_kinds, register, specs
-from .fields import (
-    choice,
-    declared,
-    direction,
-    field,
-    flag,
-    names,
-    part,
-    quantities,
-    quantity,
-    vector,
-    whole,
-)
+from .fields import choice, declared, direction, field, flag, names, part, quantities, quantity, vector, whole
 from .parts import Part, build, fields_written, nameless
 from .spec import Flag, Name, Nothing, Quantity, Spec, Whole
 

@@ -129,15 +129,12 @@ SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
 
 
 def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
-    """Evaluate a motion within a run; raise a ValueError if that is no number."""
-    return number(f"{name}({t:g})", _call(name, function, t), -inf, inf, "")
-
-
-def _call(name: str, function: Callable[[float], float], t: float) -> Any:
+    """Evaluate a motion within a run; ValueError if that fails or is no number."""
     try:
-        return function(t)
+        value = function(t)
     except Exception as error:
         raise ValueError(f"{name}({t:g}) raises {type(error).__name__}: {error}") from error
+    return number(f"{name}({t:g})", value, -inf, inf, "")
 
 
 class Speed(Either):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from string import Formatter
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -54,22 +55,20 @@ class Push(NamedTuple):
         return np.asarray((self.force * record.point(self.at)[1]).sum(axis=1) + self.torque * record.turn(self.at)[1])
 
 
-class _Reference(str):
-    """A text of which a format may ask for a part."""
+class _Texts(Formatter):
+    """Fields in texts, and parts of those that are references."""
 
-    def __format__(self, part: str) -> str:
-        parts = {"": str(self), "lower": self.lower(), "point": place(self).point, "body": self.partition(":")[0]}
-        return parts[part]
+    def format_field(self, value: object, format_spec: str) -> str:
+        """Write a field, in small letters, or the point or body that it refers to."""
+        text = str(value)
+        return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[format_spec]
+
+    def of(self, text: str, element: Element) -> str:
+        """Fill in the fields of an element."""
+        return self.vformat(text, (), {"kind": type(element).__name__, **vars(element)})
 
 
-class _Texts(dict[str, _Reference]):
-    """Fields of an element as texts, each made where a format asks for it: that of a strip's body is a page."""
-
-    def __init__(self, element: Element) -> None:
-        self.fields = {"kind": type(element).__name__, **vars(element)}
-
-    def __missing__(self, key: str) -> _Reference:
-        return _Reference(self.fields[key])
+TEXTS = _Texts()
 
 
 class Element(Declared):
@@ -90,12 +89,12 @@ class Element(Declared):
     @property
     def where(self) -> str:
         """Name in messages."""
-        return self.title.format_map(_Texts(self))
+        return TEXTS.of(self.title, self)
 
     @property
     def key(self) -> str:
         """Its name in a mechanism."""
-        return self.label.format_map(_Texts(self))
+        return TEXTS.of(self.label, self)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""

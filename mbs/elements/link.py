@@ -6,21 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot, pi
 from typing import Any, ClassVar
 
-from ..declare import (
-    Either,
-    Name,
-    Named,
-    Nothing,
-    Quantity,
-    Several,
-    Spec,
-    Vector,
-    declared,
-    field,
-    names,
-    part,
-    quantity,
-)
+from ..declare import Either, Name, Named, Nothing, Quantity, Several, Spec, Vector, declared, field, names, part, quantity
 from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema
 from ..geometry import Array

@@ -8,23 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..declare import (
-    Declared,
-    Either,
-    Part,
-    Quantity,
-    Several,
-    Whole,
-    choice,
-    declared,
-    field,
-    flag,
-    names,
-    part,
-    quantities,
-    quantity,
-    whole,
-)  # fmt: skip
+from ..declare import Declared, Part, Quantity, Whole, choice, declared, field, flag, names, part, quantities, quantity, whole
+from ..declare.compound import Either, Several
 from ..geometry import Array
 from ..offers import find_offer
 from ..validate import number, positive, short
@@ -64,18 +49,6 @@ class PinHole(Declared):
     def __call__(self, nodes: Array, joint: Array) -> Array:
         """Return the mask of the nodes that the joint holds."""
         return np.hypot(*(nodes - joint)[:, :2].T) <= 1.01 * self.radius
-
-
-@declared
-class Nearest(Declared):
-    """The nodes nearest to the joint's centre."""
-
-    count: int = whole(3, 100_000, doc="how many", default=12)
-
-    def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Return the mask of the nodes that the joint holds."""
-        distance = np.linalg.norm(nodes - joint, axis=1)
-        return distance <= np.sort(distance)[min(self.count, len(distance)) - 1] * (1 + 1e-9)
 
 
 Interface = Callable[[Array, Array], Array]
@@ -204,7 +177,7 @@ class Modal(Body):
     )
     mesh: Box | MeshFile = part(Box, MeshFile, doc="the solid", default_factory=Box)
     interface: Interface = field(
-        Interfaces((EndFace, PinHole, Nearest), "EndFace()"),
+        Interfaces((EndFace, PinHole), "EndFace()"),
         "which nodes the joints hold; any function of (nodes, joint) in link axes that returns a mask will do",
         default_factory=EndFace,
     )

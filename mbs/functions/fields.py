@@ -92,8 +92,11 @@ class Function(Callables):
         """Call it where all variables are zero; ValueError if it fails, or returns anything else than it must."""
         names = self.of.split(", ")
         for each in found.parts if isinstance(found, Components) else [found]:
-            if isinstance(each, Expression):
-                _of_names(name, each, names)
+            try:
+                if isinstance(each, Expression):
+                    each.of(names)
+            except ValueError as error:
+                raise ValueError(f"{name} = {error}") from None
         zeros = [0.0] * len(names)
         at = f"{name} at {self.of} = 0"
         value = called(name, found, *zeros)(*zeros)
@@ -136,14 +139,6 @@ class Rates(Function):
 
     def schema(self) -> Schema:
         return any_of([super().schema(), _PARTS.schema()])
-
-
-def _of_names(name: str, formula: Expression, variables: list[str]) -> None:
-    """Raise a ValueError that names a formula with other variables than these."""
-    try:
-        formula.of(variables)
-    except ValueError as error:
-        raise ValueError(f"{name} = {error}") from None
 
 
 def _callable_kinds() -> dict[str, type]:

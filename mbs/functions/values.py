@@ -88,7 +88,8 @@ class Expression(Given, Declared):
         used = names_in(tree) - states
         fitting = [names for names in SIGNATURES if used <= set(names)]
         if not fitting:
-            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_signatures()}")
+            known = "; ".join(", ".join(names) for names in SIGNATURES)
+            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {known}")
         variables = (*fitting[0], *sorted(states))
         object.__setattr__(self, "variables", variables)
         object.__setattr__(self, "used", used | states)
@@ -142,12 +143,10 @@ class Table(Given, Declared):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
             raise ValueError("times: must increase")
-        object.__setattr__(self, "_curve", self._spline() if self.smooth else None)
+        if self.smooth:
+            from scipy.interpolate import CubicSpline  # it takes a while to load, and few need it
 
-    def _spline(self) -> Any:
-        from scipy.interpolate import CubicSpline
-
-        return CubicSpline(self.times, self.values)
+            object.__setattr__(self, "_curve", CubicSpline(self.times, self.values))
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Value at times, s."""
@@ -223,9 +222,7 @@ class TableIntegral(Integral):
         from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
 
         table = self.of
-        if not isinstance(table, Table):
-            raise ValueError(f"of = {table!r}: must be a Table")
-        spline = table._spline() if table.smooth else make_interp_spline(table.times, table.values, k=1)
+        spline = table._curve if table.smooth else make_interp_spline(table.times, table.values, k=1)  # type: ignore[attr-defined]
         object.__setattr__(self, "_curve", spline.antiderivative())
         object.__setattr__(self, "_at_zero", self._since_first(0.0))
 
@@ -285,18 +282,8 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
 
 
 def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
-    """One of the numbers that a function returns."""
-
-    def component(*values: float) -> float:
-        """Return one component of the function's value."""
-        return function(*values)[i]
-
-    return component
-
-
-def _signatures() -> str:
-    """Write the names of arguments that functions may have."""
-    return "; ".join(", ".join(names) for names in SIGNATURES)
+    """Return a function of one of the numbers that a function returns."""
+    return lambda *values: function(*values)[i]
 
 
 def has_user_code(value: object) -> bool:

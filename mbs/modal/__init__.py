@@ -16,7 +16,6 @@ from ..elements.modal import (
     Interface,
     MeshFile,
     Modal,
-    Nearest,
     PinHole,
 )
 from ..offers import on_demand
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOTIONS", "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",
-    "Nearest", "PinHole", "PlanarModel", "ReducedModel", "reduced",
+    "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
 __getattr__ = on_demand(
