@@ -21,7 +21,7 @@ from ..process import compiler
 
 
 class Pointer(NamedTuple):
-    """Address of a C function of doubles, whether it is machine code, and what keeps it alive."""
+    """Address of a C function of a pointer to doubles, whether it is machine code, and what keeps it alive."""
 
     address: int
     compiled: bool
@@ -96,25 +96,17 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
     return found
 
 
-def method_pointer(law: object, name: str, arguments: int) -> Pointer:
-    """Address of a law's method of so many floats."""
-    found = _once(("method", type(law), _value(law), name, arguments), lambda: _compiled_method(law, name, arguments))
-    return found or _called_back(_number_of(getattr(law, name)), [ctypes.c_double] * arguments)
-
-
 def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Address of any function of so many floats, compiled once for all functions of the same code and values."""
+    """Address of a function of a pointer to so many floats, compiled once for all functions of the same code and values."""
     if isinstance(function, types.MethodType):
-        return method_pointer(function.__self__, function.__name__, arguments)
-    found = _once((_value(function), arguments), lambda: _compile_pointer(lambda jit: compile_plain(function, jit), arguments))
-    return found or _called_back(_number_of(function), [ctypes.c_double] * arguments)
-
-
-def array_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Address of any function of so many floats, as one of a pointer to them."""
-    found = _once(("array", _value(function), arguments), lambda: _compiled_array(function, arguments))
-    number = _number_of(function)
-    return found or _called_back(lambda given: number(*given[:arguments]), [ctypes.POINTER(ctypes.c_double)])
+        law, name = function.__self__, function.__name__
+        key: tuple[Any, ...] = ("method", type(law), _value(law), name, arguments)
+        found = _once(key, lambda: _compile_pointer(lambda jit: compile_method(law, name, jit), arguments))
+    else:
+        found = _once(
+            (_value(function), arguments), lambda: _compile_pointer(lambda jit: compile_plain(function, jit), arguments)
+        )
+    return found or _call_back(function, arguments)
 
 
 MOST = 256
@@ -168,31 +160,8 @@ def _names(code: types.CodeType) -> set[str]:
     return {*code.co_names, *(name for each in inner for name in _names(each))}
 
 
-def _number_of(function: Any) -> Callable[..., float]:
-    return lambda *values: float(function(*values))
-
-
-def _compiled_method(law: object, name: str, arguments: int) -> Pointer | None:
-    return _compile_pointer(lambda jit: compile_method(law, name, jit), arguments)
-
-
 def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
     """Compile what `made_by` gives its decorator, return the address; None without a compiler, or if that fails."""
-    if not compiler():
-        return None
-    import numba
-
-    signature = numba.float64(*[numba.float64] * arguments)
-    wrappers: dict[int, Callable[[Any], Callable[..., Any]]] = {
-        1: lambda function: lambda a: float(function(a)),
-        2: lambda function: lambda a, b: float(function(a, b)),
-        3: lambda function: lambda a, b, c: float(function(a, b, c)),
-    }
-    return _address(made_by, wrappers[arguments], signature)
-
-
-def _compiled_array(function: Callable[..., object], arguments: int) -> Pointer | None:
-    """Return the address of a function of a pointer to so many floats; None if it cannot be compiled."""
     if not compiler():
         return None
     import numba
@@ -202,14 +171,8 @@ def _compiled_array(function: Callable[..., object], arguments: int) -> Pointer 
         """Make a function of an array from one of so many numbers."""
         return lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
 
-    return _address(lambda jit: compile_plain(function, jit), wrap, numba.float64(numba.types.CPointer(numba.float64)))
-
-
-def _address(made_by: Callable[[Any], Any], wrap: Callable[[Any], Callable[..., Any]], signature: Any) -> Pointer | None:
-    """Address of a wrap function of this signature; None if it cannot be compiled."""
-    import numba
-
     errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
+    signature = numba.float64(numba.types.CPointer(numba.float64))
     try:
         made = numba.cfunc(signature, error_model="numpy")(wrap(made_by(numba.njit)))
     except errors:
@@ -221,16 +184,16 @@ RAISED: list[BaseException] = []
 """First exception of a function that was called back, since a run began and cleared it."""
 
 
-def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointer:
-    """Address of a call back into Python, of these arguments; an exception there becomes nan, which the solver reports."""
+def _call_back(function: Callable[..., Any], arguments: int) -> Pointer:
+    """Address of a call back into Python; an exception there becomes nan, which the solver reports."""
 
-    def safe(*values: object) -> float:
+    def safe(given: Any) -> float:
         """Call the function and keep its error: ctypes would drop it."""
         try:
-            return function(*values)
+            return float(function(*given[:arguments]))
         except (Exception, SystemExit) as error:  # what leaves a callback is printed by ctypes, and lost
             RAISED[:] = RAISED or [error]
             return float("nan")
 
-    made = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)(safe)
+    made = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))(safe)
     return Pointer(int(ctypes.cast(made, ctypes.c_void_p).value or 0), False, made)

@@ -69,10 +69,7 @@ class HuntCrossley(HysteresisLaw):
     0.768
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 1.5 * (1.0 - e)
+    hysteresis = staticmethod(lambda e: 1.5 * (1.0 - e))
 
 
 class LankaraniNikravesh(HysteresisLaw):
@@ -88,10 +85,7 @@ class LankaraniNikravesh(HysteresisLaw):
     0.796
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 0.75 * (1.0 - e**2)
+    hysteresis = staticmethod(lambda e: 0.75 * (1.0 - e**2))
 
 
 class HerbertMcWhannell(HysteresisLaw):
@@ -107,10 +101,7 @@ class HerbertMcWhannell(HysteresisLaw):
     0.723
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)
+    hysteresis = staticmethod(lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0))
 
 
 class LeeWang(HysteresisLaw):
@@ -127,10 +118,7 @@ class LeeWang(HysteresisLaw):
     0.869
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 0.75 * (1.0 - e)
+    hysteresis = staticmethod(lambda e: 0.75 * (1.0 - e))
 
 
 class Gonthier(HysteresisLaw):
@@ -149,10 +137,7 @@ class Gonthier(HysteresisLaw):
 
     pole_at_zero = True
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return (1.0 - e**2) / e
+    hysteresis = staticmethod(lambda e: (1.0 - e**2) / e)
 
 
 class ZhiyingQishao(HysteresisLaw):
@@ -169,10 +154,7 @@ class ZhiyingQishao(HysteresisLaw):
     0.68
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 0.75 * (1.0 - e**2) * math.exp(2.0 * (1.0 - e))
+    hysteresis = staticmethod(lambda e: 0.75 * (1.0 - e**2) * math.exp(2.0 * (1.0 - e)))
 
 
 class Flores(HysteresisLaw):
@@ -191,10 +173,7 @@ class Flores(HysteresisLaw):
 
     pole_at_zero = True
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 8.0 * (1.0 - e) / (5.0 * e)
+    hysteresis = staticmethod(lambda e: 8.0 * (1.0 - e) / (5.0 * e))
 
 
 class HuGuo(HysteresisLaw):
@@ -212,10 +191,7 @@ class HuGuo(HysteresisLaw):
 
     pole_at_zero = True
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 3.0 * (1.0 - e) / (2.0 * e)
+    hysteresis = staticmethod(lambda e: 3.0 * (1.0 - e) / (2.0 * e))
 
 
 class CarvalhoMartins(HysteresisLaw):
@@ -232,10 +208,7 @@ class CarvalhoMartins(HysteresisLaw):
     0.7
     """
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e)
+    hysteresis = staticmethod(lambda e: 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e))
 
 
 class ExactRestitution(HysteresisLaw):
@@ -256,7 +229,4 @@ class ExactRestitution(HysteresisLaw):
 
     pole_at_zero = True
 
-    @staticmethod
-    def hysteresis(e: float) -> float:
-        """Return the hysteresis factor chi [1] of a restitution e [1]."""
-        return chi_exact(e)
+    hysteresis = staticmethod(chi_exact)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from .. import laws
 from . import table as k
-from .compiled import Pointer, method_pointer
+from .compiled import Pointer, function_pointer
 
 Known = Mapping[type, tuple[int, tuple[str, ...]]]
 
@@ -52,7 +52,7 @@ def add_normal(builder: Rows, law: laws.NormalLaw) -> int:
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the normal law {type(law).__name__}"
-    return builder.add_law(key, k.NORMAL_CALLED, (), [method_pointer(law, "force", 3)], about)
+    return builder.add_law(key, k.NORMAL_CALLED, (), [function_pointer(law.force, 3)], about)
 
 
 def add_friction(builder: Rows, law: laws.FrictionLaw | laws.BristleLaw) -> int:
@@ -62,9 +62,9 @@ def add_friction(builder: Rows, law: laws.FrictionLaw | laws.BristleLaw) -> int:
         return builder.add_law(key, *row)
     about = f"the friction law {type(law).__name__}"
     if isinstance(law, laws.BristleLaw):
-        pointers = [method_pointer(law, "coefficient", 2), method_pointer(law, "after", 3)]
+        pointers = [function_pointer(law.coefficient, 2), function_pointer(law.after, 3)]
         return builder.add_law(key, k.BRISTLE_CALLED, (), pointers, about)
-    return builder.add_law(key, k.COEFFICIENT_CALLED, (), [method_pointer(law, "coefficient", 1)], about)
+    return builder.add_law(key, k.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, 1)], about)
 
 
 def _ours(law: object) -> bool:

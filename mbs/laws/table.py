@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .calls import call1, call2, call3
+from .calls import call
 
 POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
 """Kinds of normal laws."""
@@ -56,7 +56,7 @@ def normal_force(s: Laws, law: int, depth: float, rate: float, onset: float) -> 
         return max(0.0, p[0] * depth + p[1] * rate)
     if kind == IMPACT:
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call3(s.laws[law, CALL], depth, rate, onset)
+    return call(s.laws[law, CALL], (depth, rate, onset))
 
 
 def stribeck(speed: float, p: Array) -> float:
@@ -71,7 +71,7 @@ def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == BRISTLE_CALLED:
         short = 1e-9
-        return (call3(s.laws[law, CALL_TOO], bristle, speed, short) - bristle) / short
+        return (call(s.laws[law, CALL_TOO], (bristle, speed, short)) - bristle) / short
     return 0.0
 
 
@@ -82,7 +82,7 @@ def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) 
         level = stribeck(speed, p) / p[4]
         return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
     if kind == BRISTLE_CALLED:
-        return call3(s.laws[law, CALL_TOO], bristle, speed, time)
+        return call(s.laws[law, CALL_TOO], (bristle, speed, time))
     return 0.0
 
 
@@ -106,5 +106,5 @@ def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
         rate = speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
         return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
     if kind == COEFFICIENT_CALLED:
-        return call1(s.laws[law, CALL], speed)
-    return call2(s.laws[law, CALL], speed, bristle)
+        return call(s.laws[law, CALL], (speed,))
+    return call(s.laws[law, CALL], (speed, bristle))

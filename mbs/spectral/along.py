@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.calls import call1, call2, call3
+from ..laws.calls import call
 from . import tables as col
 from .compiling import draft, noinline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
@@ -29,14 +29,14 @@ def strut(value, rate, p, address):
     if total <= p[3] * p[4]:
         return p[1] * stretch
     bending = max(0.0, total - p[3] * p[4])
-    u = max(0.0, total - p[3] * call1(address, bending))
-    return -p[2] * call1(address, u)
+    u = max(0.0, total - p[3] * call(address, (bending,)))
+    return -p[2] * call(address, (u,))
 
 
 @draft
 def motor(t, speed, p, address):
     """Torque of a DC motor on its link; p: voltage, resistance, constant, gear, friction, dead band, regularisation."""
-    voltage = p[0] if address == 0 else call1(address, t)
+    voltage = p[0] if address == 0 else call(address, (t,))
     voltage = np.sign(voltage) * max(0.0, abs(voltage) - p[5])
     fast = p[3] * speed
     current = (voltage - p[2] * fast) / p[1]
@@ -64,12 +64,12 @@ def value_along(tables, k, now, value, rate, reaction):
         return -strut(value, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL])
     if kind == col.GIVEN:
         address = tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0
-        return p[0] if address == 0 else call1(address, t)
+        return p[0] if address == 0 else call(address, (t,))
     if kind == col.MOTOR:
         return motor(t, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0)
     if p[0] == 1.0:  # a spring's law
-        return -call2(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], value - p[2], rate)
-    return call3(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], t, value - p[2], rate)
+        return -call(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], (value - p[2], rate))
+    return call(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], (t, value - p[2], rate))
 
 
 @noinline

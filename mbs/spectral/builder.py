@@ -18,7 +18,7 @@ from ..elements.states import Stateful
 from ..functions import numbers_of
 from ..functions.values import has_user_code
 from ..geometry import Array
-from ..laws.compiled import Pointer, array_pointer, function_pointer
+from ..laws.compiled import Pointer, function_pointer
 from ..mechanism import Mechanism
 from ..scene.start import Start
 from . import tables as k
@@ -268,7 +268,7 @@ class Builder:
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states, on what its marker's place, or turn, is from a column on."""
-        pointers = [array_pointer(each, len(load.variables)) for each in load.functions()]
+        pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, k.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.coordinates([0.0] * len(initial))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.calls import call1
+from ..laws.calls import call
 from . import tables as col
 from .along import slopes_along, value_along
 from .compiling import draft, inline, noinline
@@ -217,7 +217,7 @@ def _push(tables, work, k, t, f):
     law = tables.forces[k, col.LAW_OF]
     px, py = tables.data[number], tables.data[number + 1]
     if law >= 0:
-        px, py = call1(tables.laws[law, col.CALL], t), call1(tables.laws[law, col.CALL_TOO], t)
+        px, py = call(tables.laws[law, col.CALL], (t,)), call(tables.laws[law, col.CALL_TOO], (t,))
     angle = work.state[b, col.TURN] - tables.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)

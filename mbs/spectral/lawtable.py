@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..laws import table
-from ..laws.calls import call1
+from ..laws.calls import call
 from ..laws.table import BRISTLE_CALLED, LUGRE
 from .compiling import compile_below, draft, noinline
 from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
@@ -55,7 +55,7 @@ def motion(tables, k, t):
         return start * r + 0.5 * slope * r * r + end * (t - r), pace * (start + slope * r)
     if kind == STEADY:
         return 0.0, 0.0
-    return call1(tables.motions[k, CALL], t), pace * call1(tables.motions[k, CALL_TOO], t)
+    return call(tables.motions[k, CALL], (t,)), pace * call(tables.motions[k, CALL_TOO], (t,))
 
 
 @draft
@@ -69,4 +69,4 @@ def second_rate(tables, k, t, side):
     if kind == STEADY:
         return 0.0
     speed, h = tables.motions[k, CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
-    return pace * pace * (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)
+    return pace * pace * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.calls import call_array
+from ..laws.calls import call
 from .compiling import draft, noinline
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
@@ -33,7 +33,7 @@ def _counts(tables, k):
 def _value(tables, work, k, r, count):
     """Component r of the force, or the rate of a state; what its law is a function of stands in work.element."""
     factor = tables.factors[k] if r < count else 1.0
-    return factor * call_array(tables.laws[tables.forces[k, LAW_OF] + r, CALL], work.element)
+    return factor * call(tables.laws[tables.forces[k, LAW_OF] + r, CALL], work.element)
 
 
 @draft

@@ -10,7 +10,7 @@ pytest.importorskip("numba")
 
 from buckler.mbs.functions import TURN, Components, Expression, numbers_of
 from buckler.mbs.laws import compiled
-from buckler.mbs.laws.compiled import array_pointer, function_pointer, method_pointer
+from buckler.mbs.laws.compiled import function_pointer
 
 
 def rise(t):
@@ -28,7 +28,8 @@ FORMULAS = {
 
 
 def called(pointer, *values):
-    return ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * len(values))(pointer.address)(*values)
+    kind = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))
+    return kind(pointer.address)((ctypes.c_double * len(values))(*values))
 
 
 @pytest.mark.parametrize("text", FORMULAS)
@@ -42,7 +43,7 @@ def test_a_formula_is_machine_code_and_right(text):
 
 def test_components_and_states_are_compiled_too():
     parts = numbers_of(Components((Expression("state1*t"), Expression("2*x"))), ["t", "x", "y", "vx", "vy", "state1"])
-    assert all(array_pointer(part, 6).compiled for part in parts)
+    assert all(function_pointer(part, 6).compiled for part in parts)
 
 
 def test_a_function_made_anew_is_the_machine_code_that_is_there():
@@ -77,10 +78,10 @@ def test_what_a_function_uses_may_change(monkeypatch):
 
     spring = Spring()
     spring.stiffness = 10.0
-    first = method_pointer(spring, "force", 1)
-    assert method_pointer(spring, "force", 1) is first and first.compiled
+    first = function_pointer(spring.force, 1)
+    assert function_pointer(spring.force, 1) is first and first.compiled
     spring.stiffness = 20.0
-    assert (called(first, 1.0), called(method_pointer(spring, "force", 1), 1.0)) == (10.0, 20.0)
+    assert (called(first, 1.0), called(function_pointer(spring.force, 1), 1.0)) == (10.0, 20.0)
 
 
 def test_the_newest_functions_are_kept(monkeypatch):
