@@ -4,10 +4,7 @@
 (without the overhead of a NumPy call), an array of any shape, and a compiler.
 """
 
-from math import inf
 from typing import Any, TypeAlias
-
-from ..validate import number
 
 Reals: TypeAlias = Any
 """Argument and value of a law: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
@@ -36,9 +33,3 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
     """
     fraction = saturate(ramp((x - x0) / (x1 - x0)))
     return h0 + (h1 - h0) * fraction * fraction * (3.0 - 2.0 * fraction)
-
-
-def keep(law: object, unit: str, *names: str, low: float = 0.0, high: float = inf, open_low: bool = False) -> None:
-    """Check parameters of a law of your own, a frozen dataclass, against [low, high] or (low, high], and keep them as floats."""
-    for name in names:
-        object.__setattr__(law, name, number(name, getattr(law, name), low, high, unit, open_low=open_low))

@@ -13,8 +13,9 @@ import numpy as np
 from ..geometry import Array
 from ..record.lookup import quintic
 from .explicit import look
-from .output import DormandPrince, Output, dormand_prince_state
+from .output import DormandPrince, Output
 from .scene import CompiledScene
+from .start import dormand_prince_state
 from .tables import BRISTLE
 
 BARE = 1e-9

@@ -6,7 +6,8 @@ import numpy as np
 
 from .compiling import jit
 from .fronts import factor, solve
-from .kernel import add_multipliers, add_rows, constraints, forces, mass_matrix, tangents
+from .kernel import add_multipliers, add_rows, changes_at, forces, mass_matrix, rows_at, tangents
+from .lawtable import AFTER
 from .markers import curve, measure, place_markers
 from .strips import carry_stresses
 
@@ -42,7 +43,8 @@ def assemble(tables, work, now, matrices, force, sides):
     every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if every:
         tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
-    constraints(tables, work, now.time, jacobian, sides[0], sides[1], sides[2])
+    rows_at(tables, work, now.time, sides[0], jacobian, sides[1])
+    changes_at(tables, work, now.time, AFTER, sides[2])
     if every:
         add_multipliers(tables, work, now.q, now.lam, matrices[2])
     add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
@@ -58,9 +60,9 @@ def carry(tables, work, shift):
 def accelerate(tables, order, work, q, x):
     """Solve M a + G^T lambda = force, G a = change at coordinates q in place, for x = (force, change)."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
-    jacobian, unused = np.zeros(tables.members.size), np.zeros((3, r))
+    jacobian, unused = np.zeros(tables.members.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
-    constraints(tables, work, 0.0, jacobian, unused[0], unused[1], unused[2])
+    rows_at(tables, work, 0.0, unused[0], jacobian, unused[1])
     mass_matrix(tables, work, q, values)
     add_rows(tables, jacobian, values)
     factors, swaps = np.zeros(order.fronts[-1, 3] + order.fronts[-1, 1] ** 2), np.zeros(order.unknowns.size, np.int64)

@@ -17,12 +17,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
-from .tables import Tables
 
 
 class Fronts(NamedTuple):
@@ -65,28 +64,6 @@ class _Front(NamedTuple):
     pivots: list[int]
     later: list[int]
     row: bool
-
-
-class Arrays(Protocol):
-    """Parts of a scene that integrators need: its tables, coordinates and orders of elimination."""
-
-    tables: Tables
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-
-    @property
-    def units(self) -> Array:
-        """Large change of each coordinate."""
-
-    @property
-    def fronts(self) -> Fronts:
-        """Order for Newton's matrices."""
-
-    @property
-    def heavy_fronts(self) -> Fronts:
-        """Order for the mass matrix and the constraints."""
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:

@@ -196,15 +196,8 @@ def _try(model, clock, h, last, controls, counts):
         if clock.wanted < controls.shortest:
             counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
         return False
-    first = first_onset(
-        model.tables,
-        flight.before,
-        model.work.reports,
-        h,
-        max(1e-3 * controls.tolerance, 1e-12) * flight.units.max(),
-        0.0,
-        controls.located,
-    )
+    landing = max(1e-3 * controls.tolerance, 1e-12) * flight.units.max()
+    first = first_onset(model.tables, flight.before, model.work.reports, h, landing, 0.0, controls.located)
     if first < 1.0 and h * first > controls.shortest:
         clock.held, clock.wanted = max(clock.held, h), h * first
         return False
@@ -248,9 +241,8 @@ def run_explicit(model, clock, controls, stops, out, counts):
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < out.time.size:
         stop = _next_stop(clock, controls, stops)
         h = min(clock.wanted, controls.longest)
-        if (
-            clock.time + (1.0 if clock.held > 0.0 else 1.0001) * h >= stop
-        ):  # not beyond an onset, which would be stepped over again
+        reach = 1.0 if clock.held > 0.0 else 1.0001  # not beyond an onset, which would be stepped over again
+        if clock.time + reach * h >= stop:
             h = stop - clock.time
         last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.budget:

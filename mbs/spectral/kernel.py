@@ -9,7 +9,7 @@ import numpy as np
 
 from .compiling import copy, draft, inline, noinline
 from .forces import add_forces, bend_forces
-from .lawtable import AFTER, motion, second_rate
+from .lawtable import motion, second_rate
 from .markers import (
     add_entries,
     add_geometric,
@@ -234,7 +234,11 @@ def change_at(tables, work, r, t, side, change):
 
 @noinline
 def rows_at(tables, work, t, residual, jacobian, speed):
-    """The same of all constraints."""
+    """Residuals g, Jacobian G and right sides of G v = speed. Markers are placed.
+
+    G's entries stand as the blocks' members do: those of row r from `blocks[r, 0]` on, its own multiplier's, the last, without
+    meaning.
+    """
     for r in range(tables.rows.shape[0]):
         row_at(tables, work, r, t, residual, jacobian, speed)
 
@@ -244,18 +248,6 @@ def changes_at(tables, work, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(tables.rows.shape[0]):
         change_at(tables, work, r, t, side, change)
-
-
-@noinline
-def constraints(tables, work, t, jacobian, residual, speed, change):
-    """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed.
-
-    G's entries stand as the blocks' members do: those of row r from `blocks[r, 0]` on, its own multiplier's, the last, without
-    meaning.
-    """
-    for r in range(tables.rows.shape[0]):
-        row_at(tables, work, r, t, residual, jacobian, speed)
-        change_at(tables, work, r, t, AFTER, change)
 
 
 @draft

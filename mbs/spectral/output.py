@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .elimination import Arrays, Fronts
+from .elimination import Fronts
 from .fronts import Orders
-from .tables import BRISTLE, Tables, Work
+from .tables import Tables, Work
 
 Record = Any
 """A record, whose fields are read by name."""
@@ -89,30 +89,6 @@ class Radau(NamedTuple):
     state: RadauState
 
 
-def radau_state(scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Make room for a run of a scene from this state."""
-    tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
-    n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
-    m, z, slots = n + r, np.zeros, len(tables.mass)
-    members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
-    return RadauState(
-        q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
-        places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
-        stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
-        residual=z((3, m)), right=z(m), step=z(m),
-        swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
-        change=z(r), jacobian=z(members), base=z(members), mass=z(slots), damping=z(slots), stiffness=z(slots),
-        matrix=z(slots), twisted=z(slots, dtype=complex),
-        real=z(newton.size), complex=z(newton.size, dtype=complex), real_swaps=z(len(newton.unknowns), dtype=np.int64),
-        complex_swaps=z(len(newton.unknowns), dtype=np.int64), bare=tables.mass.copy(), heavy=z(mass.size),
-        heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
-        amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
-        memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
-        largest=z(k), old=memory.copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
-        across=z(e), turn=z((e, 2)), ease=np.ones(1),
-    )  # fmt: skip
-
-
 DormandPrinceState = namedtuple(
     "DormandPrinceState",
     "y new trial rates lam force residual speed change jacobian factored matrix factors swaps amount part right memory "
@@ -128,22 +104,3 @@ class DormandPrince(NamedTuple):
     order: Fronts
     work: Work
     flight: DormandPrinceState
-
-
-def dormand_prince_state(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrinceState:
-    """Make room for a run of a scene from this state."""
-    n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
-    y = np.concatenate([q, v, memory[:, BRISTLE]])
-    pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
-    return DormandPrinceState(
-        y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
-        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
-        z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
-        scene.units, z(1, dtype=np.int64), np.array([int(_modal_links_are_free(s))]),
-    )  # fmt: skip
-
-
-def _modal_links_are_free(tables: Tables) -> bool:
-    """Check that there are modal links, and that no constraint touches them."""
-    held = {int(x) for at, m, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + m]}
-    return len(tables.modal) > 0 and all(held.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())

@@ -25,34 +25,8 @@ class Block(NamedTuple):
     parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)
 
 
-class Sparsity(NamedTuple):
-    """Slots of all blocks.
-
-    Attributes
-    ----------
-    blocks : array of int, shape (blocks, 3)
-        Where its unknowns begin and how many, where its slots begin, row by row.
-    members : array of int
-        Unknowns.
-    slots : array of int
-        What is never filled has the one after the last.
-    row, col : array of int, shape (slots,)
-    """
-
-    blocks: Array
-    members: Array
-    slots: Array
-    row: Array
-    col: Array
-
-    def add(self, block: int, entries: Array, values: Array) -> None:
-        """Add a block's entries, (count, count), to values (slots + 1,)."""
-        _, count, first = self.blocks[block]
-        np.add.at(values, self.slots[first : first + count**2], np.ravel(entries))
-
-
-def sparsity_of(blocks: Sequence[Block], unknowns: int) -> Sparsity:
-    """Slots for blocks."""
+def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
+    """First five of `Tables`: blocks, members, slots, row, col. What is never filled has the slot after the last."""
     table = np.zeros((len(blocks), 3), dtype=np.int64)
     members: list[Array] = [np.empty(0, dtype=np.int64)]
     pairs: list[Array] = [np.empty(0, dtype=np.int64)]
@@ -70,7 +44,7 @@ def sparsity_of(blocks: Sequence[Block], unknowns: int) -> Sparsity:
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)
     if len(found) and found[0] < 0:
         found, slots = found[1:], np.where(slots == 0, len(found) - 1, slots - 1)
-    return Sparsity(table, np.concatenate(members), slots, *np.divmod(found, max(unknowns, 1)))
+    return table, np.concatenate(members), slots, *np.divmod(found, max(unknowns, 1))
 
 
 def _blocks(builder: Builder) -> list[Block]:
@@ -120,20 +94,20 @@ def pack(builder: Builder) -> Tables:
     for at, amount in builder.weights:
         np.add.at(weight, at, amount)
     blocks = _blocks(builder)
-    sparsity = sparsity_of(blocks, n + len(builder.rows))
-    mass = np.zeros(len(sparsity.row) + 1)
-    for i, (_, block) in enumerate(builder.masses, len(blocks) - len(builder.masses)):
-        sparsity.add(i, block, mass)
+    table, members, slots, row, col = _slots_of(blocks, n + len(builder.rows))
+    mass = np.zeros(len(row) + 1)
+    for (_, count, first), (_, block) in zip(table[len(blocks) - len(builder.masses) :], builder.masses, strict=True):
+        np.add.at(mass, slots[first : first + count**2], np.ravel(block))
     heavy = np.flatnonzero(mass)
     forces = [
         (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
         for f in builder.forces
     ]
     return Tables(
-        *sparsity,
+        *(table, members, slots, row, col),
         mass=mass,
-        mass_first=np.searchsorted(sparsity.row[heavy], np.arange(n + 1)),
-        mass_col=sparsity.col[heavy],
+        mass_first=np.searchsorted(row[heavy], np.arange(n + 1)),
+        mass_col=col[heavy],
         mass_value=mass[heavy],
         weight=weight,
         modal=_whole(builder.modal, 3),

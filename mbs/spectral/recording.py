@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,14 +26,6 @@ from .tables import Instant
 
 Frame = tuple[int, float, float, Array]
 """Marker of a rigid link's own centre of mass, the link's mass [kg], inertia [kg m^2], and place at t = 0 [m]."""
-
-
-class Trace(NamedTuple):
-    """Motion of one marker: x, y, angle, each (times, 3), with rates and second rates."""
-
-    q: Array
-    q_t: Array
-    q_tt: Array
 
 
 @jit
@@ -62,24 +54,18 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     guides, frames = mark_record(scene)
     traces, reports = follow_markers(scene, out)
 
-    def trace(marker: int) -> Trace:
-        """Return the motion of a marker: places, speeds, accelerations."""
-        t = traces[:, marker]
-        return Trace(t[:, :3], t[:, 3:6], t[:, 6:])
-
     links: dict[str, Any] = {}
     for link in mechanism.links:
         body = builder.bodies[link.name]
         if link.name in frames:
             marker, mass, inertia, centre = frames[link.name]
-            found = trace(marker)
             arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
-            links[link.name] = RigidMotion(mass, inertia, arms, *found)
+            links[link.name] = RigidMotion(mass, inertia, arms, *np.split(traces[:, marker], 3, axis=1))
         elif isinstance(body, FrameBody):
             links[link.name] = _modal(link, body, out)
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
-    blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
+    blocks = {point: _block(mechanism, point, traces[:, marker]) for point, marker in guides.items()}
     return Record(
         mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.source.undetermined
     )
@@ -127,12 +113,11 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
 
 
-def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
+def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
-    return BlockMotion(
-        guide.mass, origin, guide.along, (trace.q[:, :2] - origin) @ along, trace.q_t[:, :2] @ along, trace.q_tt[:, :2] @ along
-    )
+    way, rate, second = ((trace[:, i : i + 2] - zero) @ along for i, zero in ((0, origin), (3, 0.0), (6, 0.0)))
+    return BlockMotion(guide.mass, origin, guide.along, way, rate, second)
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:

@@ -20,10 +20,10 @@ from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
 from .fronts import Orders
-from .output import DormandPrince, Output, Radau, dormand_prince_state, radau_state
+from .output import DormandPrince, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
-from .start import Balance, balance, begin
+from .start import Balance, balance, begin, dormand_prince_state, radau_state
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 
 CLOSE = 1e-4

@@ -213,26 +213,11 @@ def work_for(tables: Tables) -> Work:
     """Make room for these tables."""
     strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
     block = int(tables.blocks[:, 1].max(initial=1))
-    work = Work(
-        np.zeros((len(tables.markers), 11)),
-        np.zeros((3, len(tables.places))),
-        np.zeros((3, len(tables.places))),
-        np.zeros(6),
-        np.zeros((6, 6)),
-        np.zeros(6),
-        np.zeros((6, 6)),
-        np.zeros((6, 6)),
-        np.zeros(max(9 * strip, block)),
-        np.zeros((block, block)),
-        np.zeros((block, block)),
-        np.zeros(1),
-        np.zeros((points, 3)),
-        np.zeros((points, 3)),
-        np.zeros((points, 3, 4)),
-        np.zeros((points, 4)),
-        np.zeros((points, 3)),
-        np.zeros((len(tables.forces), 8)),
-    )
+    markers, places, forces = len(tables.markers), len(tables.places), len(tables.forces)
+    shapes: list[tuple[int, ...]] = [(markers, 11), (3, places), (3, places), (6,), (6, 6), (6,), (6, 6), (6, 6)]
+    shapes += [(max(9 * strip, block),), (block, block), (block, block), (1,)]
+    shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, 8)]
+    work = Work(*(np.zeros(shape) for shape in shapes))
     for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):
         if kind == GROUND:
             work.state[i, :3] = tables.data[data : data + 3]

@@ -14,7 +14,7 @@ from buckler.mbs.elements import Clearance, Modal, Rigid, Section
 from buckler.mbs.laws import AdamsFriction, Ambrosio, Coulomb, ExactRestitution, Impact, KelvinVoigt, LuGre, Stribeck, Threlfall
 from buckler.mbs.library import RATTLING, crank_rocker
 from buckler.mbs.modal import BarModes
-from buckler.mbs.spectral import kernel, output
+from buckler.mbs.spectral import kernel, start
 from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.lawtable import friction, normal_force
 from buckler.mbs.spectral.output import Output
@@ -175,7 +175,7 @@ def test_modes_that_no_constraint_touches_accelerate_as_by_the_whole_matrix(monk
     q, v = scene.q0 + 1e-2 * draw.normal(size=(1, n)), 3.0 * draw.normal(size=(1, n))
     row = Output(time, q, v, np.zeros((1, n)), np.zeros((1, len(scene.row_names))), scene.memory()[None])
     found = at_times(scene, row, time).a
-    monkeypatch.setattr(output, "_modal_links_are_free", lambda tables: False)
+    monkeypatch.setattr(start, "_modal_links_are_free", lambda tables: False)
     whole = at_times(scene, row, time).a
     assert scene.tables.modal.shape[0] == 1
     np.testing.assert_allclose(found, whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max())
