@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring, fit, simulate
+from buckler.mbs.sensitivity.data import read_csv
 
 GRAVITY, MASS = 9.81, 0.5
 TRUE = {"length": 0.620, "damping": 4e-3, "angle": 0.7, "time_zero": 3.215}
@@ -45,7 +46,7 @@ def record(path):
 free = {"length": (0.5, 0.8), "damping": (0.0, 0.02), "angle": (0.5, 0.9), "time_zero": (3.1, 3.3)}
 with TemporaryDirectory() as folder:
     record(file := Path(folder) / "swing.txt")
-    found = fit(pendulum, file, signals=["Place=A.x"], start=0, free=free, starts=2)
+    found = fit(pendulum, read_csv(file, ["Place=A.x"], start=0), free=free, starts=2)
 print(found)
 widths = {name: high - low for name, (low, high) in found.intervals.items()}
 assert all(abs(found.values[name] - true) < widths[name] < 0.2 * true for name, true in TRUE.items())

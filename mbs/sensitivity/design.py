@@ -83,7 +83,6 @@ def optimise(
     solver: Spectral | None = None,
     start: Mapping[str, float] | None = None,
     starts: int = 8,
-    seed: int = 0,
     budget: int = BUDGET,
 ) -> Design:
     """Choose numbers of a mechanism.
@@ -109,8 +108,6 @@ def optimise(
         Where the search begins: numbers by the names of ranges, SI; the middle of those that are not named.
     starts : int
         That point, and points of a Halton sequence over the ranges; minima are sought from the best of them.
-    seed : int
-        Of the starts.
     budget : int
         Largest number of runs, those for derivatives among them; then the best design so far is returned, with `complete` False.
 
@@ -140,7 +137,7 @@ def optimise(
     check_ranges(free)
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
-    others = qmc.Halton(len(free), rng=np.random.default_rng(seed)).random(count - 1)
+    others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
     search = Search(family, used, minimise, wants, dict(free), span, solver or replace(STEADY, degree=8), budget)
     return _answer(search, [_first(free, start or {}), *others])
 

@@ -19,7 +19,7 @@ from ..process import TimeUpError
 from ..solvers import Spectral
 from ..units import behind
 from ..validate import whole
-from .data import Experiment, read_csv
+from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
 from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
@@ -123,16 +123,12 @@ class Fit:
 
 def fit(
     mechanism: Source,
-    data: Experiment | Sequence[Experiment] | str | Path,
+    data: Experiment | Sequence[Experiment],
     *,
     free: Mapping[str, Bounds],
-    signals: Sequence[str] = (),
-    settings: Sequence[str] = (),
-    start: float | None = None,
     solver: Spectral | None = None,
     starts: int = 8,
     profiles: Sequence[str] = (),
-    seed: int = 0,
 ) -> Fit:
     """Fit numbers of a mechanism to what was measured.
 
@@ -140,8 +136,8 @@ def fit(
     ----------
     mechanism : Mechanism, mapping or callable
         Or the content of its file; or a function that makes one of the numbers in `free` and the experiments' settings.
-    data : Experiment, sequence of Experiment, or path of a text file
-        Of a file, `signals`, `settings` and `start` are those of `read_csv`.
+    data : Experiment or sequence of Experiment
+        As `read_csv` reads them from a text file.
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI. `time_zero` is the time of the data at which the run begins.
     solver : Spectral, optional
@@ -150,8 +146,6 @@ def fit(
         Points of a Halton sequence over the ranges; least squares are sought from the best of them.
     profiles : sequence of str
         Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
-    seed : int
-        Of the starts.
 
     Returns
     -------
@@ -172,23 +166,21 @@ def fit(
     """
     needs_compiler()
     whole("starts", starts, 1, 10**9)
-    if isinstance(data, str | Path):
-        data = read_csv(data, signals, settings, start)
     problem = Problem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    best = _find_best(problem, starts, seed)
+    best = _find_best(problem, starts)
     if not problem.has_errors and not problem.stopped:
         problem.weigh(best)
         best = _solve(problem, best)
     return _answer(problem, best, {name: _profile(problem, best, name) for name in profiles})
 
 
-def _find_best(problem: Problem, starts: int, seed: int) -> Array:
+def _find_best(problem: Problem, starts: int) -> Array:
     """Find the best point from the middle and from points of a Halton sequence."""
     d, alive, ends = len(problem.names), list[tuple[float, Array]](), list[Array]()
     try:
-        for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)]):
+        for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
             if not np.all((r := problem.residuals(x)) == FAR):
                 alive.append((float(r @ r), x))
         alive.sort(key=lambda pair: pair[0])

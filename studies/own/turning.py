@@ -11,6 +11,7 @@ from typing import Any
 
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
+from buckler.mbs.sensitivity.data import read_csv
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
@@ -81,10 +82,8 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     free = dict(read_range(file.document, text) for text in options.free)
     out = writable(options.out / f"{options.file.stem}-fit")
     with count("runs"):
-        found = fitted(
-            file.document, options.data, free=free, signals=options.signal, settings=options.setting,
-            start=options.start, starts=options.starts, profiles=options.profile,
-        )  # fmt: skip
+        data = read_csv(options.data, options.signal, options.setting, options.start)
+        found = fitted(file.document, data, free=free, starts=options.starts, profiles=options.profile)
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
     page = found.write_html(out / "report.html", f"{options.file.stem}: fit to {options.data.name}")
