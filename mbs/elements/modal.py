@@ -158,8 +158,8 @@ class Modal(Body):
 
     Examples
     --------
-    >>> Modal(Section(width=0.03, thickness=5e-3), damping=0.02).order
-    2
+    >>> Modal(Section(width=0.03, thickness=5e-3), damping=0.02).mesh.elements
+    (16, 2, 1)
     """
 
     linear: ClassVar[bool] = True
@@ -167,7 +167,7 @@ class Modal(Body):
     section: Section = part(Section, doc="thickness in the plane, width normal to it, material")
     modes: FreeModes | CraigBampton | BarModes = part(
         FreeModes, CraigBampton, BarModes, example="FreeModes(numbers), CraigBampton(numbers) or BarModes()",
-        doc="by default the three lowest free modes in the plane; `BarModes` need no solid: no mesh, interface or order",
+        doc="by default the three lowest free modes in the plane; `BarModes` need no solid: no mesh or interface",
         default_factory=lambda: FreeModes((1, 2, 3), counting="in-plane"),
     )  # fmt: skip
     damping: float | tuple[float, ...] | AdamsDamping = field(
@@ -181,7 +181,6 @@ class Modal(Body):
         "which nodes the joints hold; any function of (nodes, joint) in link axes that returns a mask will do",
         default_factory=EndFace,
     )
-    order: int = whole(1, 2, doc="of the finite-element displacement", default=2)
 
     def agree(self) -> None:
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):

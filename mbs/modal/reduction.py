@@ -101,7 +101,7 @@ def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:
             raise ValueError(f"mesh '{mesh.path}': distance of its joints = {span:.9g} m: {wanted}")
     else:
         grid = bar_grid(length, section.thickness, section.width, mesh.elements)
-    return reduce_solid(assemble(grid, length, section.material, modal.order, section.width), modal)
+    return reduce_solid(assemble(grid, length, section.material, section.width), modal)
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:

@@ -14,7 +14,7 @@ import scipy
 
 from ..elements.section import Material
 from ..geometry import Array
-from ..validate import number, whole
+from ..validate import number
 from .mesh import corners_of, skfem
 
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
@@ -80,8 +80,8 @@ class Solid:
         return np.asarray(self.mass.sum(axis=0)).ravel() @ self.nodes / self.mass.sum()
 
 
-def assemble(grid: Any, length: float, material: Material, order: int = 2, width: float = 1.0) -> Solid:
-    """Assemble mass and stiffness of linear elasticity.
+def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -> Solid:
+    """Assemble mass and stiffness of linear elasticity, of second order on all cells, as first-order ones lock in bending.
 
     Parameters
     ----------
@@ -91,19 +91,16 @@ def assemble(grid: Any, length: float, material: Material, order: int = 2, width
         Distance of the joints [m].
     material : Material
         Isotropic; Poisson's ratio below 0.5.
-    order : int
-        Of the displacement, 1 or 2; 2 also on a mesh of first-order cells, as first-order ones lock in bending.
     width : float
         Size of a planar mesh normal to the plane [m], in plane stress.
     """
     fem = skfem()
     from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
-    whole("order", order, 1, 2)
     nu = number("poisson", material.poisson, -0.999, 0.499, "1")
     shape, degree = type(grid).__name__[4:-1], type(grid).__name__[-1]  # MeshTet1, MeshHex2, ...
-    element = getattr(fem, f"Element{shape}{'P' if shape in ('Tet', 'Tri') else ''}{order}")()
-    points = 2 * order if degree == "1" else 2 * order + 2
+    element = getattr(fem, f"Element{shape}{'P' if shape in ('Tet', 'Tri') else ''}2")()
+    points = 4 if degree == "1" else 6
     basis, vectors = (fem.Basis(grid, each, intorder=points) for each in (element, fem.ElementVector(element)))
     planar = grid.p.shape[0] == 2
     size, moduli = (width, plane_stress) if planar else (1.0, lame_parameters)

@@ -39,7 +39,7 @@ class Curve:
     time: Array
     x: Array
 
-    def integral(self) -> float:
+    def impulse(self) -> float:
         """Return the integral over the run."""
         return float(np.trapezoid(self.x, self.time))
 
@@ -95,14 +95,10 @@ class Curve:
         """Return the least value."""
         return -type(self)(self.time, -self.x).max()
 
-    def impulse(self) -> float:
-        """Return the integral over the run."""
-        return self.integral()
-
     def mean(self) -> float:
         """Return the mean over time."""
         span = float(self.time[-1] - self.time[0])
-        return self.integral() / span if span > 0 else float(self.x[-1])
+        return self.impulse() / span if span > 0 else float(self.x[-1])
 
     def rms(self) -> float:
         """Return the root mean square over time."""
@@ -154,10 +150,10 @@ class Smooth(Curve):
             found[some] = np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale
         return found
 
-    def integral(self) -> float:
+    def impulse(self) -> float:
         """Return the integral of the cubics."""
         h = np.diff(self.time)
-        return super().integral() + float(h**2 @ (self.slopes[:-1] - self.slopes[1:])) / 12
+        return super().impulse() + float(h**2 @ (self.slopes[:-1] - self.slopes[1:])) / 12
 
     def max(self) -> float:
         """Return the maximum of the cubics next to the largest sample."""

@@ -190,9 +190,9 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             a, b = _unit(left, units), _unit(right, units)
             if isinstance(operator, ast.Add | ast.Sub):
                 return a if a == b else ""
-            if isinstance(operator, ast.Mult | ast.Div):
-                return _product(operator, a, b)
-            return "1" if a == "1" else ""
+            if isinstance(operator, ast.Mult | ast.Div) and "1" in (b, a if isinstance(operator, ast.Mult) else b):
+                return a if b == "1" else b
+            return "1" if (a == b != "" and isinstance(operator, ast.Div)) or (a == "1" and isinstance(operator, ast.Pow)) else ""
         case ast.Call(func=ast.Name(id=name), args=arguments):
             inner = _unit(arguments[0], units)
             if name in ("when", "begins", "ends"):
@@ -201,12 +201,3 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
                 return "s" if inner == "1" else f"{inner} s" if inner else ""
             return inner if name in KEEPS_UNIT or inner == "1" else "1" if name in ("sin", "cos") else ""
     return ""
-
-
-def _product(operator: ast.operator, one: str, other: str) -> str:
-    """Return the unit of a product or quotient with a number, or of one that cancels; '' otherwise."""
-    if other == "1":
-        return one
-    if isinstance(operator, ast.Mult):
-        return other if one == "1" else ""
-    return "1" if one == other != "" else ""

@@ -11,6 +11,7 @@ doi 10.1090/S0025-5718-1980-0583502-2.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TypeAlias
 
 import numpy as np
@@ -92,41 +93,6 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     return csr_array(units[:, None] * csr_array(block_diag(spans))[np.argsort(places)])
 
 
-def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array] | None:
-    """Compute at least `count` lowest -s^2 of sparse symmetric matrices, and all below minus the shift; vectors.
-
-    Returns None where these are too many for Lanczos's method, or a pivot is zero.
-    """
-    size = m.shape[0]
-    while 4 * (count + SPARE) < size:
-        try:
-            factors, below = _factors(m, k, -shift)
-            if below + count + SPARE > size // 2:
-                break
-            squared, vectors = _lanczos(m, factors, shift, below, count + SPARE)
-            ends = np.arange(below + count, len(squared))
-            kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
-            if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
-                return squared[:kept], vectors[:, :kept], vectors[:, :kept]
-        except (ArithmeticError, ArpackError):
-            break
-        count *= 2
-    return None
-
-
-def _lanczos(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
-    """Compute the -s^2 nearest to minus the shift, ascending, on both sides, and vectors, by Lanczos's method."""
-    inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
-    sides = [
-        eigsh(m, count, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
-        for which, count in (("SA", below), ("LA", above))
-        if count
-    ]
-    squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
-    order = np.argsort(squared)
-    return squared[order], vectors[:, order]
-
-
 def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
     """Factorise K - value M; return factors and the number of eigenvalues below the value, by the signs of the pivots."""
     moved = csc_array(k - value * m)
@@ -164,8 +130,26 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
 
 
 def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """Compute at least `count` lowest of sparse matrices; all where Lanczos's method fails."""
-    return nearest(m, k, shift, count) or modes_of_symmetric(m.toarray(), k.toarray(), shift)
+    """Compute at least `count` lowest -s^2 of sparse symmetric matrices, and all below minus the shift; vectors.
+
+    Where these are too many for Lanczos's method, one is missing or a pivot is zero, dense matrices give all.
+    """
+    with suppress(ArithmeticError, ArpackError):
+        factors, below = _factors(m, k, -shift)
+        if 2 * (below + count + SPARE) <= m.shape[0]:
+            inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
+            sides = [
+                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
+                for which, number in (("SA", below), ("LA", count + SPARE))
+                if number
+            ]
+            squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
+            order = np.argsort(squared)
+            squared, ends = squared[order], np.arange(below + count, len(squared))
+            kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
+            if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
+                return squared[:kept], vectors[:, order[:kept]], vectors[:, order[:kept]]
+    return modes_of_symmetric(m.toarray(), k.toarray(), shift)
 
 
 def has_entries(matrix: Matrix) -> bool:

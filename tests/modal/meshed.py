@@ -13,6 +13,6 @@ FLAT = Section(width=WIDE, thickness=THIN, material=STEEL)  # bends over its 5 m
 TALL = Section(width=THIN, thickness=WIDE, material=STEEL)  # bends over its 20 mm
 
 
-def solid_bar(depth, width, elements, material=STEEL, order=2):
+def solid_bar(depth, width, elements, material=STEEL):
     """Matrices of a bar of hexahedra."""
-    return assemble(bar_grid(LENGTH, depth, width, elements), LENGTH, material, order)
+    return assemble(bar_grid(LENGTH, depth, width, elements), LENGTH, material)
