@@ -12,7 +12,7 @@ standard errors are those of the members' means.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from math import floor
@@ -24,23 +24,20 @@ from tqdm import tqdm
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.lookup import unknown
-from ..record.record import Record
-from ..record.signals import collect
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
+from ..spectral.channels import Channels
 from ..spectral.dense import refine_times
 from ..spectral.output import Output
-from ..spectral.recording import mark_record, record_of
 from ..spectral.run import State, explicitly, integrate
 from ..spectral.scene import CompiledScene
 from ..spectral.start import begin
+from ..spectral.statistics import Accumulator
 from ..spectral.tables import JOURNAL, KIND
 from ..validate import one_of, positive, whole
 from .members import Members, split
 from .readings import Reading, columns, formulas_of, values_of
 from .result import Ensemble
-from .statistics import Accumulator
 
 CHUNK = 16
 """Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
@@ -51,10 +48,11 @@ Curve = Callable[[Array], Array]
 
 
 class Ready(NamedTuple):
-    """Compiled scene of a mechanism, its start, and True if its steps go over impacts."""
+    """Compiled scene of a mechanism, its start, its signals' columns, and True if its steps go over impacts."""
 
     scene: CompiledScene
     start: State
+    channels: Channels
     loose: bool
 
 
@@ -90,25 +88,27 @@ class Task:
         source = self.members.source(k)
         if source not in ready or self.members.paths:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
-            mark_record(scene)
-            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), steps_over_impacts(scene, self.solver))
+            names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
+            channels = Channels.of(scene, list(names))
+            loose = steps_over_impacts(scene, self.solver)
+            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), channels, loose)
         return ready[source]
 
     def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
         nothing = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
         formulas = formulas_of(self.readings)
-        names = {name for each in self.readings for name in each.signals if name not in self.curves}
         found, last = Accumulator.over(self.edges, len(formulas)), list[Output]()
 
         def take(out: Output) -> None:
             """Accumulate the formulas' values at the rows of a run."""
             if loose:
                 last[:], out = [out], fill(scene, last, out)
-            signals = signals_of(record_of(scene, out), names) | {name: curve(out.time) for name, curve in self.curves.items()}
+            signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
+            signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             found.add(out.time, columns(formulas, signals))
 
         try:
-            scene, start, loose = self._prepare(k, ready)
+            scene, start, channels, loose = self._prepare(k, ready)
             state = start._replace(q=start.q + self.members.shift(scene, k))
             _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=take)
         except (ValueError, KeyError) as error:
@@ -116,21 +116,6 @@ class Task:
         if failure is not None:
             return nothing, f"{failure[0]}: {failure[1]}"
         return values_of(self.readings, formulas, found), ""
-
-
-def signals_of(record: Record, names: Collection[str]) -> dict[str, Array]:
-    """Values of signals by name at the rows of a record.
-
-    Raises
-    ------
-    UnknownSignalError
-        If there is none of a name.
-    """
-    found = collect(record, " ".join(names))
-    for name in names:
-        if name not in found:
-            raise unknown(name, list(collect(record)))
-    return {name: found[name].values for name in names}
 
 
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
@@ -158,7 +143,7 @@ def ensemble(
     """Run a mechanism many times, with other numbers and other starts, and gather readings of each window of time.
 
     Members start with their journals anywhere in their bushes; without clearance, with an offset of 1e-9. Nothing is recorded:
-    the statistics are accumulated from stretch to stretch of a run. A member that fails is counted and named; its values are nan.
+    the statistics are accumulated by compiled code. A member that fails is counted and named; its values are nan.
 
     Parameters
     ----------

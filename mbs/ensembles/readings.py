@@ -21,7 +21,7 @@ import numpy as np
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
-from .statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION, Accumulator
+from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION, Accumulator
 
 Statistic = Callable[[Array, Array], Array]
 STATISTICS: dict[str, Statistic] = {

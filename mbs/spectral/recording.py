@@ -24,9 +24,6 @@ from .scene import CompiledScene
 from .strip_body import StripBody
 from .tables import Instant
 
-Frame = tuple[int, float, float, Array]
-"""Marker of a rigid link's own centre of mass, the link's mass [kg], inertia [kg m^2], and place at t = 0 [m]."""
-
 
 @jit
 def follow(tables, work, out, traces, reports):
@@ -51,7 +48,14 @@ def follow(tables, work, out, traces, reports):
 def record_of(scene: CompiledScene, out: Output) -> Record:
     """Turn what a run left into plain arrays of links, blocks and elements."""
     mechanism, builder = scene.mechanism, scene.builder
-    guides, frames = mark_record(scene)
+    guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
+    frames = {}
+    for link in mechanism.links:
+        body = builder.bodies[link.name]
+        if isinstance(body, FrameBody) and body.model is None:
+            frames[link.name] = _centre_frame(scene, link, body)
+    if len(builder.markers) > len(scene.tables.markers):
+        scene.refresh()
     traces, reports = follow_markers(scene, out)
 
     links: dict[str, Any] = {}
@@ -71,19 +75,6 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     )
 
 
-def mark_record(scene: CompiledScene) -> tuple[dict[str, int], dict[str, Frame]]:
-    """Markers of guides' points, and frames of rigid links, that a record is made of; the scene gets those that it lacks."""
-    mechanism, builder = scene.mechanism, scene.builder
-    guides = {guide.point: builder.marker(guide.link, guide.point) for guide in mechanism.guides}
-    bodies = ((link, builder.bodies[link.name]) for link in mechanism.links)
-    frames = {
-        link.name: _centre_frame(scene, link, body) for link, body in bodies if isinstance(body, FrameBody) and body.model is None
-    }
-    if len(builder.markers) > len(scene.tables.markers):
-        scene.refresh()
-    return guides, frames
-
-
 def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
     times = len(out.time)
@@ -92,7 +83,7 @@ def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
     return traces, reports
 
 
-def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> Frame:
+def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)

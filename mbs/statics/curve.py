@@ -152,7 +152,7 @@ class Curve:
     def fine(self) -> Curve:
         """Return the curve with finer steps and a higher degree."""
         one = self.shooting.scene
-        problem = self.problem.raised(0 if self.fixed or not has_strips(one) else RISE)
+        problem = self.problem.with_degree(0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
     def finer(self, orbit: Orbit) -> tuple[Curve, State, Array]:

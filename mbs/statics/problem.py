@@ -68,13 +68,13 @@ class Problem:
         extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
 
-    def raised(self, by: int) -> Problem:
+    def with_degree(self, by: int) -> Problem:
         """Return the problem with strips of a higher degree, and a separate scene."""
         return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + by))
 
     def refine(self, rest: Rest, by: int) -> tuple[Problem, Rest]:
         """Return the problem with strips of a higher degree, and the state prolonged to it."""
-        finer = self.raised(by)
+        finer = self.with_degree(by)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
         return finer, guess._replace(multipliers=finer.balancing(guess))
 

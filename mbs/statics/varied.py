@@ -44,7 +44,7 @@ class Varied(Problem):
             at.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
         return np.asarray((at[0] - at[1]) / (2 * step))
 
-    def raised(self, by: int) -> Varied:
+    def with_degree(self, by: int) -> Varied:
         """Return the problem with strips of a higher degree."""
         return Varied(Mechanism.from_dict(self.document), self.name, self.scene.degree + by)
 

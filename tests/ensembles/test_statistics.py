@@ -1,4 +1,4 @@
-"""Accumulated statistics against closed forms."""
+"""Accumulated statistics against closed forms, and signals as columns of the compiled solver against those of a record."""
 
 from math import pi, sqrt
 
@@ -7,9 +7,15 @@ import pytest
 
 from buckler import mbs
 from buckler.mbs.ensembles.readings import Reading
-from buckler.mbs.ensembles.statistics import Accumulator
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
+from buckler.mbs.modal import BarModes
+from buckler.mbs.record.signals import collect
+from buckler.mbs.spectral.channels import Channels
+from buckler.mbs.spectral.recording import record_of
+from buckler.mbs.spectral.run import integrate
+from buckler.mbs.spectral.scene import CompiledScene
+from buckler.mbs.spectral.statistics import Accumulator
 
 
 def rattling(speed=10 * pi, rocker=None, law=Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5)):  # noqa: B008
@@ -71,6 +77,35 @@ def test_a_jump_beside_a_long_step_makes_no_peak():
 def test_what_is_no_reading_is_refused(text):
     with pytest.raises(ValueError, match=r"statistics are max, min, mean"):
         Reading.of(text)
+
+
+def test_columns_are_the_signals_of_a_record():
+    names = [
+        "B.normal_force", "B.friction_force", "B.penetration", "O.sliding_speed", "rocker.ax", "coupler.y", "A.x", "B.vy",
+        "drive.torque", "B.journal_x",
+    ]  # fmt: skip
+    scene = CompiledScene.of(rattling())
+    channels = Channels.of(scene, names)
+    out, failure, _ = integrate(scene, 0.03, mbs.Spectral())
+    assert failure is None and len(channels.columns) == len(names) - 1  # the journal's place is made from the record
+    values, signals = channels.values(scene, out), collect(record_of(scene, out))
+    for k, name in enumerate(channels.names):
+        exact = signals[name].values
+        assert values[:, k] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+
+
+def test_places_of_a_modal_link_are_those_of_its_motion():
+    modal = mbs.Modal(mbs.Section(0.02, 0.005), BarModes(3, 1))
+    scene = CompiledScene.of(rattling(rocker=modal))
+    channels = Channels.of(scene, [f"rocker.{place}{what}" for place in ("", "middle.") for what in ("x", "vy", "ax")])
+    out, failure, _ = integrate(scene, 0.02, mbs.Spectral())
+    values, link = channels.values(scene, out), record_of(scene, out).links["rocker"]
+    assert failure is None and len(channels.columns) == 6
+    motion = link.motion("centre")
+    exact = [*link.centre(), motion.position, motion.velocity, motion.acceleration]
+    for k, (found, axis) in enumerate(zip(exact, (0, 1, 0, 0, 1, 0), strict=True)):
+        assert values[:, k] == pytest.approx(found[:, axis], abs=1e-8 * np.abs(found[:, axis]).max())
+    assert np.ptp(values[:, 5] - values[:, 2]) > 0.01 * np.ptp(values[:, 2])
 
 
 def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():

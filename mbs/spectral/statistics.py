@@ -1,0 +1,153 @@
+"""Statistics of columns over windows of time, accumulated stretch by stretch; compiled.
+
+Between rows a column is taken as linear, and split at the edges of windows. Rows are close where contacts act. A maximum between
+rows is that of the parabola through three of them. Total variation is that of samples at equal times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import Array
+from .compiling import inline, jit, noinline
+
+SUM, SQUARES, ABOVE, LARGEST, SMALLEST, ONSETS, LAST, VARIATION = range(8)
+"""Statistics of a column in a window: integral, integral of its square, time above zero [s], maximum, minimum, onsets (it rises
+above zero), value at the end of the window, total variation."""
+COUNT = 8
+T1, T2, ROWS, DRAWN, FIRST = range(5)
+"""State between stretches: times of the last two rows, rows and samples so far; then values of these rows, and last samples."""
+SAMPLES = 2000
+"""Samples a window of which the total variation is taken, as a drawing of a turn shows it."""
+OVERSHOOT = 0.125
+"""Largest height of a vertex over the middle row, of the larger difference of the rows: that of equal steps. Where a short step
+lies beside a long one the parabola of a kink has no bound.
+"""
+
+
+@dataclass(frozen=True)
+class Accumulator:
+    """Statistics of a run in the making.
+
+    Attributes
+    ----------
+    edges : array, shape (windows + 1,)
+        s.
+    found : array, shape (windows, columns, 8)
+    state : array, shape (4 + 3 columns,)
+    """
+
+    edges: Array
+    found: Array
+    state: Array
+
+    @classmethod
+    def over(cls, edges: Array, columns: int) -> Accumulator:
+        """Begin with nothing seen."""
+        found = np.zeros((len(edges) - 1, columns, COUNT))
+        found[..., LARGEST], found[..., SMALLEST], found[..., LAST] = -np.inf, np.inf, np.nan
+        return cls(edges, found, np.zeros(FIRST + 3 * columns))
+
+    def add(self, time: Array, values: Array) -> None:
+        """Take over the next rows, time (times,), values (times, columns)."""
+        accumulate(time, values, self.edges, self.found, self.state)
+
+
+@inline
+def piece(at, h, a, b):
+    """Add a stretch of length h on which a column goes from a to b."""
+    at[SUM] += 0.5 * h * (a + b)
+    at[SQUARES] += h * (a * a + a * b + b * b) / 3.0
+    if a > 0.0 and b > 0.0:
+        at[ABOVE] += h
+    elif a > 0.0 or b > 0.0:  # half of a stretch on which a contact, whose force is not negative, opens or closes
+        at[ABOVE] += h * (max(a, b) / abs(a - b) if a * b < 0.0 else 0.5)
+    if a <= 0.0 and b > 0.0:
+        at[ONSETS] += 1.0
+    at[LARGEST] = max(at[LARGEST], max(a, b))
+    at[SMALLEST] = min(at[SMALLEST], min(a, b))
+
+
+@noinline
+def vertices(t, value, edges, found, state):
+    """Take the vertices of parabolas through the last two rows and this one, where the middle one is an extreme."""
+    columns, windows = value.size, edges.size - 1
+    if state[ROWS] < 2.0:
+        return
+    window = 0
+    while window < windows - 1 and edges[window + 1] <= state[T1]:
+        window += 1
+    if state[T1] < edges[window] or state[T1] > edges[windows]:
+        return
+    h1, h2 = state[T1] - state[T2], t - state[T1]
+    for c in range(columns):
+        a, b, d = state[FIRST + columns + c], state[FIRST + c], value[c]
+        if (b - a) * (d - b) < 0.0 and a * b * d != 0.0:  # a force has a kink where its contact opens
+            s1, s2 = (b - a) / h1, (d - b) / h2
+            bend = (s2 - s1) / (h1 + h2)
+            slope = (s1 * h2 + s2 * h1) / (h1 + h2)
+            height = min(slope * slope / (4.0 * abs(bend)), OVERSHOOT * max(abs(b - a), abs(d - b)))
+            if bend < 0.0:
+                found[window, c, LARGEST] = max(found[window, c, LARGEST], b + height)
+            else:
+                found[window, c, SMALLEST] = min(found[window, c, SMALLEST], b - height)
+
+
+@noinline
+def draw(t, value, edges, found, state):
+    """Add changes from sample to sample up to time t, between the last row and this one."""
+    columns, windows = value.size, edges.size - 1
+    while state[DRAWN] <= windows * SAMPLES:
+        k = int(state[DRAWN])
+        window = min(k // SAMPLES, windows - 1)
+        at = edges[window] + (k - window * SAMPLES) * (edges[window + 1] - edges[window]) / SAMPLES
+        if at > t:
+            break
+        share = (at - state[T1]) / (t - state[T1]) if state[ROWS] > 0.0 else 1.0
+        for c in range(columns):
+            sample = value[c] - (1.0 - share) * (value[c] - state[FIRST + c])
+            if k > 0:
+                found[(k - 1) // SAMPLES, c, VARIATION] += abs(sample - state[FIRST + 2 * columns + c])
+            state[FIRST + 2 * columns + c] = sample
+        state[DRAWN] += 1.0
+
+
+@jit
+def accumulate(time, values, edges, found, state):
+    """Add rows to the statistics; those of equal time count once."""
+    columns, windows = values.shape[1], edges.size - 1
+    for i in range(time.size):
+        t = time[i]
+        if state[ROWS] > 0.0:
+            if not t > state[T1]:
+                continue
+            window = 0
+            while window < windows - 1 and edges[window + 1] <= state[T1]:
+                window += 1
+            start = state[T1]
+            while start < t and window < windows:
+                end = min(t, edges[window + 1]) if window < windows else t
+                if end > start and start >= edges[window] - 1e-15 * t:
+                    for c in range(columns):
+                        before = state[FIRST + c]
+                        slope = (values[i, c] - before) / (t - state[T1])
+                        a, b = before + slope * (start - state[T1]), before + slope * (end - state[T1])
+                        piece(found[window, c], end - start, a, b)
+                        if end == edges[window + 1]:
+                            found[window, c, LAST] = b
+                if end < edges[window + 1]:
+                    break
+                start = end
+                window += 1
+            vertices(t, values[i], edges, found, state)
+        draw(t, values[i], edges, found, state)
+        for c in range(columns):
+            if state[ROWS] == 0.0 and t >= edges[0]:
+                found[0, c, LARGEST] = found[0, c, SMALLEST] = values[i, c]
+            state[FIRST + columns + c] = state[FIRST + c]
+            state[FIRST + c] = values[i, c]
+        state[T2] = state[T1]
+        state[T1] = t
+        state[ROWS] += 1.0
