@@ -20,17 +20,8 @@ STATIONS = 33
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Free-free modes of a uniform bar: bending in the plane, then axial; Ritz with Legendre polynomials.
 
-    Polynomials hold the rigid motions exactly, so the modes keep to mean axes to rounding, and converge exponentially.
-
-    Parameters
-    ----------
-    modal : Modal
-        Section, material and damping.
-    modes : BarModes
-    length : float
-        m.
-    degree : int, optional
-        Of the polynomials; by default 24, and more for more than six modes of a kind.
+    Polynomials hold the rigid motions exactly, so the modes keep to mean axes to rounding, and converge exponentially. Their
+    degree is 24 by default, and more for more than six modes of a kind.
     """
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))

@@ -50,21 +50,10 @@ def bar_grid(length: float, depth: float, width: float, elements: Sequence[int])
 
 
 def read_mesh(file: MeshFile) -> tuple[object, float]:
-    """Read a mesh of any format meshio knows (gmsh, Abaqus, VTU, ...) in link axes.
+    """Read a mesh of any format meshio knows in link axes [m], and the distance of the joints' centres [m].
 
-    Returns
-    -------
-    grid : skfem.Mesh
-        Of first or second order, [m].
-    length : float
-        Distance of the joints' centres [m].
-
-    Raises
-    ------
-    ValueError
-        If meshio cannot read the file, if it has no cells of one kind, if the joints coincide or the normal is not square to
-        the link, if a planar mesh is not in the plane of motion, if the mesh falls into parts, if cells are inverted, or if
-        touching cells do not share whole faces.
+    A ValueError names what is wrong: a file that meshio cannot read, cells of several kinds, joints that coincide, a normal that
+    is not square to the link, a planar mesh out of the plane of motion, parts, inverted cells, hanging nodes.
     """
     where = f"mesh '{file.path}'"
     mesh = _read(file.path)
@@ -123,18 +112,7 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
 def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
     """Make scikit-fem's mesh of cells: corners in meshio's order, all other nodes where they lie, in any order.
 
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    points : array, shape (nodes, 3)
-        In link axes [m], all of them used; the third coordinate of a planar mesh is not looked at.
-    cells : array of int, shape (cells, nodes of a cell)
-
-    Raises
-    ------
-    ValueError
-        If the mesh falls into parts, if cells are inverted or if touching cells do not share whole faces.
+    The kind is one of `KINDS`; all points, (nodes, 3) in link axes [m], are used, of a planar mesh their first two coordinates.
     """
     import meshio
     from skfem.io import from_meshio

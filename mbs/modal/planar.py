@@ -136,18 +136,9 @@ class ModalStrain(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModalHistory:
-    """A modal link with recorded coordinates: the same questions as for a beam's `Strip`.
+    """A modal link with recorded coordinates (times, 3 + m) and their rates: the same questions as for a beam's `Strip`.
 
-    Attributes
-    ----------
-    model : PlanarModel
-    q, q_t : arrays, shape (times, 3 + m)
-        State vectors and their rates.
-    q_tt : array or None
-    stations : mapping of str to str
-        Other names of the stations.
-    direction : float
-        Of the link at t = 0, rad.
+    `stations` are other names of the stations, `direction` that of the link at t = 0 [rad].
     """
 
     model: PlanarModel

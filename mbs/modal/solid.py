@@ -31,19 +31,9 @@ CLUSTER = 1e-3
 class Solid:
     """Finite-element matrices of a link; coordinates are node by node (ux, uy, uz), without uz for a planar mesh.
 
-    Attributes
-    ----------
-    nodes : array, shape (n, 3)
-        All interpolation nodes in link axes [m]: corners first, then mid-edge, mid-face and centre ones.
-    cells : str, array of int, shape (cells, corners)
-        Shape of the cells, and the nodes at their corners, as meshio has them.
-    mass : sparse matrix, shape (n, n)
-        The same for each direction [kg].
-    stiffness : sparse matrix, shape (d n, d n)
-        [N/m].
-    length : float
-        Distance of the joints [m].
-    material : Material
+    `nodes` (n, 3) are all interpolation nodes in link axes [m], `cells` the shape of the cells and the nodes at their corners, as
+    meshio has them. `mass` (n, n) is the same for each direction [kg], `stiffness` (d n, d n) in N/m, `length` the distance of
+    the joints [m].
     """
 
     nodes: Array
@@ -83,16 +73,8 @@ class Solid:
 def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -> Solid:
     """Assemble mass and stiffness of linear elasticity, of second order on all cells, as first-order ones lock in bending.
 
-    Parameters
-    ----------
-    grid : skfem.Mesh
-        In link axes [m], of one kind of cells.
-    length : float
-        Distance of the joints [m].
-    material : Material
-        Isotropic; Poisson's ratio below 0.5.
-    width : float
-        Size of a planar mesh normal to the plane [m], in plane stress.
+    The mesh, in link axes [m], has one kind of cells; a planar one is `width` [m] thick normal to its plane, in plane stress.
+    Poisson's ratio is below 0.5.
     """
     fem = skfem()
     from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
@@ -123,15 +105,7 @@ def rigid_motions(places: Array, dim: int = 3) -> Array:
 
 
 def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
-    """Compute the lowest flexible modes of the unsupported link.
-
-    Returns
-    -------
-    omega : array, shape (count,)
-        Angular frequencies, rad/s.
-    shapes : array, shape (count, nodes, 3)
-        1/sqrt(kg).
-    """
+    """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
     shift = -1e-4 * (speed / solid.length) ** 2  # below all of them; the unshifted stiffness is singular
@@ -144,17 +118,8 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
     """Compute flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static (3 in the plane) and vibrating ones.
 
-    Parameters
-    ----------
-    interfaces : two arrays of int
-        Nodes of the two interfaces; each moves as a rigid body.
-    fixed : int
-        Number of fixed-interface modes.
-
-    Returns
-    -------
-    omega, shapes
-        As `free_modes`; as many as static and fixed ones.
+    Each of two interfaces, given by its nodes, moves as a rigid body; `fixed` is the number of fixed-interface modes. The result
+    is that of `free_modes`, as many as static and fixed ones.
     """
     dim, static = solid.dim, 2 * solid.rigid
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
@@ -194,9 +159,7 @@ def participation(solid: Solid, shapes: Array) -> Array:
 def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[Array, Array]:
     """Fit the mean motion of some nodes: mass-weighted least squares of a translation of the point `about` and a rotation.
 
-    Returns
-    -------
-    translation, rotation : arrays, shape (modes, 3)
+    Both have the shape (modes, 3).
     """
     motion = rigid_motions(solid.nodes[nodes] - about)
     weights = np.repeat(np.sqrt(solid.weights[nodes]), 3)

@@ -29,12 +29,7 @@ def spells(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Curve:
-    """Signal over a run, linear between its samples. Methods are the words of a formula.
-
-    Attributes
-    ----------
-    time, x : array, shape (samples,)
-    """
+    """Signal over a run, samples at times, linear between them. Methods are the words of a formula."""
 
     time: Array
     x: Array

@@ -27,13 +27,7 @@ class Standing(NamedTuple):
 
 
 def standing(document: Mapping[str, object], path: str) -> Standing:
-    """Look up the entry at a path of a document.
-
-    Raises
-    ------
-    ValueError
-        If there is no such path.
-    """
+    """Look up the entry at a path of a document; raise a ValueError if there is none."""
     way = steps(document, path)
     about = _find_declaration(document, path)
     try:
@@ -95,16 +89,7 @@ def _field(found: object, name: str, path: str) -> tuple[object, Declaration | N
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers.
-
-    Attributes
-    ----------
-    make : callable
-        Function from numbers by name to a mechanism.
-    values : dict of str to float
-        Present values in SI.
-    units : dict of str to str
-    """
+    """Mechanisms that differ in some numbers: function from numbers by name, present values in SI, units."""
 
     make: Make
     values: dict[str, float]
@@ -114,18 +99,8 @@ class Family:
     def of(cls, mechanism: Source, names: Iterable[str], given: Mapping[str, float]) -> Family:
         """Make the family over numbers of a mechanism, by path, or over arguments of a function that makes one.
 
-        Parameters
-        ----------
-        mechanism : Mechanism, mapping or callable
-            A mapping is the content of a file, with its own paths, as `links.crank.length`.
-        names : iterable of str
-        given : mapping of str to float
-            Values of the arguments of a function, which has no numbers to look up.
-
-        Raises
-        ------
-        ValueError
-            If there is no number at a path.
+        A mapping is the content of a file, with its own paths, as `links.crank.length`. `given` are values of the arguments of a
+        function, which has no numbers to look up. A ValueError names a path without a number.
         """
         if not isinstance(mechanism, Mechanism | Mapping):
             function = mechanism

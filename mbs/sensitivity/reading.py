@@ -70,10 +70,7 @@ def measure(
 ) -> Measured:
     """Read a number off the signals of a run; `curve` interpolates between their samples.
 
-    Raises
-    ------
-    ValueError
-        If the text is no formula, names a signal that is not there, or gives a series.
+    A ValueError says that the text is no formula, names a signal that is not there, or gives a series.
     """
     tree, names = parse_reading(text, signals)
     with np.errstate(all="ignore"):

@@ -43,12 +43,7 @@ def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
-    """Integrate implicitly; the run has the signals that the text `asked` names, or all.
-
-    Raises
-    ------
-    RunFailedError
-    """
+    """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `asked` names, or all."""
     before_run.get()()
     solver = replace(solver, method="implicit")
     scene = CompiledScene.of(mechanism, solver.degree)
@@ -63,10 +58,7 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
     """Take all readings of a mechanism, those of motions from one run.
 
-    Raises
-    ------
-    RunFailedError
-        If the run does not end, or the state of rest that a frequency belongs to is not stable.
+    A RunFailedError says that the run does not end, or that the state of rest of a frequency is not stable.
     """
     values, units, errors, ended = list[float](), list[str](), list[float](), None
     asked = " ".join(text for text in readings.values() if isinstance(text, str))
@@ -89,12 +81,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Name readings, and check them by their grammar.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Name readings, and check them by their grammar."""
     found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
         text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
     }  # fmt: skip
@@ -109,11 +96,6 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
 
 
 def needs_compiler() -> None:
-    """Refuse to start without the compiled solver.
-
-    Raises
-    ------
-    ImportError
-    """
+    """Raise an ImportError without the compiled solver."""
     if not compiler():
         raise ImportError("derivatives, fits and designs need the compiled solver: pip install 'buckler[fast]'")

@@ -101,13 +101,7 @@ class Want(NamedTuple):
 
 
 def parse_want(given: str | tuple[str, float, float]) -> Want:
-    """Parse one constraint.
-
-    Raises
-    ------
-    ValueError
-        If the text is no constraint.
-    """
+    """Parse one constraint, or raise a ValueError."""
     if not isinstance(given, str):
         name, low, high = given
         return Want(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
@@ -177,10 +171,7 @@ class Search:
     def evaluate(self, x: Array) -> Array:
         """Take the readings at a point once, as a finer run would have them.
 
-        Raises
-        ------
-        EnoughError
-            If the budget is used up, or nothing is minimised and all constraints are met.
+        An EnoughError ends a search whose budget is used up, or that minimises nothing and has all constraints met.
         """
         key = point_of(x)
         if key not in self.cache:
