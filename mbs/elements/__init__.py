@@ -9,13 +9,12 @@ from .force import Force, LineLoad, Torque
 from .guide import Guide, GuideFriction
 from .joint import Joint, Revolute, Slider, Slot, Weld
 from .link import Link
-from .load import Load
+from .load import Load, States
 from .modal import AdamsDamping, Modal
 from .motor import Motor
 from .rigid import Inertia, Mass, Rigid
 from .section import STEEL, Material, Profile, Section
 from .spring import Spring, TorsionSpring
-from .states import States
 from .stop import Stop
 from .strut import Strut
 

@@ -11,10 +11,9 @@ from ..declare import Either, Nothing, Quantity, Vector, declared, field, flag, 
 from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
 from .element import GROUND, Parts, Push, Recorded, place
-from .load import Load
+from .load import Load, Stateful, States
 from .references import check_turning, holder, holder_reference, known_link, refers, turning
 from .signal import Energy, Kind, Signal, vector
-from .states import Stateful, States
 
 Pair = tuple[float, float]
 
@@ -203,7 +202,8 @@ class LineLoad(Load):
         turning = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment
         yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
 
-    def power(self, name: str, record: Recorded) -> Array:
+    def power(self, record: Recorded) -> Array:
+        """Power it gives to the strip, W, (times,)."""
         lengths, fields, rates = record.links[self.link].stations_of()
         along = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
         return np.asarray((along + self.moment * rates[..., 2]) @ lengths)
@@ -215,7 +215,7 @@ class LineLoad(Load):
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         if self.turns:
-            yield Energy("given", "load", record.work(self.power(name, record)))
+            yield Energy("given", "load", record.work(self.power(record)))
             return
         lengths, fields, _ = record.links[self.link].stations_of()
         yield Energy("given", "load", np.einsum("k,tkc,c->t", lengths, fields - fields[:1], [*self.force, self.moment]))

@@ -1,21 +1,21 @@
-"""Base of loads: bodies they push, functions of their user, laws along a coordinate."""
+"""Base of loads: bodies they push, functions of their user, and laws with states of their own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from ..functions import Argument, Called, kinks
-from ..functions.breaks import evaluate, search
+from ..declare import Declared, Quantity, declared, field, quantities
+from ..functions import Argument, Called, Components, Expression, Table, kinks, numbers_of
+from ..functions.fields import Law, Rates
 from ..geometry import Array
-from .element import GROUND, Element, Push, Recorded, place
-from .signal import Energy
+from ..validate import function as call_checked
+from ..validate import short
+from .element import GROUND, Element, Parts, Push, Recorded, place
+from .signal import Kind, Signal
 
-Law = Callable[[float, float], float]
-PIECES = 400
-"""Pieces over which the force of a spring's law is integrated."""
 SIDE = 1e-9
 """Time before and after a sample at which a step evaluates a function, relative to the run."""
 
@@ -26,37 +26,6 @@ class Load(Element):
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield what it does to each body, the ground left out."""
         raise NotImplementedError
-
-    def power(self, name: str, record: Recorded) -> Array:
-        """Power it gives to the bodies, W, (times,)."""
-        return sum((push.power(record) for push in self.pushes(name, record)), np.zeros_like(record.time))
-
-
-class Given(Load):
-    """A load whose value is given: constant, or a function of time first of all."""
-
-    value: Any
-
-    def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which it jumps, has a kink or changes quickly."""
-        return kinks(self.value, duration)
-
-    def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return its push on its body, at times that may lie a little before or after the samples, s."""
-        raise NotImplementedError
-
-    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield it."""
-        yield self.push(name, record, record.time)
-
-    def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work, J, each step with the power inside it where a function jumps."""
-        power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
-        if not self.kinks(last):
-            return record.work(power)
-        beside = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
-        before, after = (self.push(name, record, times).power(record) for times in beside)
-        return record.work(power, (before, after))
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
@@ -78,62 +47,146 @@ def sample(function: Callable[..., object], *columns: Array) -> Array:
     return np.array([np.broadcast_to(value, shape) for value in found])
 
 
-def potential(law: Law, values: Array) -> Array:
-    """Work of a law's force at rest, from 0 to each value, J: Gauss quadrature over the range the values span, between edges."""
-    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
-    if not high > low:
-        return np.zeros_like(values)
-    edges = low + np.array(search(lambda way: evaluate(law, low + way, np.zeros_like(way)), high - low).times)
-    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    half = np.diff(grid)[:, None] / 2
-    at = grid[:-1, None] + half + half * nodes
-    force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
-    work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
-    k = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)
-    rest = (values - grid[k])[:, None] / 2
-    within = grid[k][:, None] + rest + rest * nodes
-    tail = (sample(law, within.ravel(), np.zeros(within.size)).reshape(within.shape) * weights * rest).sum(axis=1)
-    total: Array = work[k] + tail - work[np.searchsorted(grid, 0.0)]
-    return total
+@declared
+class States(Declared):
+    """States of a load's law: each has a rate and an initial value. Formulas call them state1, state2 and so on.
+
+    Examples
+    --------
+    >>> States(rates=lambda time, angle, speed, s: 1.0 - speed, initial=(0.0,)).initial
+    (0.0,)
+    """
+
+    rates: Callable[..., object] = field(
+        Rates("t"), "of the states, 1/s: functions of what the load's function is one of, or one that returns them all"
+    )
+    initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
 
 
-class Elastic(Load):
-    """A force along a coordinate, of a spring with a damper or of a law: 'force' of (value less free value, rate)."""
+class Stateful(Load):
+    """A load whose value is given: constant, or a function of time first of all, which may be one of states, too.
 
-    stiffness: float
-    damping: float
-    law: Law | None
+    Attributes
+    ----------
+    law : Law
+        Variables, unit and size of its function without states.
+    measured : str
+        Variables of a function of states, but for these.
+    """
 
-    def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Value of the coordinate less its free value, and its rate, each (times,)."""
+    law: ClassVar[Law]
+    measured: ClassVar[str]
+
+    value: Any
+    states: States | None
+
+    def agree(self) -> None:
+        """Raise a ValueError if states come without a function, or its arguments do not fit."""
+        if self.states is not None and not callable(self.value):
+            raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
+        if self.states is None and callable(self.value):
+            self.law.check_call(f"{self.where}: value", self.value)
+
+    @property
+    def has_states(self) -> bool:
+        """True if it has states."""
+        return self.states is not None
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        more = () if self.states is None else kinks(self.states.rates, duration)
+        return tuple(sorted({*kinks(self.value, duration), *more}))
+
+    def push(self, name: str, record: Recorded, times: Array) -> Push:
+        """Return its push on its body, at times that may lie a little before or after the samples, s."""
         raise NotImplementedError
 
-    def tension(self, value: Array, rate: Array) -> Array:
-        """Force, N, or torque, N m, that pulls the value back, (times,)."""
-        if self.law is None:
-            return self.stiffness * value + self.damping * rate
-        return sample(self.law, value, rate)
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield it."""
+        yield self.push(name, record, record.time)
 
-    def stored_energy(self, value: Array) -> Array:
-        """Compute the stored energy, J, (times,)."""
-        return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
+    def work_of(self, name: str, record: Recorded) -> Array:
+        """Compute the work, J, each step with the power inside it where a function jumps."""
+        power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
+        if not self.kinks(last):
+            return record.work(power)
+        beside = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
+        before, after = (self.push(name, record, times).power(record) for times in beside)
+        return record.work(power, (before, after))
 
-    def lost(self, value: Array, rate: Array) -> Array:
-        """Power that damping takes, W, (times,)."""
-        if self.law is None:
-            return self.damping * rate**2
-        return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
+    def initial(self, mechanism: Parts) -> list[float]:
+        """Return the arguments of its function at t = 0, without the states."""
+        raise NotImplementedError
+
+    def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """Return the arguments of its function over time, without time and states, each (times,)."""
+        raise NotImplementedError
+
+    @property
+    def variables(self) -> list[str]:
+        """Names of the arguments of its function and its rates."""
+        if self.states is None:
+            return self.law.of.split(", ")
+        return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
+
+    def start(self, mechanism: Parts) -> list[float]:
+        """Return these arguments at t = 0, where velocities are not known yet."""
+        states = () if self.states is None else self.states.initial
+        return [*self.initial(mechanism), *states][: len(self.variables)]
+
+    def functions(self) -> list[Callable[..., float]]:
+        """Return its components, and then the rates of its states, each a function of `variables`."""
+        own = numbers_of(self.value, self.variables, self.law.size)
+        return own if self.states is None else [*own, *numbers_of(self.states.rates, self.variables, len(self.states.initial))]
+
+    def check_states(self, mechanism: Parts) -> None:
+        """Raise a ValueError if its function, or that of the rates, fails at t = 0, or does not return the numbers it must."""
+        if self.states is None:
+            return
+        start = self.start(mechanism)
+        self._check("value", self.value, start, self.law.size, self.law.unit)
+        self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
+
+    def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
+        name, formulas = f"{self.where}: {key}", isinstance(function, Expression | Components)
+        try:
+            parts: list[Any] = numbers_of(function, self.variables) if formulas else [function]
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+        found = [call_checked(name, part, *start)(*start) for part in parts]
+        value, at = found[0] if len(found) == 1 else found, f"{name} at t = 0"
+        if np.shape(value) != ((size,) if size > 1 else ()):
+            raise ValueError(f"{at} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
+        for each in np.ravel(value).tolist():
+            Quantity(unit).read(at, each)
+
+    def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
+        """Evaluate its function in a run, (times,) or (times, size), at times that may lie a little off the samples, s."""
+        if self.states is None:
+            return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
+        columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
+        found = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
+        return found[:, 0] if self.law.size == 1 else found
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield its law as a function of time, value and rate."""
-        law = self.law
-        if law is not None:
-            value, rate = self.state(record)
-            yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
+        """Yield its function and the rates of its states, unless they are functions of time alone."""
+        timely = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
+        if not callable(self.value) or (timely and self.states is None):
+            return
+        measures = self.measures(record)
+        half = len(measures) // 2
+        arguments = [Argument(x, rate) for x, rate in zip(measures[:half], measures[half:], strict=True)]
+        arguments += [Argument(rate) for rate in measures[half:]]
+        if self.states is not None:
+            columns, count = record.channel(name, "states").T, len(self.states.initial)
+            arguments += [Argument(x, rate) for x, rate in zip(columns[:count], columns[count:], strict=True)]
+        for function in self.functions() if self.states is not None else (self.value,):
+            yield function, arguments
 
-    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
-        value, rate = self.state(record)
-        yield Energy("held", "spring", self.stored_energy(value))
-        yield Energy("taken", "damping", record.work(self.lost(value, rate)))
+    def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield its states and their rates."""
+        columns = record.channel(name, "states").T
+        count = len(columns) // 2
+        for k, (x, rate) in enumerate(zip(columns[:count], columns[count:], strict=True), 1):
+            yield Signal(f"{name}.state{k}", x, "", Kind.STATE, rate=f"{name}.rate{k}", scale=float(np.abs(x).max()))
+            yield Signal(f"{name}.rate{k}", rate, "1/s", Kind.RATE, scale=float(np.abs(rate).max()))

@@ -2,18 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import ClassVar
 
 import numpy as np
 
 from ..declare import declared, field, names, quantity
+from ..functions import Argument, Called
+from ..functions.breaks import evaluate, search
 from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
-from .load import Elastic, Law, on_both
+from .load import Load, on_both, sample
 from .references import check_turning, distance, holder, holder_reference, refers, turning
-from .signal import Kind, Signal
+from .signal import Energy, Kind, Signal
+
+Law = Callable[[float, float], float]
+PIECES = 400
+"""Pieces over which the force of a spring's law is integrated."""
+
+
+def potential(law: Law, values: Array) -> Array:
+    """Work of a law's force at rest, from 0 to each value, J: Gauss quadrature over the range the values span, between edges."""
+    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
+    if not high > low:
+        return np.zeros_like(values)
+    edges = low + np.array(search(lambda way: evaluate(law, low + way, np.zeros_like(way)), high - low).times)
+    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    half = np.diff(grid)[:, None] / 2
+    at = grid[:-1, None] + half + half * nodes
+    force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
+    work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
+    k = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)
+    rest = (values - grid[k])[:, None] / 2
+    within = grid[k][:, None] + rest + rest * nodes
+    tail = (sample(law, within.ravel(), np.zeros(within.size)).reshape(within.shape) * weights * rest).sum(axis=1)
+    total: Array = work[k] + tail - work[np.searchsorted(grid, 0.0)]
+    return total
+
+
+class Elastic(Load):
+    """A force along a coordinate, of a spring with a damper or of a law: 'force' of (value less free value, rate)."""
+
+    stiffness: float
+    damping: float
+    law: Law | None
+
+    def state(self, record: Recorded) -> tuple[Array, Array]:
+        """Value of the coordinate less its free value, and its rate, each (times,)."""
+        raise NotImplementedError
+
+    def tension(self, value: Array, rate: Array) -> Array:
+        """Force, N, or torque, N m, that pulls the value back, (times,)."""
+        if self.law is None:
+            return self.stiffness * value + self.damping * rate
+        return sample(self.law, value, rate)
+
+    def stored_energy(self, value: Array) -> Array:
+        """Compute the stored energy, J, (times,)."""
+        return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
+
+    def lost(self, value: Array, rate: Array) -> Array:
+        """Power that damping takes, W, (times,)."""
+        if self.law is None:
+            return self.damping * rate**2
+        return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
+
+    def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
+        """Yield its law as a function of time, value and rate."""
+        law = self.law
+        if law is not None:
+            value, rate = self.state(record)
+            yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
+        value, rate = self.state(record)
+        yield Energy("held", "spring", self.stored_energy(value))
+        yield Energy("taken", "damping", record.work(self.lost(value, rate)))
 
 
 @declared

@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 import exudyn.itemInterface as eii
 import numpy as np
 
-from ..elements.states import Stateful
+from ..elements.load import Stateful
 from ..geometry import Array
 from ..record.record import Record
 from . import System

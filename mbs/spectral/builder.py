@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..elements import Link, Motion, Ramp
-from ..elements.states import Stateful
+from ..elements.load import Stateful
 from ..functions import numbers_of
 from ..functions.values import has_user_code
 from ..geometry import Array

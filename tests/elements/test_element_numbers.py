@@ -10,8 +10,8 @@ from made import BAR, LENGTH, STRIP, mechanism, steel
 from buckler import mbs
 from buckler.mbs.checks.growing import Growth
 from buckler.mbs.elements.element import Place
-from buckler.mbs.elements.load import potential
 from buckler.mbs.elements.rows import Along, Distance, Turn, row
+from buckler.mbs.elements.spring import potential
 from buckler.mbs.elements.strut import StrutLaw
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import cross
