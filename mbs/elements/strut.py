@@ -18,7 +18,7 @@ from .section import Profile, Section
 from .signal import Energy, Kind, Signal
 
 POINTS = 400
-"""Pieces over which the work of a strut's force is integrated."""
+"""Points of the spline of a strut's force; its error falls with their fourth power."""
 
 
 @declared
@@ -110,14 +110,13 @@ class StrutLaw:
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
 
     def stored_energy(self, elongation: Array) -> Array:
-        """Compute the work of the elastic force, J: exact on the straight branch, Gauss quadrature of the force law beyond it."""
+        """Compute the work of the elastic force, J: exact on the straight branch, by a spline of the force law beyond it."""
         straight = 0.5 * self.rigidity * np.maximum(elongation, self.kink) ** 2
         deepest = float(elongation.min())
         if deepest >= self.kink:
             return straight
-        grid = self.kink + (deepest - self.kink) * np.linspace(0, 1, POINTS)
-        nodes, weights = np.polynomial.legendre.leggauss(4)
-        half = np.diff(grid)[:, None] / 2
-        force = np.array([[self.elastic(float(e)) for e in row] for row in grid[:-1, None] + half + half * nodes])
-        work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
-        return straight + np.interp(-elongation, -grid, work, left=0.0)
+        from scipy.interpolate import CubicSpline  # it takes a while to load, and straight struts need none
+
+        grid = np.linspace(deepest, self.kink, POINTS)
+        work = CubicSpline(grid, [self.elastic(float(e)) for e in grid]).antiderivative()
+        return straight + np.asarray(work(np.minimum(elongation, self.kink)) - work(self.kink))
