@@ -1,10 +1,6 @@
-"""Functions of time as values: formulas and tables that can be compared, saved, pickled and read from a file.
+"""Functions of time as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-    Force("B", Components((Expression("2*sin(3*t)"), 0.0)))
-    Drive("crank", Expression("1.25*(1 - exp(-t/0.2))"))
-    Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...)
-
-Any Python function will do in their place, but it cannot be saved in a file.
+Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...)
 """
 
 from __future__ import annotations
@@ -222,6 +218,8 @@ class TableIntegral(Integral):
         from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
 
         table = self.of
+        if not isinstance(table, Table):
+            raise ValueError(f"of = {table!r}: must be a Table")
         spline = table._curve if table.smooth else make_interp_spline(table.times, table.values, k=1)  # type: ignore[attr-defined]
         object.__setattr__(self, "_curve", spline.antiderivative())
         object.__setattr__(self, "_at_zero", self._since_first(0.0))
