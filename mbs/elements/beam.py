@@ -14,7 +14,7 @@ from ..geometry import Array, cross
 from ..laws.pieces import Reals
 from .element import Body, Linked, Recorded
 from .section import Profile, Section
-from .signal import Energy, Kind, Signal
+from .signal import Kind, Signal
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -83,12 +83,6 @@ class Flexible(Body):
         yield Signal(f"{link.name}.end_shortening", strip.length - span, "m", Kind.STRETCH)
         yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N", Kind.INTERNAL)
         yield Signal(f"{link.name}.deflection", cross(chord, middle) / span, "m", Kind.PLACE)
-
-    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        strains = record.links[link.name].strains()
-        zero = np.zeros_like(record.time)
-        yield Energy("held", "strain", sum((strain.energy for strain in strains), zero))
-        yield Energy("taken", "damping", record.work(sum((strain.power for strain in strains), zero)))
 
 
 @declared

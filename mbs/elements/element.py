@@ -1,7 +1,6 @@
-"""Base of all elements: a name, signals, energies; and references to points.
+"""Base of all elements, from plain arrays: a name, signals, energies; and references to points.
 
-An element answers from plain arrays. It sees the mechanism it is in as `Parts`, and a run, which all solvers leave behind alike,
-as `Recorded`: what rooms above make of both, elements do not know.
+An element sees its mechanism as `Parts`, and a run, which all solvers leave behind alike, as `Recorded`.
 """
 
 from __future__ import annotations
@@ -212,8 +211,10 @@ class Body(Declared):
         yield from ()
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield those besides the link's."""
-        yield from ()
+        """Yield strain energy and what damping took, of each strain of a flexible link."""
+        for strain in record.links[link.name].strains() if self.flexible else ():
+            yield Energy("held", "strain", strain.energy)
+            yield Energy("taken", "damping", record.work(strain.power))
 
 
 class Joined(Element):

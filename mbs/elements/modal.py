@@ -15,7 +15,7 @@ from ..offers import find_offer
 from ..validate import number, positive, short
 from .element import Body, Linked, Recorded
 from .section import Section
-from .signal import Energy, Kind, Signal
+from .signal import Kind, Signal
 
 COUNTINGS = ("flexible", "free", "in-plane")
 COUNTED = (
@@ -208,8 +208,3 @@ class Modal(Body):
         motion = record.links[link.name]
         yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.STRETCH)
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)
-
-    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        (strain,) = record.links[link.name].strains()
-        yield Energy("held", "strain", strain.energy)
-        yield Energy("taken", "damping", record.work(strain.power))
