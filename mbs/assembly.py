@@ -1,8 +1,6 @@
 """Assembly: the places of points that lengths and angles of links decide.
 
-What is linear in the places comes first: a link of known length and angle, a point carried by a link, a line of a guide. The
-lengths are left, |E - S|^2 = L^2 for a link's ends S and E, in as many unknowns as those leave open. Several starts of a damped
-Gauss-Newton method (Levenberg-Marquardt) find the poses, and go on until a round of them finds no further one.
+Linear equations first; the lengths |E - S|^2 = L^2 that are left by Levenberg-Marquardt from rounds of starts.
 """
 
 from __future__ import annotations

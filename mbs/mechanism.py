@@ -1,7 +1,6 @@
-"""A planar mechanism in one glance: points, links, joints, guides, stops, loads, masses and drives.
+"""A planar mechanism as one frozen value in SI, checked when made and free of the engine.
 
-Everything here is frozen, in SI, validated when made, and free of the engine. Fidelity is the type of a link or joint, never
-a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
+Fidelity is the type of a link or joint, never a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `5 lbf.in`. The one place that reads units.
+"""Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `5 lbf.in`.
 
-`parse_quantity("0.3mm", "m")` is the float 3e-4. `measured("0.3 mm")` is the same number in SI that still knows its kind of
-unit, until a check (`mbs.validate`) has compared it with the unit it wants.
+`measured("0.3 mm")` is 3e-4, and knows its kind of unit until a check compares it with the unit wanted.
 """
 
 from __future__ import annotations

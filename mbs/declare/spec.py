@@ -1,7 +1,6 @@
 """Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
-A value comes from Python, from a file or from the command line, and one reading serves all three: `Quantity("m").read("gap",
-"0.1 mm")` is 1e-4. A ValueError is one line that begins with the name it was given, such as `joints[1].gap`.
+`Quantity("m").read("gap", "0.1 mm")` is 1e-4, from Python, a file or the command line; a ValueError begins with the name.
 """
 
 from __future__ import annotations

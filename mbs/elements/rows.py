@@ -1,7 +1,6 @@
-"""Constraints as linear forms: what joints, guides, drives and couplings ask of the bodies' places. Solvers know nothing else.
+"""Constraints as rows: sums of coefficient times measure that stay as at t = 0, or follow a drive's motion. Solvers know these.
 
-A row is a sum of coefficient times measure, a measure the place or angle of a point of one body as seen from another. The sum
-keeps its value at t = 0, or follows a drive's motion from there.
+A measure is the place, angle or distance of a point of one body as seen from another.
 """
 
 from __future__ import annotations

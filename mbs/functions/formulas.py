@@ -1,7 +1,6 @@
-"""Formulas such as `2*sin(3*t)`: what may stand in one, and functions of Python made of them.
+"""Formulas such as `2*sin(3*t)`: Python's own syntax with a whitelist, and functions of Python made of them.
 
-Allowed are numbers, + - * / **, parentheses, `pi`, `e`, the functions in `FUNCTIONS` and the variables named by whoever asks.
-Everything else is refused by name. What has passed becomes a function of Python, which Numba compiles as any other.
+Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS` and the variables of whoever asks.
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
-"""Edges of a user's functions in one run: those of time before it, those of its states along it.
+"""Edges of a user's functions in one run: those of time before it, those of its states along it, as cubics between the samples.
 
-Edges belong to a run: a closure, a global or an attribute may change before the next. A function of states becomes one of time
-along a run, its arguments cubics between the samples. Two or more edges between neighbouring samples were not seen by the solver.
-The run is then repeated with steps that end on them, until they have settled. Each state is also scanned alone over its range of
-motion. Of a function of one state the edges are values of it: later runs are asked only when they pass them. Edges that do not
-move from one run to the next are times.
+Of a function of one state they are values of it. A run that passed two edges between samples is repeated with steps on them.
 """
 
 from __future__ import annotations
