@@ -15,14 +15,8 @@ from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
-SPEC = "spec"
-"""Key of a field's metadata: specification of its values."""
-DOC = "doc"
-"""Key of a field's metadata: its meaning."""
-BOUNDS = "bounds"
-"""Key of a field's metadata: bounds by other fields."""
-GROUP = "group"
-"""Key of a field's metadata: heading under which it is listed."""
+DECLARED = "declared"
+"""Key of a field's metadata: specification, meaning, bounds by other fields, heading under which it is listed."""
 
 
 class RefusalError(ValueError):
@@ -153,12 +147,10 @@ def declarations(kind: Any) -> dict[str, Declaration]:
 
 
 def _declaration(kind: Any, each: Any) -> Declaration:
-    spec = each.metadata.get(SPEC) or _spec_by_annotation(kind, each.name)
+    spec, doc, bounds, group = each.metadata.get(DECLARED) or (_spec_by_annotation(kind, each.name), "", {}, "")
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
-    return Declaration(
-        spec, each.metadata.get(DOC, ""), each.metadata.get(BOUNDS, {}), required, default, each.metadata.get(GROUP, "")
-    )
+    return Declaration(spec, doc, bounds, required, default, group)
 
 
 def specs(kind: object) -> dict[str, Spec]:

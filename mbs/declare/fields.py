@@ -12,37 +12,39 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+from collections.abc import Mapping
 from math import inf
 from typing import Any, TypeVar, dataclass_transform
 
 from .compound import Direction, Either, Several, Vector
-from .declared import BOUNDS, DOC, MISSING, SPEC, declarations
+from .declared import DECLARED, MISSING, declarations
 from .parts import Part
 from .spec import Choice, Flag, Name, Nothing, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 
 
-def field(spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, **more: Any) -> Any:
+def field(
+    spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
+    bounds: Mapping[str, str] | None = None, group: str = "",
+) -> Any:  # fmt: skip
     """Declare a field by what may stand there; the functions below declare the usual ones."""
     if default is None:
         spec = Either((spec, Nothing()))
-    return dataclasses.field(
-        default=default, default_factory=default_factory, metadata={SPEC: spec, DOC: doc, **{k: v for k, v in more.items() if v}}
-    )
+    metadata = {DECLARED: (spec, doc, bounds or {}, group)}
+    return dataclasses.field(default=default, default_factory=default_factory, metadata=metadata)
 
 
 def quantity(
     unit: str, *, above: float | str | None = None, low: float | str | None = None, high: float | None = None,
-    nonzero: bool = False, hint: str = "", doc: str = "", default: object = MISSING,
+    nonzero: bool = False, doc: str = "", default: object = MISSING,
 ) -> Any:  # fmt: skip
     """Declare a number with a unit, in [low, high] or above a bound; a bound may be another field's name."""
     bounds = {sign: name for sign, name in ((">", above), (">=", low)) if isinstance(name, str)}
     lowest = next((value for value in (above, low) if isinstance(value, int | float)), -inf)
-    spec = Quantity(
-        unit, lowest, inf if high is None else high, open_low=isinstance(above, int | float), nonzero=nonzero, hint=hint
-    )
-    return field(spec, doc, default, **{BOUNDS: bounds})
+    highest = inf if high is None else high
+    spec = Quantity(unit, lowest, highest, open_low=isinstance(above, int | float), nonzero=nonzero)
+    return field(spec, doc, default, bounds=bounds)
 
 
 def quantities(unit: str, *, low: float = -inf, high: float = inf, least: int = 0, most: int | None = None,

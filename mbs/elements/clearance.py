@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ..declare import declared, names, part, quantity
+from ..declare import Quantity, declared, field, names, part, quantity
 from ..geometry import Array, cross, onsets
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from ..laws.friction import remembering
@@ -38,8 +38,9 @@ class Clearance(Joint):
     first: str = names(doc="link with the pin, or 'ground'")
     second: str = names(doc="link with the bush, or 'ground'")
     pin: float = quantity("m", above=0, doc="radius of the pin")
-    gap: float = quantity(
-        "m", above=0, doc="radial clearance: bush radius minus pin radius", hint="a joint without clearance is a Revolute"
+    gap: float = field(
+        Quantity("m", 0.0, open_low=True, hint="a joint without clearance is a Revolute"),
+        "radial clearance: bush radius minus pin radius",
     )
     law: NormalLaw = part(NormalLaw, example="Impact(...)", doc="contact law of `buckler.mbs.laws`")
     friction: FrictionLaw | BristleLaw = part(

@@ -92,10 +92,11 @@ class Link(Linked):
     length: float | None = quantity(
         "m", above=0, default=None, doc="distance of its ends; with it one of them may be left out of the points, and follows"
     )
-    angle: float | None = quantity(
-        "rad", low=-2 * pi, high=2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'", default=None,
-        doc="from the x-axis to the direction from start to end, at t = 0",
-    )  # fmt: skip
+    angle: float | None = field(
+        Quantity("rad", -2 * pi, 2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'"),
+        "from the x-axis to the direction from start to end, at t = 0",
+        default=None,
+    )
 
     def agree(self) -> None:
         along: Any = self.carries
