@@ -1,4 +1,4 @@
-"""Self-checks of driven linkages: do they keep off dead centres, do rigid links move as loop closure says?
+"""Self-check of driven linkages: do they keep off dead centres?
 
 All recorded times are checked at once, from places alone (see `mbs.kinematics.linkage`).
 """
@@ -12,22 +12,15 @@ import numpy as np
 
 from ..geometry import Array
 from ..kinematics.closing import divides
-from ..mechanism import Mechanism
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
-from ..scene.linkage import Linkage, solve_rates
+from ..scene.linkage import Linkage
 from ..scene.scene import Scene
 from .check import check
 
 SINGULAR = 1e-3
 """Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
-CLOSURE = 0.035
-"""Error of a speed or an acceleration, relative to the largest of the run, beyond which a run is suspect."""
-JUMP = 0.2
-"""Change of a drive's acceleration within a step, relative to its largest, that counts as a jump."""
-SETTLED = 20
-"""Steps after a jump until accelerations are compared again."""
 
 
 class Followed(NamedTuple):
@@ -98,68 +91,3 @@ def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     k = None if known is None else dead_centre(known)
     if k is not None:
         yield f"at t = {run.record.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
-
-
-@check(
-    "CLOSURE",
-    "failed when a driven linkage has other speeds or accelerations than its own loops allow",
-    {"of the largest": CLOSURE, "jump": JUMP, "steps after a jump": SETTLED},
-    _not_determined,
-)
-def check_closure(run: Run, _result: Result) -> Iterator[str]:
-    """Compare the rates with those of the loops, where constraints alone decide them."""
-    record = run.record
-    mechanism = record.mechanism
-    known = follow(record)
-    if known is None or dead_centre(known) is not None:
-        return
-    closure, places, jacobian, _ = known
-    driven = closure.acceleration(record.time)
-    speed = solve_rates(jacobian, closure.speed(record.time))
-    acceleration = solve_rates(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)
-    steady = ~_after_jumps(driven)
-    for what, found, right in (
-        ("speed", _turning(record, "q_t"), speed),
-        ("acceleration", _turning(record, "q_tt"), acceleration),
-    ):
-        off, scale = _difference(mechanism, found, right, speed)
-        off[~steady] = 0.0
-        if off.max() > CLOSURE * scale:
-            k = int(np.argmax(off))
-            share = f"{off[k] / scale:.2g} of the largest in the run"
-            yield f"at t = {record.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
-
-
-def _difference(mechanism: Mechanism, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
-    """Compute the difference of the turning found from the right one, times length, shape (times,), and its scale.
-
-    That is the largest there is of all links' starts and turns; of accelerations, of those towards the centre of a turn and of
-    speed^2 over length too.
-    """
-    lengths = np.array([mechanism.length(link.name) for link in mechanism.links])
-    off = (np.abs(found - right[:, 2::3]) * lengths).max(axis=1)
-
-    def largest(rates: Array) -> float:
-        """Return the largest rate [m/s], those of angles times their lengths."""
-        return float(np.abs(np.stack([rates[:, 0::3], rates[:, 1::3], rates[:, 2::3] * lengths])).max())
-
-    if right is speed:
-        return off, largest(right)
-    around = float((speed[:, 2::3] ** 2 * lengths).max())
-    return off, max(largest(right), around, largest(speed) ** 2 / float(lengths.max()))
-
-
-def _turning(record: Record, rate: str) -> Array:
-    """Rates of all links' angles, shape (times, links)."""
-    return np.column_stack([getattr(record.links[link.name], rate)[:, 2] for link in record.mechanism.links])
-
-
-def _after_jumps(driven: Array) -> Array:
-    """True for samples about and shortly after a jump of the drive's acceleration, which no integrator follows at once."""
-    change = np.abs(np.diff(driven.sum(axis=1)))
-    jumps = np.flatnonzero(change > JUMP * np.abs(driven).max())
-    after = np.zeros(len(driven), dtype=bool)
-    after[:SETTLED] = np.any(driven[0])  # the engine does not know it until the first step is over
-    for k in jumps:
-        after[max(0, k - 1) : k + SETTLED] = True
-    return after

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from ..record.result import Result
 from ..record.run import Run
 from .check import Check
-from .driven import check_closure, off_dead_centres
+from .driven import off_dead_centres
 from .gaps import together
 from .linear import linear
 from .signals import check_balance, check_crossing, clock, finite, pushing, shallow
@@ -28,7 +28,6 @@ CHECKS: tuple[Check, ...] = (
     check_buckled,
     check_crossing,
     off_dead_centres,
-    check_closure,
     linear,
 )
 """All checks, in the order in which they look."""

@@ -17,7 +17,6 @@ QUESTIONS = {
     "UNBUCKLED": "Did compressed strips buckle?",
     "CROSSED": "Did massless strips stay in the range of their law?",
     "BRANCH": "Does the linkage stay away from dead centres?",
-    "CLOSURE": "Do speeds and accelerations satisfy loop closure?",
     "LINEAR": "Do modal links stay in the range of linear theory?",
     "ACCURACY": "Is the error what was asked for, or what a run without settings may have?",
     "SOLVERS": "Does the other solver say the same?",

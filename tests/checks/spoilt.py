@@ -8,7 +8,6 @@ import pytest
 from simulations import LENGTH, STRIP, G, block, pendulum
 
 from buckler import mbs
-from buckler.mbs.checks import driven
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import Hertz, Stiction
@@ -127,9 +126,3 @@ def linear(load, deflection, growth, kind="modal"):
     signals["s.deflection"] = still + deflection * LENGTH
     lasts = growth / STRIP.first_frequency(LENGTH) / result.time[-1]
     return said("LINEAR", run, replace(result, time=lasts * result.time), **signals)
-
-
-def excused(jump, after):
-    """Whether a sample so long after a jump of the acceleration, of its largest, is left out."""
-    given = np.concatenate([[0.0] * 40, np.linspace(0, 1 - jump, 60), [1.0] * 60])[:, None]
-    return bool(driven._after_jumps(given)[100 + after])

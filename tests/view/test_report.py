@@ -102,7 +102,6 @@ def test_verdicts_tell_failed_from_not_run():
         "UNBUCKLED": "no beam and no cable", "CROSSED": "no strut",
         "LINEAR": "no modal link",
         "BRANCH": "not a linkage of which the drives alone decide the motion",
-        "CLOSURE": "not a linkage of which the drives alone decide the motion",
     }  # fmt: skip
     assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {
         "NOT_FINITE", "TIME", "CONSTRAINTS", "ENERGY", "ACCURACY",
@@ -111,17 +110,15 @@ def test_verdicts_tell_failed_from_not_run():
         "CROSSED",
         "LINEAR",
         "BRANCH",
-        "CLOSURE",
     }
     assert {row.name for row in verdicts(run("strut")) if row.verdict == "not applicable"} == {
         "UNBUCKLED",
         "LINEAR",
         "BRANCH",
-        "CLOSURE",
     }
-    doubtful = fine.suspect("a strange thing").suspect("ENERGY: balance 3e-02; too much").suspect("CLOSURE: lower max_step")
+    doubtful = fine.suspect("a strange thing").suspect("ENERGY: balance 3e-02; too much").suspect("BRANCH: lower max_step")
     rows = verdicts(doubtful)
-    assert [(row.name, row.verdict) for row in rows[:3]] == [("OTHER", "failed"), ("ENERGY", "failed"), ("CLOSURE", "failed")]
+    assert [(row.name, row.verdict) for row in rows[:3]] == [("OTHER", "failed"), ("ENERGY", "failed"), ("BRANCH", "failed")]
     assert [row.said for row in rows[:3]] == ["a strange thing", "balance 3e-02; too much", "lower max_step"]
     assert {row.verdict for row in rows[3:]} == {"no complaint", "not applicable"}
     assert {row.verdict for row in verdicts(run("failed"))} == {"not run"}
