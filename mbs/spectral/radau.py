@@ -53,8 +53,12 @@ def _coefficients() -> tuple[Any, ...]:
 NODES, A, INVERSE, REAL, PAIR, T, BACK, ERROR = _coefficients()
 PAST = np.array([0.0, NODES[0], NODES[1], 1.0])
 """Places at which the last step's rates are known, over the step."""
-ROUNDING = 1e-12
-"""A Newton step below this, of the coordinates' whole units, can grow no smaller."""
+ROUNDING = 1e-14
+"""A Newton step below this, of the coordinates' whole units, can grow no smaller. What is left adds up: at a hundred times more
+no tolerance below 1e-8 makes a double pendulum of 10 s better."""
+FAINT = 1e-11
+"""Least error of an inner coordinate, over its whole unit, that is asked for: less lets a strip that is hardly bent take more
+steps than what one sees of it needs."""
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
 FAR = 100.0
@@ -246,7 +250,7 @@ def follow_units(state, elastic, tolerance):
 
     A state's is 1, or its largest value so far.
     """
-    least = max(1e-5, 10.0 * ROUNDING / tolerance)
+    least = max(1e-5, FAINT / tolerance)
     for k in range(elastic.shape[0]):
         group = elastic[k, 2]
         state.amount[group] = max(state.amount[group], abs(deformation(state, elastic, k) - state.rest[k]))

@@ -92,8 +92,8 @@ def test_of_joints_between_two_strips(joint):
     assert balance(mechanism, 1e-10) < 1e-6
 
 
-def test_converges_with_the_square_of_the_samples_spacing():
+def test_converges_at_least_with_the_square_of_the_samples_spacing():
     """Samples lie as close as straight lines between them need: their spacing falls as tolerance to the power 0.75/2."""
     mechanism = swinging(BODIES["beam"], LOADS["spring"])
     coarse, fine = balance(mechanism, 1e-7), balance(mechanism, 1e-10)
-    assert math.log(coarse / fine, 1000**0.375) == pytest.approx(2, abs=0.5)
+    assert math.log(coarse / fine, 1000**0.375) > 1.5
