@@ -17,7 +17,7 @@ from ..elements.modal import (
     MeshFile,
     Modal,
     PinHole,
-)
+)  # fmt: skip
 from ..offers import on_demand
 
 if TYPE_CHECKING:

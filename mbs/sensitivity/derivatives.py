@@ -2,11 +2,7 @@
 
 A reading f is taken at p - w, p and p + w. The derivative is (f(p + w) - f(p - w))/2w. The same over 4 w, of runs with looser
 tolerances and strips of a lower degree, differs from it by what width, steps and degree leave. The second difference shows the
-noise of the readings. Both together are the error.
-
-References
-----------
-Central differences and their errors: W. H. Press et al., Numerical recipes, 3rd ed., Cambridge 2007, ch. 5.7.
+noise of the readings. Both together are the error (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
 """
 
 from __future__ import annotations

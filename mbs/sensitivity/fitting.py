@@ -45,14 +45,7 @@ class Interval(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """Least cost over one number, the others fitted again.
-
-    Attributes
-    ----------
-    at, cost : array
-    level : float
-        Cost at the ends of the 95 % interval.
-    """
+    """Least cost over one number, the others fitted again, and the cost at the ends of the 95 % interval, the `level`."""
 
     at: Array
     cost: Array

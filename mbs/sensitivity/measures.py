@@ -1,18 +1,10 @@
 """Errors of readings of a result: by the difference of runs, or of chaotic motions by sampling.
 
 Values of a chaotic motion at a time have no error, but its means, rms, peaks and impulses estimate those of all such motions.
-Their sampling error follows from n batches of the run: turns of the drive, or equal parts. Let b_k be a reading of batch k and s
-the standard deviation of all b_k. Let t be the 97.5 % quantile of Student's distribution of n - 1 degrees. The half-width of a
-95 % interval is
-
-    t s/sqrt(n)  of a mean or rms,    t s sqrt(n)  of an impulse,    t s  of a largest or smallest value.
-
-Largest values of many turns follow Gumbel's distribution, whose width does not depend on the number of turns.
-
-References
-----------
-A. M. Law, Simulation Modeling and Analysis, 5th ed., McGraw-Hill 2015, section 9.5: batch means.
-E. J. Gumbel, Statistics of Extremes, Columbia University Press 1958.
+Their sampling error follows from readings of n batches of the run, turns of the drive or equal parts (Law, Simulation Modeling
+and Analysis, 2015, section 9.5). With their standard deviation s and the 97.5 % quantile t of Student's distribution of n - 1
+degrees, the half-width of a 95 % interval is t s/sqrt(n) of a mean or rms, t s sqrt(n) of an impulse, and t s of a largest or
+smallest value, whose distribution (Gumbel, Statistics of Extremes, 1958) has a width that does not depend on the number of turns.
 """
 
 from __future__ import annotations
@@ -158,19 +150,9 @@ def batches(result: Result) -> Array:
 
 
 class Measure(NamedTuple):
-    """Number read off a run.
+    """Number read off a run by its formula, `name`, and the signals in that; error in its unit, nan where it is not known.
 
-    Attributes
-    ----------
-    name : str
-        Its formula.
-    value, unit
-    error : float
-        In that unit; nan where it is not known.
-    beyond : bool
-        Error larger than what was asked for, or not known where others are.
-    signals : tuple of str
-        Signals in it.
+    The error lies `beyond` where it is larger than what was asked for, or not known where others are.
     """
 
     name: str

@@ -1,9 +1,4 @@
-"""Search for a design: readings over the unit cube of its numbers, minimised by SLSQP or met by least squares.
-
-References
-----------
-D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988 (SLSQP).
-"""
+"""Search for a design: readings over the unit cube of its numbers, minimised by SLSQP (Kraft 1988) or met by least squares."""
 
 from __future__ import annotations
 

@@ -1,12 +1,8 @@
 """Linear equations, null spaces and eigenvalues of few unknowns, dense, and of many, sparse.
 
-Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero. A factorisation K + c M = L D L^T has as
-many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia). The count shows that none is missing.
-
-References
-----------
-T. Ericsson, A. Ruhe, The spectral transformation Lanczos method, Math. Comp. 35 (1980) 1251-1268,
-doi 10.1090/S0025-5718-1980-0583502-2.
+Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero (Ericsson and Ruhe 1980,
+doi 10.1090/S0025-5718-1980-0583502-2). A factorisation K + c M = L D L^T has as many negative pivots as there are eigenvalues
+-s^2 below -c (Sylvester's law of inertia): none is missing.
 """
 
 from __future__ import annotations

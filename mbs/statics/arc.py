@@ -1,12 +1,4 @@
-"""Pseudo-arclength continuation of equilibria, and roots of functions along a step.
-
-References
-----------
-E. Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Structures 15 (1979) 529-551,
-doi 10.1016/0020-7683(79)90081-7.
-H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: P. Rabinowitz (ed.), Applications of
-Bifurcation Theory (1977) 359-384.
-"""
+"""Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots."""
 
 from __future__ import annotations
 

@@ -1,11 +1,7 @@
-"""Continuation of periodic motions over a parameter by arc length, with critical points.
+"""Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
 Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`. Roots along
 the arc are found where its eigenvalues pass 1 or -1.
-
-References
-----------
-R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 4 and 7, doi 10.1007/978-1-4419-1740-9.
 """
 
 from __future__ import annotations

@@ -123,11 +123,6 @@ class Problem:
 
         Where the guess is `near`, steps must decrease from the first on. Stresses of strips are separate unknowns (`strips`).
         They start from an equilibrium, the `origin`, as the strains of a guess stretch strips too much.
-
-        Raises
-        ------
-        StaticsError
-            If it does not converge, or forces are out of balance where it does.
         """
         before, found = np.inf, None
         with self._stresses(origin or rest, rest.q):

@@ -1,11 +1,7 @@
 """Equilibrium of a mechanism under its loads, with stability and error; far from the drawn pose by pseudo-transient continuation.
 
-Implicit Euler steps on M q' = f - G^T lambda grow: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. For large dt they are Newton's.
-
-References
-----------
-C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508-523,
-doi 10.1137/S0036142996304796.
+Implicit Euler steps on M q' = f - G^T lambda grow: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. For large dt they are Newton's
+(Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
 """
 
 from __future__ import annotations

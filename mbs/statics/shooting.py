@@ -1,15 +1,9 @@
 """Single shooting: periodic motions as fixed points of the map over a period, by Newton's method.
 
 A state x = (q, v) that the constraints allow returns after a period T: P(x) = x. The eigenvalues of the monodromy matrix dP/dx
-are the Floquet multipliers. Its columns are central differences of runs on the same steps, so that the map is smooth. Where
+are the Floquet multipliers (Floquet 1883, doi 10.24033/asens.220; Seydel 2010, ch. 7, doi 10.1007/978-1-4419-1740-9). Its columns
+are central differences of runs on the same steps (Bock 1983, doi 10.1007/978-1-4684-7324-7_7), so that the map is smooth. Where
 contacts begin, at times that differ from run to run, each run adapts its steps with a tolerance a thousand times smaller.
-
-References
-----------
-G. Floquet, Ann. sci. ENS 12 (1883) 47-88, doi 10.24033/asens.220.
-R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 7, doi 10.1007/978-1-4419-1740-9.
-H. G. Bock, in: Numerical treatment of inverse problems in differential and integral equations, Birkhäuser 1983, 95-121,
-doi 10.1007/978-1-4684-7324-7_7: differences on shared steps.
 """
 
 from __future__ import annotations
