@@ -181,11 +181,8 @@ def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface)
     for name, joint in zip(("start", "end"), joints, strict=True):
         nodes = np.flatnonzero(interface(solid.nodes, joint))
         if not _carries(solid, nodes, joint):
-            have, least = (
-                f"{len(nodes)} nodes at the {name} joint",
-                "3 at least, not in one line" if solid.dim == 3 else "2 at least",
-            )
-            raise ValueError(f"interface = {interface!r}: {have}: must be {least}")
+            least = "3 at least, not in one line" if solid.dim == 3 else "2 at least"
+            raise ValueError(f"interface = {interface!r}: {len(nodes)} nodes at the {name} joint: must be {least}")
         found.append(nodes)
     if set(found[0]) & set(found[1]):
         raise ValueError(f"interface = {interface!r}: the two joints share nodes: must be apart; make it smaller")

@@ -184,11 +184,7 @@ def _is_unit(text: str) -> bool:
 def _columns(above: list[list[str]], line: int) -> list[Column]:
     """Read names and units from the lines above the numbers."""
     names, units = above[-1], [""] * len(above[-1])
-    below = [BRACKETED.fullmatch(cell) for cell in names]
-    bare = [
-        (found["square"] or found["round"] or "") if found and not found["name"] else cell
-        for found, cell in zip(below, names, strict=True)
-    ]
+    bare = [column.unit if not column.name else cell for cell, column in ((cell, _column(cell, "")) for cell in names)]
     is_row_of_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, bare)))
     if is_row_of_units and bare[0] and parse_unit(bare[0]).dimension == parse_unit("s").dimension:
         names, units = above[-2], bare

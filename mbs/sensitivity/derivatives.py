@@ -240,7 +240,6 @@ class Neighbours(NamedTuple):
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
-    """Return the scale of changes of a number."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
         raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..geometry import Array
-from ..mechanism import Mechanism
 from ..process import TimeUpError
 from ..solvers import Spectral
 from ..units import behind
@@ -74,7 +73,7 @@ class Design:
 
 def optimise(
     mechanism: Source,
-    duration: float | Callable[[Mechanism], float] | None = None,
+    duration: float | None = None,
     *,
     free: Mapping[str, tuple[float, float]],
     minimise: str = "",
@@ -91,9 +90,8 @@ def optimise(
     ----------
     mechanism : Mechanism, mapping or callable
         Or the content of its file; or a function that makes one of arguments by the names in `free`.
-    duration : float or callable, optional
-        s, positive, or a function of the mechanism that returns it, as one turn at a speed that is free; without it readings are
-        of states of rest, or functions of the mechanism.
+    duration : float, optional
+        s, positive; without it readings are of states of rest, or functions of the mechanism.
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI.
     minimise : str
@@ -132,7 +130,7 @@ def optimise(
     names = list(dict.fromkeys([*([minimise] if minimise else []), *(want.name for want in wants)]))
     if not names:
         raise ValueError("minimise and subject_to: neither; give a reading")
-    span = duration if duration is None or callable(duration) else float(positive("duration", duration, "s"))
+    span = None if duration is None else float(positive("duration", duration, "s"))
     used = readings_of({name: known.get(name, name) for name in names}, moving=span is not None)
     check_ranges(free)
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))

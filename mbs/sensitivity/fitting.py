@@ -196,7 +196,6 @@ def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
         return x
 
     def point(part: Array) -> Array:
-        """Insert free numbers into the point."""
         return np.insert(part, kept, x[kept]) if kept is not None else part
 
     # a residual of one, with the slope zero, ends the search of data without noise
@@ -231,7 +230,6 @@ def _growth(problem: Problem) -> float:
 
 
 def _answer(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
-    """Make the result."""
     names, covariance = problem.names, problem.covariance(best)
     deviation = np.sqrt(np.diag(covariance))
     quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else max(1, problem.count - len(best))))

@@ -88,7 +88,6 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
     number = int(found[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
-        """Compute the natural frequency and its error [Hz]."""
         from ..statics.vibration import frequencies  # it loads the compiled solver, and few need it
 
         found = frequencies(mechanism, count=number)
@@ -116,7 +115,6 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
     def replace(match: re.Match[str]) -> str:
-        """Replace the name of a signal by a short one."""
         names[short[match[0]]] = match[0]
         return short[match[0]]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
 from typing import NamedTuple, cast
@@ -12,7 +12,6 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 
 from ..geometry import Array
-from ..mechanism import Mechanism
 from ..solvers import Spectral
 from ..units import Measured, measured
 from .numbers import Family
@@ -128,7 +127,7 @@ class Search:
     aim: str
     wants: list[Want]
     ranges: dict[str, tuple[float, float]]
-    duration: float | Callable[[Mechanism], float] | None
+    duration: float | None
     solver: Spectral
     budget: int
     runs: int = 0
@@ -149,8 +148,7 @@ class Search:
         """Take the readings at a point; nan where the run fails."""
         self.runs += 1
         try:
-            made = self.family.make(self.values(x))
-            found = read(self.readings, made, self.duration(made) if callable(self.duration) else self.duration, solver)
+            found = read(self.readings, self.family.make(self.values(x)), self.duration, solver)
             if not self.units.keys() >= self.readings.keys():
                 self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
                 for want in self.wants:

@@ -20,7 +20,7 @@ from ..geometry import Array
 from ..progress import after_step
 from ..spectral.run import State
 from .algebra import solve
-from .answer import CRITICAL, RISE
+from .answer import RISE
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
 from .problem import Problem, Rest, StaticsError, has_strips, prolong
@@ -37,8 +37,6 @@ NARROW = 1e-3
 """Arc, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
 SPENT = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
-FINER = 2
-"""Most refinements of a critical point."""
 
 
 class Orbit(NamedTuple):
@@ -182,26 +180,19 @@ class Curve:
             one, other = function(orbit), function(new)
             if one * other < 0.0 and not (kind == "branching" and turns):
                 at, found, error = self.crossing(orbit, new, arc, function)
-                curve, here = self, orbit
-                for _ in range(FINER if error < np.inf else 0):
-                    try:
-                        finer, state, way = curve.finer(here)
-                        there = finer.orbit(finer.shooting.search(state).state, here.parameter, way)
-                        again = finer.near(there, function, at, arc)
-                    except StaticsError:
-                        break
-                    error, found, curve, here = abs(again.parameter - found.parameter), again, finer, there
-                    if error <= CRITICAL * abs(found.parameter):
-                        break
-                error = min(error, abs(new.parameter - orbit.parameter))
+                curve = self
+                with suppress(StaticsError):  # else the error is the step
+                    finer, state, way = self.finer(orbit)
+                    there = finer.orbit(finer.shooting.search(state).state, orbit.parameter, way)
+                    again = finer.near(there, function, at, arc)
+                    error, found, curve = min(error, abs(again.parameter - found.parameter)), again, finer
                 yield at, Turn(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)), error
 
     def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit, float]:
-        """Find the root of a function in a step: arc, motion, error; the nearer end with an infinite error if none is found."""
+        """Find the root of a function in a step: arc, motion, error; the nearer end if none is found. The error is the step."""
         seen = {0.0: orbit, arc: new}
 
         def value(at: float) -> float:
-            """Evaluate the function at an arc."""
             if at not in seen:
                 seen[at] = self.onto(orbit, at)
             return function(seen[at])
@@ -211,7 +202,6 @@ class Curve:
             value(at)
         except StaticsError:
             at = min(seen, key=lambda each: abs(function(seen[each])))
-            return at, seen[at], np.inf
         return at, seen[at], abs(new.parameter - orbit.parameter)
 
     def near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:

@@ -10,7 +10,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
-from .curve import KINDS, Curve, Orbit, Turn
+from .curve import KINDS, Curve
 from .cycles import Periodic, prepare
 from .problem import Problem, StaticsError
 from .shooting import SpentError
@@ -120,20 +120,16 @@ def response(
     curve = Curve(shooting, problem, float(to), degree is not None)
     curve.at(problem.drawn)
     try:
-        return _answer(curve, *curve.follow(shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest))
+        start_state = shooting.search(shooting.onward(state, settle)).state
+        orbits, found, ended = curve.follow(start_state, int(steps), step, longest)
+        parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
+        how = ending(ended, parameter[-1], curve.begun, curve.to, len(orbits) - 1)
+        errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
+        motions = [curve.motion(each) for each in orbits]
+        return Response(*how, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)
     except StaticsError as error:
         nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
         status = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
         return Response(status, str(error), "singular", shooting.scene, nothing, none, [])
     finally:
         curve.at(problem.drawn)
-
-
-def _answer(curve: Curve, orbits: list[Orbit], found: list[tuple[Turn, float]], ended: str) -> Response:
-    """All of the curve."""
-    parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-    how = ending(ended, parameter[-1], curve.begun, curve.to, len(orbits) - 1)
-    errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
-    motions = [curve.motion(each) for each in orbits]
-    curve.at(curve.begun)
-    return Response(*how, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)

@@ -163,9 +163,9 @@ class Shooting:
         q = q - np.where(self.units == 1.0, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([back @ q, back @ (out.v[-1] - state.v) / self.pace])
 
-    def monodromy(self, state: State, basis: Array, *, adaptive: bool = False) -> tuple[Output, Array]:
+    def monodromy(self, state: State, basis: Array) -> tuple[Output, Array]:
         """Integrate a period and compute dP/dx on the free coordinates, (2 f, 2 f)."""
-        out = self.run(state, adaptive=adaptive)
+        out = self.run(state)
         here, onsets, self.grazes = self.change(state, basis, out), self.onsets, False
         columns = [self._difference(state, basis, unit, here, onsets) for unit in self.width * np.eye(2 * basis.shape[1])]
         return out, np.array(columns).reshape(len(columns), len(columns)).T

@@ -9,9 +9,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..spectral.doors import place
 from ..spectral.scene import CompiledScene
-from ..spectral.start import slopes
 from ..validate import whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, Equilibrium, check, list_omissions
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
@@ -64,11 +62,6 @@ class Frequencies(Answer):
     def damping(self) -> Array:
         """Damping ratios -Re s / |s|: 1 for decay without oscillation, negative for growth; 0 for rigid motions."""
         return 0.0 - self.values.real / np.maximum(np.abs(self.values), 1e-300)
-
-    def point(self, link: str, point: str) -> Array:
-        """Return the motion of a point of a link in each shape: x, y, angle; shape (3, count)."""
-        place(self.scene.tables, self.scene.work, self.q, np.zeros(self.scene.size))
-        return np.asarray(slopes(self.scene, self.scene.marker(link, point), self.q) @ self.shapes)
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table, one for each frequency."""

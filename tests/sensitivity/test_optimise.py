@@ -156,15 +156,6 @@ def test_command(tmp_path, capsys):
     assert main(argv=[*words, "--subject-to", "max(O.x) is small"]) == 2
 
 
-def test_a_run_whose_length_goes_with_its_numbers():
-    """Half an oscillation, whatever the spring: the mean speed of the block is w x/pi, 0.2 m/s is asked; x = 2 F/k."""
-    found = optimise(
-        pushed, lambda m: float(np.pi * np.sqrt(0.5 / m.loads[0].stiffness)), free={"stiffness": (100.0, 900.0)},
-        minimise="speed", readings={"speed": "(mean(O.vx) - 0.2)**2"}, starts=2,
-    )  # fmt: skip
-    assert found.values["stiffness"] == pytest.approx(4 * 3.0**2 / (np.pi**2 * 0.5 * 0.2**2), rel=1e-3)
-
-
 def test_a_search_whose_time_is_over_shows_its_best_so_far():
     asked = {"free": {K: (100.0, 180.0)}, "minimise": "max(O.x)"}
     whole = optimise(pushed(150.0), 0.4, **asked, starts=2)
