@@ -6,7 +6,7 @@ import numpy as np
 
 from ..laws.calls import call
 from . import tables as col
-from .compiling import draft, noinline
+from .compiling import draft
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 
 
@@ -72,7 +72,7 @@ def value_along(tables, k, now, value, rate, reaction):
     return call(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], (t, value - p[2], rate))
 
 
-@noinline
+@draft
 def slopes_along(tables, k, now, value, rate, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     mem = now.memory[k]

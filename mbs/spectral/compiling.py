@@ -85,7 +85,7 @@ def jit(function: F) -> F:
     """
     names = list(signature(function).parameters)
     text = f"lambda {', '.join(names)}: inner({', '.join(f'by_reference({name})' for name in names)})"
-    known = {"inner": noinline(function), "by_reference": by_reference, "__name__": function.__module__}
+    known = {"inner": draft(function), "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), known)
     entry.__name__ = entry.__qualname__ = function.__name__
     return compile_cached(entry, _stamp(), nogil=True, fastmath=SUMS)
@@ -111,38 +111,19 @@ class _Draft(JITCodeLibrary):
         return 0
 
 
-class _NoInline(_Draft):
-    """A draft that callers call and do not take in."""
-
-    def finalize(self) -> None:
-        """Mark it, before what it calls is linked to it."""
-        for function in self._final_module.functions:
-            if not function.is_declaration:
-                function.add_function_attribute("noinline")
-        super().finalize()
-
-
 class _Drafting(Compiler):
     """Numba's compiler that leaves a draft."""
 
-    kind = _Draft
-
     def compile_extra(self, func: FunctionType) -> object:
         """Compile a function."""
-        self.state.library = self.kind(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library = _Draft(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
 
-class _DraftingNoInline(_Drafting):
-    """Numba's compiler that leaves a draft to be called."""
-
-    kind = _NoInline
-
-
-def draft(function: F, compiler: type[Compiler] = _Drafting, **options: object) -> F:
+def draft(function: F, forceinline: bool = False) -> F:
     """Compile a function that only compiled ones call: Python cannot call it, and nothing is kept on disk."""
-    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **wrappers, **options)(function)
+    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": forceinline, "pipeline_class": _Drafting}
+    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
     made._compiler.fold_argument_types = partial(_widen, made._compiler.fold_argument_types)
     return made
 
@@ -151,11 +132,6 @@ def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[st
     """Take a constant for an argument as its type: Numba compiles a function anew for each number that it is called with."""
     folded, found = fold(args, kws)
     return folded, tuple(map(types.unliteral, found))
-
-
-def noinline(function: F) -> F:
-    """Compile a function that is seldom called: once, beside its callers."""
-    return draft(function, _DraftingNoInline, forceinline=False)  # or it would take over that of the first to call it
 
 
 def inline(function: F) -> F:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..laws.table import IMPACT
 from . import tables as col
-from .compiling import draft, noinline
+from .compiling import draft
 
 
 @draft
@@ -43,7 +43,7 @@ def hermite(x, h, start, start_rate, end, end_rate):
     return (1.0 - x) ** 2 * first + x * x * last
 
 
-@noinline
+@draft
 def crossing(h, start, start_rate, end, end_rate):
     """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .compiling import copy, draft, noinline
+from .compiling import copy, draft
 from .contacts import remember_onset, time_to_faces, touches
 from .fronts import solve
 from .kernel import changes_at, forces, rows_at
@@ -24,7 +24,7 @@ ROUNDING = 1e-15
 """Least such distance, over the longest link: it is rounding."""
 
 
-@noinline
+@draft
 def restart(model, t):
     """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -59,7 +59,7 @@ def outside(state, controls):
     return max(OUTSIDE * landing(state, controls), ROUNDING * state.whole.max())
 
 
-@noinline
+@draft
 def remember(tables, work, state, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
     changed, near = False, 2.0 * outside(state, controls)
@@ -77,7 +77,7 @@ def remember(tables, work, state, controls, counts):
     return changed
 
 
-@noinline
+@draft
 def jump(model, clock, controls, out, counts):
     """Start anew after a jump of accelerations and multipliers; an Euler step takes contacts about to close past their faces."""
     state = model.state

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from .compiling import copy, draft, inline, jit, noinline
+from .compiling import copy, draft, inline, jit
 from .contacts import begins_smoothly, first_onset, remember_onset, touches
 from .forces import add_one
 from .fronts import factor, solve
@@ -174,7 +174,7 @@ def _error(flight, h, tolerance):
     return worst / tolerance
 
 
-@noinline
+@draft
 def _next_stop(clock, controls, stops):
     """The next time at which a step must end."""
     while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
@@ -182,7 +182,7 @@ def _next_stop(clock, controls, stops):
     return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
 
 
-@noinline
+@draft
 def _try(model, clock, h, last, controls, counts):
     """Try a step of length h, the last before a stop or not; return False if error or contacts ask for a shorter one."""
     flight = model.flight
@@ -204,7 +204,7 @@ def _try(model, clock, h, last, controls, counts):
     return True
 
 
-@noinline
+@draft
 def _accept(model, clock, at, stop, controls, out, counts):
     """Take over a step to the time `at`, put back onto the constraints, and write its row."""
     tables, order, work, flight = model.tables, model.order, model.work, model.flight

@@ -14,7 +14,7 @@ import numpy as np
 from ..laws.calls import call
 from . import tables as col
 from .along import slopes_along, value_along
-from .compiling import draft, inline, noinline
+from .compiling import draft, inline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from .markers import (
     add_entries,
@@ -53,7 +53,7 @@ def _along(tables, work, k, now, f):
     add_gradient(tables, work, number, grad, force, f)
 
 
-@noinline
+@draft
 def _bend_along(tables, work, k, now, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
     number, grad, hess, reaction = tables.forces[k, col.A], work.grad, work.hess, _pressing(tables, work, k, now)
@@ -87,7 +87,7 @@ def _bend_along(tables, work, k, now, mass):
             _follow_contact(tables, work, k, now, force / reaction)
 
 
-@noinline
+@draft
 def _follow_contact(tables, work, k, now, share):
     """Add derivatives of friction along a face by the markers through its contact's force, of which it is a share."""
     contact, number, grad, h, c = tables.forces[k, col.B], tables.forces[k, col.A], work.grad, work.by_place, work.by_rate
@@ -162,7 +162,7 @@ def _journal(tables, work, k, mem, since, f):
     add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
-@noinline
+@draft
 def _bend_journal(tables, work, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
     ma, mb, number, out = tables.forces[k, col.A], tables.forces[k, col.B], tables.forces[k, col.NUMBERS], work.reports[k]
@@ -225,7 +225,7 @@ def _push(tables, work, k, t, f):
     add_force(tables, work, a, fx, fy, _moment(tables, work, k, fx, fy), f)
 
 
-@noinline
+@draft
 def _bend_push(tables, work, k, q):
     """Derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, col.A], tables.forces[k, col.B], work.reports[k, col.FX], work.reports[k, col.FY]
@@ -261,7 +261,7 @@ def add_forces(tables, work, now, f):
         add_one(tables, work, k, now, f)
 
 
-@noinline
+@draft
 def bend_forces(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .compiling import draft, noinline, view
+from .compiling import draft, view
 from .elimination import Fronts
 
 ROUNDED = 1e-13
@@ -33,7 +33,7 @@ class Orders(NamedTuple):
     mass: Fronts
 
 
-@noinline
+@draft
 def factor(order, a, factors, swaps, amount):
     """Factor the matrix of entries a (slots,): fill factors (entries of fronts) and swaps (unknowns of fronts)."""
     factors[:], amount[:] = 0.0, 0.0
@@ -122,7 +122,7 @@ def _swap_rows(factors, at, size, c, p):
         upper[j], other[j] = other[j], upper[j]
 
 
-@noinline
+@draft
 def solve(order, factors, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
     for f in range(order.fronts.shape[0]):

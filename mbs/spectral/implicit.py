@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, jit, noinline
+from .compiling import copy, draft, jit
 from .contacts import (
     bend_of_depths,
     closing,
@@ -59,7 +59,7 @@ ROOM = 1e-2
 """Move of the end of a step to an onset that is none, over the shortest step."""
 
 
-@noinline
+@draft
 def _begin(model, t, tolerance):
     """Fill in what the first step needs to know of the start."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -80,7 +80,7 @@ def _begin(model, t, tolerance):
     follow_units(state, tables.elastic, tolerance)
 
 
-@noinline
+@draft
 def _error(model, t, h, controls, least):
     """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
     steps.
@@ -119,7 +119,7 @@ def _error(model, t, h, controls, least):
     return error
 
 
-@noinline
+@draft
 def _take_over(state):
     """Make the step's end the present state."""
     for i in range(state.q.size):
@@ -130,7 +130,7 @@ def _take_over(state):
     copy(state.multipliers[2], state.lam), copy(state.stresses[2], state.stress), copy(state.jacobian, state.base)
 
 
-@noinline
+@draft
 def _next_stop(model, clock, controls, stops, out, counts):
     """The next time at which a step must end. At a kink that has come, accelerations jump."""
     while clock.stop < stops.size:
@@ -143,7 +143,7 @@ def _next_stop(model, clock, controls, stops, out, counts):
     return controls.end
 
 
-@noinline
+@draft
 def _length(clock, controls, stop):
     """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short.
 
@@ -155,7 +155,7 @@ def _length(clock, controls, stop):
     return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == REACH else h
 
 
-@noinline
+@draft
 def _try(model, clock, h, at, controls, counts):
     """Try a step of length h to the time `at`; return False if Newton's method, error or contacts ask for a shorter one."""
     tables, work, state = model.tables, model.work, model.state
@@ -186,7 +186,7 @@ def _try(model, clock, h, at, controls, counts):
     return True
 
 
-@noinline
+@draft
 def _accept(model, clock, h, target, controls, out, counts):
     """Take over a step of length h to the time `target`, and write its rows."""
     tables, work, state = model.tables, model.work, model.state
@@ -211,7 +211,7 @@ def _accept(model, clock, h, target, controls, out, counts):
         jump(model, clock, controls, out, counts)
 
 
-@noinline
+@draft
 def _lengthen(clock, h, shortest):
     """Length of the step after one of length h that stood, by its error and the last one's: K. Gustafsson's predictive rule."""
     error = max(clock.error, 1e-8)

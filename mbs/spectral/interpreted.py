@@ -14,7 +14,7 @@ def plain(function: T) -> T:
     return function
 
 
-jit = draft = noinline = inline = compile_below = plain
+jit = draft = inline = compile_below = plain
 
 
 def copy(source: Array, target: Array) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, draft, inline, noinline
+from .compiling import copy, draft, inline
 from .forces import add_forces, bend_forces
 from .lawtable import motion, second_rate
 from .markers import (
@@ -60,7 +60,7 @@ def add_modal(tables, q, v, f):
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
 
 
-@noinline
+@draft
 def bend_modal(tables, work, q, v, damp, stiff):
     """Derivatives of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
@@ -82,7 +82,7 @@ def bend_modal(tables, work, q, v, damp, stiff):
         add_entries(tables, _block(tables, row), work.damp, damp)
 
 
-@noinline
+@draft
 def mass_matrix(tables, work, q, mass):
     """Fill mass with M(q)."""
     copy(tables.mass, mass)
@@ -168,7 +168,7 @@ def mass_times(tables, q, a, out):
             out[e + i] += swirl * a[o + 2]
 
 
-@noinline
+@draft
 def add_mass_slope(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
@@ -182,7 +182,7 @@ def add_mass_slope(tables, work, q, a, stiff):
         add_entries(tables, _block(tables, row), work.stiff, stiff)
 
 
-@noinline
+@draft
 def forces(tables, work, now, f):
     """Fill f with all forces but the constraints', and place the markers."""
     place_markers(tables, work, now.q, now.v)
@@ -195,7 +195,7 @@ def forces(tables, work, now, f):
     add_forces(tables, work, now, f)
 
 
-@noinline
+@draft
 def tangents(tables, work, now, mass, damp, stiff):
     """Derivatives of the forces filled in last: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
@@ -232,7 +232,7 @@ def change_at(tables, work, r, t, side, change):
         change[r] -= tables.directions[k, SHARE] * bias_of(tables, work, k, grad, work.hess)
 
 
-@noinline
+@draft
 def rows_at(tables, work, t, residual, jacobian, speed):
     """Residuals g, Jacobian G and right sides of G v = speed. Markers are placed.
 
@@ -243,7 +243,7 @@ def rows_at(tables, work, t, residual, jacobian, speed):
         row_at(tables, work, r, t, residual, jacobian, speed)
 
 
-@noinline
+@draft
 def changes_at(tables, work, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(tables.rows.shape[0]):
@@ -278,7 +278,7 @@ def add_rows(tables, jacobian, values):
             values[tables.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
 
 
-@noinline
+@draft
 def add_multipliers(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
     grad, hess = work.grad, work.hess

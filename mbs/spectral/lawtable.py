@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..laws import table
 from ..laws.calls import call
 from ..laws.table import BRISTLE_CALLED, LUGRE
-from .compiling import compile_below, draft, noinline
+from .compiling import compile_below, draft
 from .tables import BRISTLE, CALL, CALL_TOO, KIND, RAMP, SLIDING, STEADY
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
@@ -16,7 +16,7 @@ BEFORE = -1e-6
 """Step [s] of the difference that gives a drive's acceleration just before a time."""
 
 
-@noinline
+@draft
 def normal_slopes(tables, law, depth, rate, onset):
     """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
@@ -37,7 +37,7 @@ def rubbing(tables, law, speed, mem, since):
     return friction(tables, law, speed, bristle), bristle
 
 
-@noinline
+@draft
 def rubbing_slope(tables, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)

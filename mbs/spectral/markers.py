@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import tables as col
-from .compiling import draft, inline, noinline
+from .compiling import draft, inline
 
 
 @inline
@@ -86,7 +86,7 @@ def place_marker(tables, work, m, q, v):
         _place_curve(tables, work, m, q, v)
 
 
-@noinline
+@draft
 def place_markers(tables, work, q, v):
     """The same of all markers, in their order."""
     for m in range(tables.markers.shape[0]):
@@ -101,7 +101,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
         out[tables.places[i]] += push_x * work.slope[0, i] + push_y * work.slope[1, i] + turning * work.slope[2, i]
 
 
-@noinline
+@draft
 def add_geometric(tables, work, m, q, push, out, at):
     """Add to out, from row and column `at` on, the second derivatives of push . (x, y, angle) of a marker."""
     fx, fy, turning = push
@@ -210,7 +210,7 @@ def put_gradient(tables, work, k, grad, factor, out, at):
     return at
 
 
-@noinline
+@draft
 def add_pair(tables, work, pair, slopes, factor, right, out):
     """Add factor J^T slopes R of two markers to the block of their coordinates, slopes of shape (6, 6).
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, noinline
+from .compiling import copy, draft
 from .fronts import factor, solve
 from .kernel import (
     add_mass_slope,
@@ -30,7 +30,7 @@ SLOW = 0.3
 """Ratio of Newton steps beyond which the next step has a new matrix."""
 
 
-@noinline
+@draft
 def renew(tables, orders, work, state, t, h, counts):
     """Make the Newton matrices anew, at the middle node."""
     q, lam = state.places[1], state.multipliers[1]
@@ -60,7 +60,7 @@ def renew(tables, orders, work, state, t, h, counts):
     return True
 
 
-@noinline
+@draft
 def _lacks(tables, work, state, t, h):
     """Residual of the equations at the three nodes."""
     n, r = state.q.size, state.lam.size
@@ -79,7 +79,7 @@ def _lacks(tables, work, state, t, h):
             residual[n + k] = row_times(tables, k, state.jacobian, v) - state.speed[k]
 
 
-@noinline
+@draft
 def _correct(tables, orders, work, state, h):
     """One Newton step from what the equations lack; its size in the coordinates' units, and in whole ones."""
     n, m = state.q.size, state.step.size
@@ -113,7 +113,7 @@ def _correct(tables, orders, work, state, h):
     return size, whole
 
 
-@noinline
+@draft
 def newton(model, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 

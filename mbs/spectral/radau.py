@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import draft, noinline
+from .compiling import draft
 from .fronts import factor, solve
 from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
 from .lawtable import BEFORE
@@ -65,7 +65,7 @@ FAR = 100.0
 """Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
 
 
-@noinline
+@draft
 def size_of(state, elastic, u):
     """Largest component of a change u of the coordinates, in their units."""
     worst = 0.0
@@ -89,7 +89,7 @@ def lagrange(at, j):
     return factor
 
 
-@noinline
+@draft
 def predict(state, h, before):
     """First guess at the nodes: rates by the last step's polynomial, or where there is none, or a tiny one, by the present
     acceleration; multipliers and stresses by the line through the last step's last two nodes, or as they are.
@@ -116,7 +116,7 @@ def predict(state, h, before):
                 rates[k] += factor * past[k]
 
 
-@noinline
+@draft
 def integrate(state, h):
     """Places and accelerations at the nodes from the rates there."""
     for i in range(3):
@@ -126,7 +126,7 @@ def integrate(state, h):
             state.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
 
 
-@noinline
+@draft
 def renew_heavy(tables, orders, work, state, q, jacobian):
     """Factor [M G^T; G 0] with these rows."""
     renew_mass(tables, work, q, jacobian, state.bare)
@@ -145,7 +145,7 @@ def _embedded_slope(nodes, start, k):
     return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
 
 
-@noinline
+@draft
 def error_of(tables, orders, state, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
     n, r, k1 = state.q.size, state.lam.size, h / REAL
@@ -165,7 +165,7 @@ def error_of(tables, orders, state, h):
     return size_of(state, tables.elastic, state.step[:n])
 
 
-@noinline
+@draft
 def put_back(tables, orders, work, state, t, h):
     """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
 
@@ -244,7 +244,7 @@ def deformation(state, elastic, k):
     return state.turn[k, 0] * state.q[j] - state.turn[k, 1] * state.q[i]
 
 
-@noinline
+@draft
 def follow_units(state, elastic, tolerance):
     """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows.
 

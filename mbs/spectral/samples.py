@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, draft, noinline
+from .compiling import copy, draft
 from .radau import lagrange, size_of
 from .tables import BRISTLE, FASTEST, ONSET, SLIDING
 
@@ -20,7 +20,7 @@ JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
 
-@noinline
+@draft
 def write(state, out, counts, t, before):
     """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
     row = counts.samples
@@ -32,7 +32,7 @@ def write(state, out, counts, t, before):
     counts.samples += 1
 
 
-@noinline
+@draft
 def write_after_jump(state, clock, controls, out, counts):
     """Write a row for the moment after an event, from which accelerations and multipliers may differ."""
     moment = JUMP * controls.shortest
@@ -44,7 +44,7 @@ def write_after_jump(state, clock, controls, out, counts):
         out.q[row, i], out.v[row, i] = state.q[i] + moment * state.v[i], state.v[i] + moment * state.a[i]
 
 
-@noinline
+@draft
 def write_at_face(state, out, counts, t, h, moment):
     """Write a row for a moment after a step's start, at time t, or, negative, before its end: a force jumps there."""
     row, end = counts.samples, moment < 0.0
@@ -61,7 +61,7 @@ def write_at_face(state, out, counts, t, h, moment):
     counts.samples += 1
 
 
-@noinline
+@draft
 def _write_memory(state, out, row, before):
     """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
     for k in range(state.old.shape[0]):
@@ -69,7 +69,7 @@ def _write_memory(state, out, row, before):
         m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = state.old[k, ONSET], before, state.old[k, BRISTLE], state.old[k, SLIDING]
 
 
-@noinline
+@draft
 def samples_in(state, elastic, h, controls, deep):
     """Number of parts of the step that straight lines need, where depths bend by the share `deep`."""
     for i in range(state.q.size):
@@ -78,7 +78,7 @@ def samples_in(state, elastic, h, controls, deep):
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
 
 
-@noinline
+@draft
 def write_between(state, out, counts, t, h, parts):
     """Write rows within the step from the present state to its end, all parts but the last."""
     for part in range(1, parts):

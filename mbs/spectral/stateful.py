@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws.calls import call
-from .compiling import draft, noinline
+from .compiling import draft
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
 
@@ -74,7 +74,7 @@ def add_stateful(tables, work, k, t, f):
         f[tables.places[tables.markers[tables.forces[k, B] + i, FIRST]]] += _value(tables, work, k, count + i, count)
 
 
-@noinline
+@draft
 def bend_stateful(tables, work, k, t, q):
     """Derivatives of the same, by central differences of its law."""
     first, count, states = _counts(tables, k)

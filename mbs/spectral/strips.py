@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, draft, inline, noinline
+from .compiling import copy, draft, inline
 from .markers import add_entries, clear_block
 from .tables import REISSNER
 
@@ -192,7 +192,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
         f[at[a]] += local[a]
 
 
-@noinline
+@draft
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, of the kind that work.mixed says.
 
@@ -213,7 +213,7 @@ def bend_strips(tables, work, v, damp, stiff):
         point += tables.strips[strip, 2]
 
 
-@noinline
+@draft
 def _bend_strip(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents: its arguments and weighted stresses are in work, from this point on."""
     kind, nb, ng, first, d = tables.strips[strip]
@@ -271,7 +271,7 @@ def _spread(data, members, block, count, h, out):
                     row[c] += factor * right[c]
 
 
-@noinline
+@draft
 def carry_stresses(tables, work, shift, rate_shift, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0

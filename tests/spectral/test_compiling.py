@@ -75,7 +75,7 @@ def test_references_are_read_where_they_lie() -> None:
         pair: Pair
         last: np.ndarray
 
-    @compiling.noinline
+    @compiling.draft
     def used(x, row):
         x.pair.second[row, 1] = x.last.size + x.pair.first[2]
         return x.pair.second[row].size + x.pair.second.shape[0]
@@ -90,7 +90,7 @@ def test_references_are_read_where_they_lie() -> None:
 
 
 def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:
-    @compiling.noinline
+    @compiling.draft
     def cube(x):
         return x * x * x
 
