@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..modal.planar import STATIONS
 from ..record.lookup import unknown
 from ..record.signals import collect
-from .compiling import by_reference, jit, noinline
+from .compiling import jit
 from .forces import add_one
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -36,11 +36,6 @@ PLAIN, MAGNITUDE, POSITIVE = range(3)
 @jit
 def evaluate(tables, work, out, columns, scales, values):
     """Fill values (times, columns) from the rows of a run."""
-    _evaluate(by_reference(tables), by_reference(work), by_reference(out), columns, scales, values)
-
-
-@noinline
-def _evaluate(tables, work, out, columns, scales, values):
     f, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
         if columns[c, 0] == REPORT:

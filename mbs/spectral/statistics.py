@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry import Array
-from .compiling import inline, jit, noinline
+from .compiling import draft, inline, jit
 
 SUM, SQUARES, ABOVE, LARGEST, SMALLEST, ONSETS, LAST, VARIATION = range(8)
 """Statistics of a column in a window: integral, integral of its square, time above zero [s], maximum, minimum, onsets (it rises
@@ -70,7 +70,7 @@ def piece(at, h, a, b):
     at[SMALLEST] = min(at[SMALLEST], min(a, b))
 
 
-@noinline
+@draft
 def vertices(t, value, edges, found, state):
     """Take the vertices of parabolas through the last two rows and this one, where the middle one is an extreme."""
     columns, windows = value.size, edges.size - 1
@@ -95,7 +95,7 @@ def vertices(t, value, edges, found, state):
                 found[window, c, SMALLEST] = min(found[window, c, SMALLEST], b - height)
 
 
-@noinline
+@draft
 def draw(t, value, edges, found, state):
     """Add changes from sample to sample up to time t, between the last row and this one."""
     columns, windows = value.size, edges.size - 1
