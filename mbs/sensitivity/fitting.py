@@ -22,7 +22,7 @@ from ..validate import whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
+from .residuals import CLOSE, FAR, Bounds, Problem, gather, signals_of
 from .runs import needs_compiler
 
 LEVEL = 0.95
@@ -33,8 +33,6 @@ VAGUE = 0.5
 """Width of an interval over the range of a number above which the number is not identified."""
 TOGETHER = 0.95
 """Correlation of two numbers above which the data identify them only together."""
-SHIFTED = 0.1
-"""First value of a measured angle, over its range, above which it does not count from the start of the run: beyond noise."""
 
 
 class Interval(NamedTuple):
@@ -267,19 +265,6 @@ def _list_unexplained(problem: Problem, best: Array) -> list[str]:
     left, found = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        if shift := _shift(problem, name):
-            found.append(
-                f"{name} counts the turn since the start of the run, and {shift:.3g} rad is measured there: it is explained "
-                f"worse than '{name.removesuffix('angle')}direction', the angle from the x axis, would be."
-            )
-        elif left[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
+        if left[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
             found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     return found
-
-
-def _shift(problem: Problem, name: str) -> float:
-    """Return the angle of a link [rad] measured at the start of a run, where the signal is 0 whatever the numbers are."""
-    if not name.endswith(".angle") or name.count(".") > 1 or TIME_ZERO in problem.names:
-        return 0.0
-    starts = [each.signals[name] for each in problem.experiments if name in each.signals and each.time[0] == 0.0]
-    return max((float(x[0]) for x in starts if abs(x[0]) > SHIFTED * np.ptp(x)), key=abs, default=0.0)
