@@ -120,13 +120,13 @@ def response(
     curve = Curve(shooting, problem, float(to), degree is not None)
     curve.at(problem.drawn)
     try:
-        start_state = shooting.search(shooting.onward(state, settle)).state
-        orbits, found, ended = curve.follow(start_state, int(steps), step, longest)
-        parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-        how = ending(ended, parameter[-1], curve.begun, curve.to, len(orbits) - 1)
+        first = shooting.search(shooting.onward(state, settle)).state
+        orbits, found, ended = curve.follow(first, int(steps), step, longest)
+        way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
+        how = ending(ended, way[-1], curve.begun, curve.to, len(orbits) - 1)
         errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
         motions = [curve.motion(each) for each in orbits]
-        return Response(*how, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)
+        return Response(*how, ended, curve.shooting.scene, way, q, [each for each, _ in found], errors, motions)
     except StaticsError as error:
         nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
         status = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
