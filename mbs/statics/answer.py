@@ -193,6 +193,13 @@ class Equilibrium(Answer):
         return out
 
 
+def parameters_at(kind: str, doc: str) -> Any:
+    """Make the property that lists the parameters at critical points of a kind."""
+    return property(
+        lambda route: [at.rest.parameter for at in route.points if at.kind == kind for _ in range(at.multiple)], doc=doc
+    )
+
+
 @dataclass(frozen=True)
 class Route(Answer):
     """Path of equilibria or of periodic motions: critical points with errors, a diagram."""
@@ -203,9 +210,6 @@ class Route(Answer):
     q: Array
     points: list[Any]
     errors: dict[str, Array] = field(default_factory=dict)
-
-    def _at(self, kind: str) -> list[float]:
-        return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
 
     def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
         """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
@@ -262,20 +266,9 @@ class Path(Route):
         known = [each.rounding for each in self.points if each.kind == name.rstrip("s") for _ in range(each.multiple)]
         return np.array((known + count * [0.0])[:count])
 
-    @property
-    def limits(self) -> list[float]:
-        """Parameters at limit points."""
-        return self._at("limit")
-
-    @property
-    def branchings(self) -> list[float]:
-        """Parameters at branchings; a multiple one is repeated for each eigenvalue that passes zero."""
-        return self._at("branching")
-
-    @property
-    def flutter(self) -> list[float]:
-        """Parameters where an oscillation begins or ceases to grow."""
-        return self._at("flutter")
+    limits = parameters_at("limit", "Parameters at limit points.")
+    branchings = parameters_at("branching", "Parameters at branchings, repeated for each eigenvalue that passes zero.")
+    flutter = parameters_at("flutter", "Parameters where an oscillation begins or ceases to grow.")
 
     @property
     def stable(self) -> Array:

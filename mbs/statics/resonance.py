@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..validate import positive
-from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
+from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending, parameters_at
 from .curve import KINDS, Curve
 from .cycles import Periodic, prepare
 from .problem import Problem, StaticsError
@@ -40,20 +40,9 @@ class Response(Route):
 
     motions: list[Periodic] = field(default_factory=list)
 
-    @property
-    def folds(self) -> list[float]:
-        """Parameters where the curve turns back."""
-        return self._at("fold")
-
-    @property
-    def doublings(self) -> list[float]:
-        """Parameters where motions of twice the period leave the curve."""
-        return self._at("doubling")
-
-    @property
-    def branchings(self) -> list[float]:
-        """Parameters where other motions of the same period leave the curve."""
-        return self._at("branching")
+    folds = parameters_at("fold", "Parameters where the curve turns back.")
+    doublings = parameters_at("doubling", "Parameters where motions of twice the period leave the curve.")
+    branchings = parameters_at("branching", "Parameters where other motions of the same period leave the curve.")
 
     @property
     def stable(self) -> Array:
