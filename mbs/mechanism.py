@@ -22,7 +22,6 @@ from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, St
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen
 from .elements.references import UnknownError, check_known
-from .elements.section import name_materials
 from .offers import find_offer
 from .validate import short
 
@@ -212,7 +211,7 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in substitute(expand(name_materials(content))).items() if key not in ASIDE}
+        described = {key: each for key, each in substitute(expand(content)).items() if key not in ASIDE}
         made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT, PARAMETERS))
         return made
 

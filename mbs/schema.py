@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from .declare import Declaration, Declared, declarations, known_kinds
 from .declare.spec import Quantity, Schema
 from .documents import shorthand
-from .elements.section import MATERIALS
 from .mechanism import RUN, Mechanism
 
 BY_OTHERS = (("Link", "name"), ("Link", "body"))
@@ -30,14 +29,8 @@ def schema() -> Schema:
         },
         "required": [key for key, each in declarations(Mechanism).items() if each.required],
         "additionalProperties": False,
-        "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())} | {"Material": _material()},
+        "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())},
     }
-
-
-def _material() -> Schema:
-    """Return the schema of a material: a name or its numbers."""
-    numbers = _object("Material", known_kinds()["Material"])
-    return {"description": numbers["description"], "anyOf": [{"enum": list(MATERIALS)}, numbers]}
 
 
 def _run() -> Schema:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
 
-from ..declare import Declared, declared, part, quantity
-from ..declare.spec import did_you_mean, show
+from ..declare import Declared, Part, declared, field, quantity
+from ..declare.compound import any_of
+from ..declare.spec import Schema, did_you_mean, show
 from ..validate import non_negative
 
 
@@ -43,27 +43,22 @@ MATERIALS = {
 PLA is typical of solid parts; printed ones with gaps are softer and lighter."""
 
 
-def name_materials(content: Any, place: str = "") -> Any:
-    """Replace the names of materials in a document by what they stand for; a ValueError begins with the place."""
-    if isinstance(content, list):
-        return [name_materials(each, f"{place}[{k}]") for k, each in enumerate(content)]
-    if not isinstance(content, Mapping):
-        return content
-    before = f"{place}." if place else ""
-    return {
-        key: _material(each, f"{before}{key}") if key == "material" and isinstance(each, str)
-        else name_materials(each, f"{before}{key}")
-        for key, each in content.items()
-    }  # fmt: skip
+class ByName(Part):
+    """A material, by its name or its numbers."""
 
+    def fits(self, given: object) -> bool:
+        return isinstance(given, str) or super().fits(given)
 
-def _material(name: str, place: str) -> dict[str, float]:
-    """Write a material of this name as a table."""
-    if name not in MATERIALS:
-        known = ", ".join(MATERIALS)
-        raise ValueError(f"{place} = {show(name)}: unknown material{did_you_mean(name, MATERIALS)}; known: {known}")
-    found = MATERIALS[name]
-    return {"modulus": found.modulus, "density": found.density, "poisson": found.poisson}
+    def read(self, name: str, given: object) -> Any:
+        if not isinstance(given, str):
+            return super().read(name, given)
+        if given not in MATERIALS:
+            known = ", ".join(MATERIALS)
+            raise ValueError(f"{name} = {show(given)}: unknown material{did_you_mean(given, MATERIALS)}; known: {known}")
+        return MATERIALS[given]
+
+    def schema(self) -> Schema:
+        return any_of([{"enum": list(MATERIALS)}, super().schema()])
 
 
 class Slender:
@@ -95,7 +90,7 @@ class Section(Slender, Declared):
 
     width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
     thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion: what bends")
-    material: Material = part(Material, doc="what it is made of", default=STEEL)
+    material: Material = field(ByName((Material,)), "what it is made of, or its name", default=STEEL)
 
     @property
     def area(self) -> float:
