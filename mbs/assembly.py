@@ -5,9 +5,9 @@ Linear equations first; the lengths |E - S|^2 = L^2 that are left by Levenberg-M
 
 from __future__ import annotations
 
-from cmath import rect
+from cmath import phase, rect
 from collections.abc import Iterable, Iterator, Mapping
-from math import cos, hypot, sin
+from math import hypot
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,10 +101,9 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
     for link in links:
         if link.start not in found or link.end not in found:
             continue  # the link's own check names it
-        start, end = found[link.start], found[link.end]
-        for point, (x, y) in link.inner(start, end).items():
+        for point, (x, y) in link.inner(found[link.start], found[link.end]).items():
             off = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
-            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
+            if off > AGREE * abs(_apart(link, found)):
                 right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
                 raise ValueError(f"points['{point}'] = {short(found[point])} m: {right}")
             found[point] = (x, y)
@@ -118,8 +117,11 @@ def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
     """Distance of a link's ends: as given, or that of places that are given; None where it is not known beforehand."""
     if link.length is not None or not {link.start, link.end} <= set(points):
         return link.length
-    (x0, y0), (x1, y1) = points[link.start], points[link.end]
-    return hypot(x1 - x0, y1 - y0)
+    return abs(_apart(link, points))
+
+
+def _apart(link: Any, points: Mapping[str, Pair]) -> complex:
+    return complex(*points[link.end]) - complex(*points[link.start])
 
 
 def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
@@ -256,10 +258,7 @@ def _topmost(unknown: list[str], size: float) -> Any:
 
 def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
     """Return True if a link points where its angle says, not the other way round."""
-    if link.angle is None:
-        return True
-    (x0, y0), (x1, y1) = points[link.start], points[link.end]
-    return (x1 - x0) * cos(link.angle) + (y1 - y0) * sin(link.angle) >= 0
+    return link.angle is None or (_apart(link, points) * rect(1.0, -link.angle)).real >= 0
 
 
 def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
@@ -271,21 +270,19 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
     """Make the error for lengths that no pose has, by the pose that comes closest."""
-    apart = {link.name: hypot(*np.subtract(points[link.end], points[link.start])) for link in links}
+    apart = {link.name: abs(_apart(link, points)) for link in links}
     off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)
     return ValueError(f"links: out of reach, no pose has these lengths; at best {each}; a plain number is in m")
 
 
 def _check(link: Any, points: Mapping[str, Pair]) -> None:
-    (x0, y0), (x1, y1) = points[link.start], points[link.end]
-    apart = hypot(x1 - x0, y1 - y0)
-    where = f"'{link.start}' and '{link.end}'"
-    if link.length is not None and abs(apart - link.length) > AGREE * link.length:
-        why = f"{where} are {apart:.9g} m apart"
+    apart, where = _apart(link, points), f"'{link.start}' and '{link.end}'"
+    if link.length is not None and abs(abs(apart) - link.length) > AGREE * link.length:
+        why = f"{where} are {abs(apart):.9g} m apart"
         raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
     if link.angle is not None:
-        off = (y1 - y0) * cos(link.angle) - (x1 - x0) * sin(link.angle)
-        if abs(off) > AGREE * apart or not _has_sense(link, points):
-            why = f"{where} lie in the direction of {np.arctan2(y1 - y0, x1 - x0):.9g} rad"
+        off = (apart * rect(1.0, -link.angle)).imag
+        if abs(off) > AGREE * abs(apart) or not _has_sense(link, points):
+            why = f"{where} lie in the direction of {phase(apart):.9g} rad"
             raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")
