@@ -46,7 +46,6 @@ class Controlled(Declared):
     max_steps: int = whole(1, 10**9, doc="a run that takes more ends as TOO_MANY_STEPS", default=1_000_000)
 
     adaptive: ClassVar[bool] = True
-    record_every: ClassVar[int] = 1
 
     def longest(self, duration: float) -> float:
         """Longest step of a run, s."""
@@ -63,14 +62,13 @@ class Equal(Declared):
 
     Examples
     --------
-    >>> Exudyn(Equal(1000, record_every=10)).steps.count
+    >>> Exudyn(Equal(1000)).steps.count
     1000
     """
 
     in_files = False
 
     count: int = whole(1, 10**9, doc="steps of the run")
-    record_every: int = whole(1, 10**9, doc="one step in so many is recorded", default=1)
 
     adaptive: ClassVar[bool] = False
     tolerance: ClassVar[None] = None

@@ -12,7 +12,6 @@ from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.friction import remembering
 from ..laws.journal import BRISTLE
-from ..validate import non_negative
 from .element import GROUND, Guided, Parts, Push, Recorded
 from .link import weight
 from .references import check_known, reaches
@@ -54,12 +53,6 @@ class GuideFriction(Declared):
     def static_offset(self) -> float:
         """Static minus dynamic friction, N."""
         return 0.0 if self.static is None else self.static - self.dynamic
-
-    @classmethod
-    def of_weight(cls, coefficient: float, mass: float, gravity: float = 9.81, **kw: float) -> GuideFriction:
-        """Coulomb friction of a slider lying on its guide, gravity normal to the plane of motion: mu m g."""
-        non_negative("coefficient", coefficient, "1")
-        return cls(coefficient * mass * gravity, **kw)
 
 
 RESOLVED = 20

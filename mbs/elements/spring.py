@@ -77,7 +77,6 @@ class Elastic(Load):
             yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
         value, rate = self.state(record)
         yield Energy("held", "spring", self.stored_energy(value))
         yield Energy("taken", "damping", record.work(self.lost(value, rate)))

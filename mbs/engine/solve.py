@@ -7,7 +7,6 @@ from time import perf_counter
 from typing import Any
 
 import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 
 from ..kinematics.diagnosis import stuck
@@ -17,7 +16,6 @@ from ..process import Progress, ctrl_c
 from ..record.errors import Status
 from ..record.run import Run
 from ..solvers import MIN_STEP, Equal, Exudyn, position_error
-from . import System
 from .build import build
 from .recording import Recorder
 from .scene import SPARSE_FROM, EngineScene
@@ -33,10 +31,7 @@ NEVER_REACHED = 1e-15
 
 def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
     """Let the engine run; what went wrong, if anything."""
-    if control.solver.steps.record_every > 1:
-        _record_seldom(scene, control)
-    else:
-        scene.system.SetPostStepUserFunction(control.after_step)
+    scene.system.SetPostStepUserFunction(control.after_step)
     if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
         scene.system.SetPreStepUserFunction(control.before_step)
     complaint: Exception | None = None
@@ -56,20 +51,6 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
     if complaint is None or isinstance(complaint, exu.SolverError):
         return _divergence(control, "the smallest step did not help")
     return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
-
-
-def _record_seldom(scene: EngineScene, control: Recorder) -> None:
-    """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
-
-    def record(system: System, t: float, *_: object) -> list[float]:
-        """Record a step; an error ends the run early."""
-        if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
-            raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
-        return [0.0]
-
-    item = eii.SensorUserFunction(sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False)
-    scene.system.AddSensor(item)
-    scene.system.Assemble()
 
 
 def _divergence(control: Recorder, reason: str) -> tuple[Status, str]:
@@ -155,7 +136,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     history = control.record.history(scene)
     work = {
         "wall_s": wall,
-        "steps": float(solver.steps.record_every * (len(history.time) - 1)),
+        "steps": float(len(history.time) - 1),
         "newton_iterations": float(engine.it.newtonStepsCount),
         "jacobians": float(engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
@@ -163,7 +144,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     record = scene.record(history)
     if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
         failure = stuck(record) or failure
-    if failure is None and solver.steps.record_every == 1 and record.time[-1] < duration * (1 - UNFINISHED):
+    if failure is None and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.told])
 
@@ -173,8 +154,6 @@ def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: 
     engine = exu.MainSolverImplicitSecondOrder()
     control = implicit_control(scene, solver, duration, engine, timeout, progress)
     settings = implicit_settings(scene, solver, duration)
-    if solver.steps.record_every > 1:
-        settings.solution.sensors.writePeriod = solver.steps.longest(duration) * solver.steps.record_every
     return control, engine, run_engine(scene, control, engine, settings)
 
 

@@ -118,7 +118,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     Only as many as the limit of steps lets through, and one more, that shows that the limit was passed.
     """
     if not steps.adaptive:
-        return np.linspace(0.0, duration, steps.number(duration) + 1)[:: steps.record_every]
+        return np.linspace(0.0, duration, steps.number(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), TURN * turns))
     even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)

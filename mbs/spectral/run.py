@@ -197,7 +197,7 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
     out.first_step = longest if equal else SHORT * min(longest, duration / COARSEST)
-    out.budget, out.every, out.fixed = solver.steps.max_steps, solver.steps.record_every, equal
+    out.budget, out.every, out.fixed = solver.steps.max_steps, 1, equal
     out.floor, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     out.close = CLOSEST / solver.tolerance if equal else CLOSE * min(1.0, solver.tolerance / CLOSE_AT) ** (1 / 4)
     if explicitly(scene, solver):

@@ -92,8 +92,7 @@ def _plain(measure: Any) -> dict[str, Any]:
 def with_ledger(result: Result) -> Result:
     """Return the result with its energy ledger, if its record still has what that takes."""
     record = result.film.record if result.film is not None else None
-    every = result.provenance.get("settings", {}).get("steps", {}).get("record_every", 1) == 1
-    if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
+    if result.energy or record is None or not 1 < len(record.time) <= LONGEST:
         return result
     return replace(result, energy=ledger(record))
 

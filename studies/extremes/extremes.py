@@ -40,7 +40,7 @@ def strike(dice: Dice) -> Made:
     section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
     body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
     speed, law = dice.log(0.1, 60), laws.CarvalhoMartins(dice.log(1e3, 1e8), dice.uniform(0.1, 1.0), exponent=1.0)
-    friction = mbs.GuideFriction.of_weight(dice.uniform(0, 0.9), 0.3)
+    friction = mbs.GuideFriction(dice.uniform(0, 0.9) * 0.3 * 9.81)
     return slider_crank(body, law=law, mass=0.3, speed=speed, friction=friction), 0.56 * 2 * pi / speed
 
 

@@ -55,7 +55,6 @@ WRONG = {  # what is made -> what the message must say: parameter = value, range
     "imperfection": (lambda: mbs.Beam(STRIP, imperfection=1.1), "imperfection = 1.1 m", "[-1, 1] m"),
     "dynamic": (lambda: mbs.GuideFriction(-1.0), "dynamic = -1.0 N", "[0, inf) N"),
     "static below dynamic": (lambda: mbs.GuideFriction(2.0, static=1.0), "static = 1.0 N", "[2, inf) N"),
-    "coefficient": (lambda: mbs.GuideFriction.of_weight(-0.1, 1.0), "coefficient = -0.1", "[0, inf)"),
     "along": (lambda: mbs.Guide("B", "bar", along=(0.0, 0.0)), "along (length) = 0.0", "(0, inf)"),
     "mass": (lambda: mbs.Guide("B", "bar", mass=-0.3), "mass = -0.3 kg", "[0, inf) kg"),
     "at": (lambda: mbs.Stop("B", at=INF, law=LAW), "at = inf m", "[-1e+06, 1e+06] m"),
