@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .assembly import Assembly, assemble, carried_points, check_links
-from .declare import Part, Quantity, RefusalError, build, choice, declared, field, fields_written, vector
+from .declare import Part, Quantity, RefusalError, build, declared, field, fields_written, vector
 from .declare.compound import Either, Named, Several, Vector
 from .declare.spec import Schema
 from .documents import document as documents
@@ -93,8 +93,8 @@ class Mechanism(Parts):
     Examples
     --------
     >>> arm = Link("arm", "O", "A", Rigid(Section(width=0.03, thickness=5e-3)))
-    >>> Mechanism({"O": (0, 0), "A": (0.2, 0)}, [arm], joints=[Revolute("O", "ground", "arm")], gravity=(0, -9.81)).start
-    'unstrained'
+    >>> Mechanism({"O": (0, 0), "A": (0.2, 0)}, [arm], joints=[Revolute("O", "ground", "arm")], gravity=(0, -9.81)).gravity
+    (0.0, -9.81)
     """
 
     __slots__ = ("scene",)  # kept by `Scene.of`
@@ -117,11 +117,6 @@ class Mechanism(Parts):
         "given at t = 0: of a link's turning, rad/s, or of a point, m/s",
         default_factory=dict,
     )
-    start: str = choice(
-        "unstrained", "settled", default="unstrained",
-        doc="how strips start: 'unstrained', as straight as they are drawn at the speeds of rigid links, which lets them ring "
-        "along themselves, or 'settled', so that they do not",
-    )  # fmt: skip
     gravity: Pair = vector("m/s^2", doc="in the plane; zero also stands for gravity normal to it", default=(0.0, 0.0))
     near: Mapping[str, Pair] = field(
         Named(Vector("m"), "points"),

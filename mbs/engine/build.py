@@ -1,19 +1,15 @@
-"""Assembly of an Exudyn system from a `Mechanism`, settled if it asks for it: only what the mechanism names is built."""
+"""Assembly of an Exudyn system from a `Mechanism`, only what the mechanism names is built."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import pi
-from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
-import numpy as np
 
 from .. import elements
 from ..elements.element import Element
 from ..geometry import Array
-from ..kinematics.settle import STEP, About, settle_strips, settles
 from ..mechanism import Mechanism
 from ..offers import extensions
 from . import clearance, loads, modal, rigid, rows, stop, strip
@@ -35,8 +31,8 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,
     elements.Clearance: clearance.connect,
     elements.Weld: rows.connect,
-    elements.Slider: rows.add_sliders,
-    elements.Slot: rows.add_sliders,
+    elements.Slider: rows.connect,
+    elements.Slot: rows.connect,
     elements.Guide: guides.connect,
     elements.Strut: loads.join_struts,
     elements.Stop: stop.connect,
@@ -112,7 +108,6 @@ def build(mechanism: Mechanism) -> EngineScene:
         group.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene.system, scene.placed)
-    settle(scene)
     return scene
 
 
@@ -126,96 +121,3 @@ def _add_gravity(scene: EngineScene) -> None:
             marker = scene.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             scene.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
     scene.parts["gravity"] += 1
-
-
-REDUNDANT = 1e-12
-"""Compliance of redundant rows, relative to rows scaled to 1."""
-
-
-class _Equations:
-    """Equations of a system: mass, forces and constraints by the engine's solver, constraint accelerations by differences."""
-
-    def __init__(self, scene: EngineScene, step: float) -> None:
-        solver: Any = exu.MainSolverImplicitSecondOrder()  # its stubs lack the arguments
-        self.system, self.solver, self.step = scene.system, solver, step
-        settings = exu.SimulationSettings()
-        settings.solution.file.write = False
-        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
-        self.solver.InitializeSolver(self.system, settings)
-        self.size = self.system.systemData.ODE2Size()
-
-    def _at(self, q: Array, v: Array, t: float = 0.0) -> None:
-        data = self.system.systemData
-        data.SetODE2Coordinates(q)
-        data.SetODE2Coordinates_t(v)
-        data.SetTime(t)
-
-    def _gaps(self, q: Array, v: Array, t: float) -> Array:
-        self._at(q, v, t)
-        self.solver.ComputeAlgebraicEquations(self.system, False)
-        return np.array(self.solver.GetSystemResidual())[self.size :]
-
-    def _matrices(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
-        """Mass, stiffness, scaled rows of the constraints, and their scales."""
-        self._at(q, v)
-        n, solver = self.size, self.solver
-        solver.ComputeMassMatrix(self.system)
-        mass = np.array(solver.GetSystemMassMatrix())[:n, :n]
-        solver.ComputeJacobianODE2RHS(self.system, -1.0, 0.0)
-        stiffness = np.array(solver.GetSystemJacobian())[:n, :n]
-        solver.ComputeJacobianODE2RHS(self.system, 0.0, 0.0)
-        solver.ComputeJacobianAE(self.system, 1.0, 1.0)  # a drive of constant speed is a row of velocities
-        rows = np.array(solver.GetSystemJacobian())[n:, :n]
-        scales = np.abs(rows).max(axis=1, initial=0.0)
-        scales[scales == 0.0] = 1.0
-        return mass, stiffness, rows / scales[:, None], scales
-
-    def _solve(self, inner: Array, rows: Array, right: Array, gaps: Array) -> Array:
-        """Solve inner x + rows^T mu = right, rows x = gaps for x."""
-        unit = np.abs(np.diag(inner)).max()
-        whole = np.block([[inner / unit, rows.T], [rows, -REDUNDANT * np.eye(len(rows))]])
-        try:
-            return np.asarray(np.linalg.solve(whole, np.append(right / unit, gaps))[: self.size])
-        except np.linalg.LinAlgError as error:
-            raise ArithmeticError(str(error)) from None
-
-    def about(self, q: Array, v: Array, shift: float) -> About:
-        """See `Equations`."""
-        mass, stiffness, rows, _ = self._matrices(q, v)
-        none = np.zeros(len(rows))
-        return About(mass, lambda right: self._solve(stiffness + shift * mass, rows, right, none))
-
-    def acceleration(self, q: Array, v: Array) -> Array:
-        """See `Equations`."""
-        h = self.step
-        before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
-        mass, _, rows, scales = self._matrices(q, v)
-        return self._solve(mass, rows, self.force(q, v), -(after - 2 * middle + before) / h**2 / scales)
-
-    def force(self, q: Array, v: Array) -> Array:
-        """See `Equations`."""
-        self._at(q, v)
-        self.solver.ComputeODE2RHS(self.system)
-        return np.array(self.solver.GetSystemResidual())[: self.size]
-
-    def project(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """See `Equations`."""
-        still, h = np.zeros(self.size), self.step
-        mass, _, rows, scales = self._matrices(q, v)
-        q = q - self._solve(mass, rows, still, self._gaps(q, v, 0.0) / scales)
-        mass, _, rows, scales = self._matrices(q, v)
-        before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
-        return q, v - self._solve(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
-
-
-def settle(scene: EngineScene) -> None:
-    """Give a system its settled start, if the mechanism asks for it."""
-    if not settles(scene.mechanism):
-        return
-    data, initial = scene.system.systemData, exu.ConfigurationType.Initial
-    q, v = (np.array(get(configuration=initial)) for get in (data.GetODE2Coordinates, data.GetODE2Coordinates_t))
-    equations = _Equations(scene, STEP * scene.source.axial_period / (2 * pi))
-    q, v = settle_strips(equations, scene.mechanism, q, v)
-    data.SetODE2Coordinates(q, configuration=initial)
-    data.SetODE2Coordinates_t(v, configuration=initial)
-    data.SetTime(0.0)

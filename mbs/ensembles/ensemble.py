@@ -31,7 +31,7 @@ from ..spectral.dense import refine_times
 from ..spectral.output import Output
 from ..spectral.run import State, explicitly, integrate
 from ..spectral.scene import CompiledScene
-from ..spectral.start import begin
+from ..spectral.start import start_rates
 from ..spectral.statistics import Accumulator
 from ..spectral.tables import JOURNAL, KIND
 from ..validate import one_of, positive, whole
@@ -91,7 +91,7 @@ class Task:
             names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
             channels = Channels.of(scene, list(names))
             loose = steps_over_impacts(scene, self.solver)
-            ready[source] = Ready(scene, State(0.0, *begin(scene), scene.memory()), channels, loose)
+            ready[source] = Ready(scene, State(0.0, scene.q0, start_rates(scene), scene.memory()), channels, loose)
         return ready[source]
 
     def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:

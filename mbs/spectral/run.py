@@ -23,7 +23,7 @@ from .fronts import Orders
 from .output import DormandPrince, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
-from .start import Balance, balance, begin, dormand_prince_state, radau_state
+from .start import Balance, balance, dormand_prince_state, radau_state, start_rates
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 
 CLOSE = 1e-4
@@ -123,7 +123,7 @@ def integrate(
     step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only the
     last row is kept then, and explicit steps do not end at onsets that have no kink.
     """
-    state = state or State(0.0, *begin(scene), scene.memory())
+    state = state or State(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)

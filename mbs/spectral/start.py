@@ -1,4 +1,4 @@
-"""States to start from: rates and accelerations that the constraints allow, settled as `kinematics.settle` has it, and room."""
+"""States to start from: rates and accelerations that the constraints allow, and room."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..kinematics.settle import About, settle_strips, settles
 from .doors import place
 from .frame_body import FrameBody
 from .output import DormandPrinceState, RadauState
@@ -82,40 +81,6 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 def _rubs(scene: CompiledScene) -> bool:
     """Return True if a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())
-
-
-class _Equations:
-    """Equations of a scene, linear about its start."""
-
-    def __init__(self, scene: CompiledScene) -> None:
-        self.scene = scene
-
-    def about(self, q: Array, v: Array, shift: float) -> About:
-        """See `Equations`."""
-        linear = self.scene.linear(q, v, 0.0, balance(self.scene, q, v).multipliers)
-        factors, rows = linear.factor(mass=shift, stiffness=1.0), np.zeros(linear.jacobian.shape[0])
-        return About(linear.mass, lambda right: factors.solve(np.append(right, rows))[: len(q)])
-
-    def acceleration(self, q: Array, v: Array) -> Array:
-        """See `Equations`."""
-        return balance(self.scene, q, v).acceleration
-
-    def force(self, q: Array, v: Array) -> Array:
-        """See `Equations`."""
-        return np.asarray(self.scene.assemble(q, v, tangents=False, sparse=True).force)
-
-    def project(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """See `Equations`."""
-        still = np.zeros(len(q))
-        q = q - self.scene.accelerate(q, still, self.scene.assemble(q, tangents=False, sparse=True).residual)[0]
-        a = self.scene.assemble(q, tangents=False, sparse=True)
-        return q, v + self.scene.accelerate(q, still, a.speed - a.jacobian @ v)[0]
-
-
-def begin(scene: CompiledScene) -> tuple[Array, Array]:
-    """Coordinates and rates at t = 0, settled if the mechanism asks for it."""
-    q, v = scene.q0, start_rates(scene)
-    return settle_strips(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)
 
 
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:

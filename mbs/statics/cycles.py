@@ -11,7 +11,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.run import State
 from ..spectral.scene import CompiledScene
-from ..spectral.start import begin
+from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
 from .problem import StaticsError, distance_between, has_strips, places, prolong
@@ -137,7 +137,7 @@ def prepare(
     if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
     scene = CompiledScene.of(mechanism, degree or (start.scene.degree if start else FIRST))
-    state = State(0.0, *begin(scene), scene.memory())
+    state = State(0.0, scene.q0, start_rates(scene), scene.memory())
     if start is not None:
         state = state._replace(q=prolong(start.scene, scene, start.q[0]), v=prolong(start.scene, scene, start.v[0]))
     return Shooting(scene, period), state
