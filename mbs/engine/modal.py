@@ -74,10 +74,6 @@ class PlacedModal(Placed):
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
-    def direction(self, _point: str) -> float:
-        """Return the direction of the link, which starts undeformed [rad]."""
-        return float(self.reference[0, 2])
-
     def mobility(self, point: str, _along: Pair) -> float:
         """Return one over the effective mass of a point, in the direction in which it is least [1/kg]."""
         station = self.stations[point]

@@ -75,15 +75,6 @@ class Placed:
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
         return True
 
-    def rigid_marker(self, point: str) -> int:
-        """Marker with place and turn of the body at a point."""
-        node, _ = self.contact_node(point)
-        return int(self.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node)))
-
-    def direction(self, _point: str) -> float:
-        """Angle of that marker's axes at t = 0, rad."""
-        raise NotImplementedError
-
     def place_node(self, point: str) -> tuple[int, int, Array]:
         """Node that moves with a point, how many coordinates it has (x, y first), and that node's reference place."""
         node, place = self.contact_node(point)

@@ -58,16 +58,6 @@ class PlacedRigid(Placed):
         """Do nothing: it was built with all it bears."""
         return False
 
-    def rigid_marker(self, point: str) -> int:
-        """On the body, at any point of the mechanism as it lies at t = 0."""
-        c, s = np.cos(self.direction(point)), np.sin(self.direction(point))
-        local = np.array([[c, s], [-s, c]]) @ (self.arms[point] + self.own)
-        return int(self.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
-
-    def direction(self, _point: str) -> float:
-        """Return the angle of the link."""
-        return float(self.reference[0, 2])
-
     def mobility(self, point: str, along: Pair) -> float:
         """Compute the mobility of its mass and inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along

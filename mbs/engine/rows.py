@@ -1,4 +1,4 @@
-"""Rows of elements in the engine: its own pins, turns and sliders, or any linear form as one constraint on nodes."""
+"""Rows of elements in the engine: its own pins and turns, or any linear form as one constraint on nodes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.element import GROUND, Element, Place
-from ..elements.joint import Slot
 from ..elements.rows import Row, Turn, find_pin
-from ..geometry import Array, rotate
+from ..geometry import Array
 from ..record.record import Record
 from ..scene.forms import Ends, Forms
 from . import System
@@ -116,40 +115,3 @@ class RowConstraint:
         given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
         size = np.zeros((forms.count, reference.size))  # the number of equations
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=size, **given)))
-
-
-def add_sliders(scene: EngineScene, joints: dict[str, Slot]) -> None:
-    """Add each slider or slot: the engine's prismatic joint, the line's normal on the second body."""
-    for name, joint in joints.items():
-        (first, leans), (second, turned) = (_marker(scene, body, joint.point) for body in (joint.first, joint.second))
-        ax, ay = joint.along
-        item = eii.ObjectJointPrismatic2D(
-            markerNumbers=[first, second],
-            axisMarker0=_local((ax, ay), leans),
-            normalMarker1=_local((-ay, ax), turned),
-            constrainRotation=joint.keeps_angle,
-        )
-        scene.constraints[name] = int(scene.system.AddObject(item))
-        scene.reads(name, "effort", _effort(scene, name))
-        scene.parts[type(joint).__name__] += 1
-
-
-def _effort(scene: EngineScene, name: str) -> Reader:
-    """Reader of normal force and moment on the second body; the engine's second equation falls as that body turns ahead."""
-    signs = np.array([-1.0, 1.0])
-    return lambda run, _record: signs * run.multipliers[:, scene.multipliers(name)]
-
-
-def _marker(scene: EngineScene, body: str, point: str) -> tuple[int, float]:
-    """Rigid marker of a body, or of the ground, at a point, and the direction of its axes at t = 0."""
-    if body != GROUND:
-        placed = scene.placed[body]
-        return placed.rigid_marker(point), placed.direction(point)
-    x, y = scene.mechanism.points[point]
-    ground = scene.system.AddObject(eii.ObjectGround(referencePosition=[x, y, 0.0]))
-    return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=ground, localPosition=[0.0, 0.0, 0.0]))), 0.0
-
-
-def _local(vector: tuple[float, float], angle: float) -> list[float]:
-    """Return a vector in axes turned by an angle."""
-    return [*rotate(-np.array(angle), vector).tolist(), 0.0]

@@ -56,11 +56,6 @@ class PlacedStrip(Placed):
             self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.ends[point], self.reference[node])
         return self.anchors[point], place
 
-    def direction(self, point: str) -> float:
-        """Return the angle of the section's normal."""
-        row = self.reference[self.at[point]]
-        return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
-
     def place_node(self, point: str) -> tuple[int, int, Array]:
         """Return the node there."""
         node = self.at[point]
