@@ -21,10 +21,8 @@ from ..scene.scene import Scene
 from . import Callback, System
 from .forces import StrutSpring
 from .guarded import guard, watch
-from .guide import PlacedBlock
 from .placed import History
 from .scene import EngineScene
-from .states import Moving, Sliding, Turning, add_states
 from .strip import PlacedStrip
 
 FLYWHEEL = 1e12
@@ -37,9 +35,7 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         at = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
         scene.parts["Force"] += 1
-        if load.states is not None:
-            add_states(scene, name, load, _loaded_point(scene, *at))
-            continue
+        _refuse_states(load)
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
         else:
@@ -47,6 +43,12 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         scene.system.AddLoad(item)
         if load.through is not None:
             add_torque(scene, scene.turning(*at), _moment_of(scene, at, load.through, _force(scene, name, load, follows)))
+
+
+def _refuse_states(load: Force | Torque) -> None:
+    """Raise a ValueError for a law with states: the engine has no coordinates for them."""
+    if load.states is not None:
+        raise ValueError(f"{load.where}: states = {load.states!r}: the compiled solver alone integrates states; use Spectral()")
 
 
 def _moment_of(
@@ -61,15 +63,6 @@ def _moment_of(
         return (through[0] - x) * fy - (through[1] - y) * fx
 
     return moment
-
-
-def _loaded_point(scene: EngineScene, body: str, point: str) -> Sliding | Moving:
-    """Return the point in the engine's own coordinates."""
-    placed, at = scene.placed[body], scene.mechanism.points[point]
-    if isinstance(placed, PlacedBlock):
-        return Sliding(placed.nodes[0], 1, np.array(at), placed.body.along)
-    node, size, here = placed.place_node(point)
-    return Moving(node, size, here, np.subtract(at, here))
 
 
 def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
@@ -106,9 +99,8 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
     """Load the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
         body, point = place(load.at(scene.mechanism))
-        if load.states is not None:
-            add_states(scene, name, load, Turning(scene.placed[body].contact_node(point)[0]))
-        elif callable(load.value):
+        _refuse_states(load)
+        if callable(load.value):
             add_torque(scene, scene.turning(body, point), guard(scene, name, load.value))
         else:
             scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.turning(body, point), load=load.value))

@@ -51,8 +51,6 @@ class EngineScene:
         Velocities at t = 0.
     starts_smooth : bool
         True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
-    states : list of (int, int)
-        Nodes of the states of loads' laws, and how many each has.
     told : list of str
         Sentences for the summary: laws that could not be compiled.
     stopped : (Status, str) or None
@@ -70,7 +68,6 @@ class EngineScene:
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
     starts_smooth: bool = False
-    states: list[tuple[int, int]] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)

@@ -55,9 +55,7 @@ class StepControl(Recorder):
         self.max_step = steps.longest(duration)
         stops = [_StopWatch(contact, steps) for contact in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
-        tolerance = self.limit / max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
-        states = [_StateWatch(scene, node, count, tolerance) for node, count in scene.states]
-        self.watched: list[_StopWatch | _StrutWatch | _StateWatch] = [*stops, *struts, *states]
+        self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
@@ -182,26 +180,6 @@ class _StrutWatch:
         if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
             return 0.0
         return abs(now - before) / -self.spring.kink
-
-
-class _StateWatch:
-    """States of a load's law: the error of their integrals, as that of angles, with 1 or their largest value for 1 rad/s."""
-
-    def __init__(self, scene: EngineScene, node: int, count: int, tolerance: float) -> None:
-        first = scene.system.GetNodeODE2Index(node)
-        self.data, self.places, self.tolerance = scene.system.systemData, slice(first, first + count), tolerance
-        self.units, self.rates = np.ones(count), np.full(count, np.nan)
-
-    def step_limit(self, _places: Array, q_t: Array, wanted: float) -> float:
-        """Take down the rates and sizes of an accepted step."""
-        self.rates = self.data.GetODE2Coordinates_tt()[self.places]
-        self.units = np.maximum(self.units, np.abs(q_t[self.places]))
-        return wanted
-
-    def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Error over what is allowed; 0 of the first step."""
-        change = np.abs(self.data.GetODE2Coordinates_tt()[self.places] - self.rates) / self.units
-        return float(np.nan_to_num(h * h / 12 * change).max()) / self.tolerance
 
 
 def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
