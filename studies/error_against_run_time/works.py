@@ -66,7 +66,7 @@ def strip() -> Work:
 
     def ours(elements: int) -> Array:
         """Return the loads from the engine by Buckler."""
-        return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS).load
+        return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
 
     def hand(elements: int) -> Array:
         """Return the loads from a model straight on the engine, over the unit of load."""

@@ -34,7 +34,6 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.record.errors import Status
 
 from ..kit.parameters import StudyParameters, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
@@ -161,10 +160,11 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
 
     def beam(u: Array) -> Array:
         """Compute the load of the engine's beam."""
-        states = engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
-        if states.status is not Status.OK:
-            failures.append(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
-        return states.load
+        try:
+            return engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
+        except ArithmeticError as error:
+            failures.append(f"h = {_mm(thickness)} mm: {error}")
+            return np.full(u.shape, np.nan)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
         """Compute a load above `STRAIGHTEST`, nan below."""
