@@ -81,7 +81,6 @@ def __dir__() -> list[str]:
 
 offer({
     "plot_mechanism": "buckler.mbs.view.plot:plot_mechanism",
-    "mechanism_html": "buckler.mbs.view.plot:mechanism_html",
     "plot_signals": "buckler.mbs.view.plot:plot_signals",
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
     "plot_path": "buckler.mbs.view.equilibria:plot_path",
@@ -90,7 +89,7 @@ offer({
     "measures": "buckler.mbs.sensitivity.measures:measures",
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
-    "write_fit": "buckler.mbs.view.shell:write_fit",
+    "plot_fit": "buckler.mbs.view.plot:plot_fit",
     "notebook_frame": "buckler.mbs.view.report:notebook_frame",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
     "planar_model": "buckler.mbs.modal.bar:planar_model",

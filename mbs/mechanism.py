@@ -253,10 +253,6 @@ class Mechanism(Parts):
         """
         return find_offer("plot_mechanism")(self, axes, names)
 
-    def _repr_html_(self) -> str:
-        """Picture and parts, for notebooks."""
-        return find_offer("mechanism_html")(self)
-
 
 def _place(kind: str, k: int, element: Any) -> str:
     """Return the place of an element in a file."""

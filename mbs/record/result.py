@@ -224,7 +224,7 @@ class Result:
         Parameters
         ----------
         path : str or Path
-            Ends in `.gif` or `.mp4`; the latter needs the program ffmpeg.
+            Ends in `.gif`.
         seconds : float
             How long the picture runs, s, positive.
         width : float
@@ -234,8 +234,6 @@ class Result:
         ------
         ValueError
             If the path ends otherwise.
-        RuntimeError
-            If ffmpeg is needed and not there.
         """
         return find_offer("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
 

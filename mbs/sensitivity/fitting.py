@@ -107,9 +107,9 @@ class Fit:
         left = [f"rms of what is left of {name}: {value:.4g}{behind(self.units, name)}" for name, value in self.rms.items()]
         return "\n".join([*lines, *left, *self.unidentified])
 
-    def write_html(self, path: str | Path, title: str = "Fit") -> Path:
-        """Write a page: numbers, data beside the fit, what is left, profiles."""
-        return find_offer("write_fit")(self, path, title)
+    def plot(self) -> Any:
+        """Draw data beside the fit, what is left, and profiles; return the matplotlib figure."""
+        return find_offer("plot_fit")(self)
 
 
 def fit(

@@ -1,27 +1,21 @@
-"""Pictures by matplotlib: a mechanism, with its parts in a notebook, signals over time, the energy ledger, an animation."""
+"""Pictures by matplotlib: a mechanism, signals over time, the energy ledger, an animation, a fit."""
 
 from __future__ import annotations
 
-import html
-import re
 from collections.abc import Callable, Iterable, Sequence
-from io import StringIO
+from math import ceil
 from pathlib import Path as FilePath
-from shutil import which
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements.element import Element
-from ..elements.link import Link
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..scene.scene import Scene
 from ..units import label_with_unit
 from ..validate import near
 from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
 from .movie import Movie, corners, still
-from .style import WIDTH, house_style
+from .style import WIDTH, house_style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +28,8 @@ MARGIN = 4.0
 """Room around a mechanism, in symbols."""
 FRAMES = 120
 """Pictures of an animation at most."""
+MOST = 12
+"""Rows of a fit's figure at most."""
 ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
@@ -187,32 +183,19 @@ def _warn(axes: Axes, result: Result) -> None:
 def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: float = 640.0) -> FilePath:
     """Write a moving picture; see `Result.animate`."""
     path = FilePath(path)
-    kind = path.suffix.lower()
-    if kind not in (".gif", ".mp4"):
-        raise ValueError(f"animate: '{path.name}' must end in .gif or .mp4")
-    if kind == ".mp4" and which("ffmpeg") is None:
-        raise RuntimeError(f"animate: '{path.name}' needs the program ffmpeg, which was not found; install it, or write a .gif")
+    if path.suffix != ".gif":
+        raise ValueError(f"animate: '{path.name}' must end in .gif")
     rows = np.unique(np.linspace(0, len(movie.time) - 1, min(FRAMES, len(movie.time))).round().astype(int)).tolist()
     rate = max(1, round(len(rows) / seconds))
     path.parent.mkdir(parents=True, exist_ok=True)
     with house_style():
-        figure, draw = _stage(movie, width)
-        if kind == ".mp4":
-            from matplotlib.animation import FFMpegWriter
-
-            even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]  # the codec wants even sizes
-            writer = FFMpegWriter(rate, codec="libx264", extra_args=even)
-            with writer.saving(figure, str(path), 100):
-                for k in rows:
-                    draw(k)
-                    writer.grab_frame()
-        else:
-            _write_gif(path, [draw(k) for k in rows], rate)
+        draw = _stage(movie, width)
+        _write_gif(path, [draw(k) for k in rows], rate)
     return path
 
 
-def _stage(movie: Movie, width: float) -> tuple[Figure, Callable[[int], Array]]:
-    """Return a figure of so many pixels, and what draws a picture on it and returns its bytes, (height, width, 4)."""
+def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
+    """Return a function that draws a picture of a width [pixels] and returns its bytes, (height, width, 4)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -233,7 +216,7 @@ def _stage(movie: Movie, width: float) -> tuple[Figure, Callable[[int], Array]]:
         canvas.draw()
         return np.array(canvas.buffer_rgba())
 
-    return figure, draw
+    return draw
 
 
 def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:
@@ -246,21 +229,25 @@ def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
 
 
-def mechanism_html(mechanism: Mechanism) -> str:
-    """Picture (SVG) and a table of the elements."""
-    from matplotlib.figure import Figure
-
-    text = StringIO()
-    with house_style():
-        figure = Figure(figsize=(6.3, 4.0))
-        draw(still(mechanism), 0, figure.subplots())
-        figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
-    picture = re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
-    cells = [(html.escape(name), html.escape(kind(element))) for name, element in Scene.of(mechanism).elements.items()]
-    rows = "".join(f"<tr><td>{name}</td><td>{what}</td></tr>" for name, what in cells)
-    return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
+# --- fits -------------------------------------------------------------------------------------------------------------
 
 
-def kind(element: Element) -> str:
-    """Kind of an element; of a link, that of its body too."""
-    return type(element).__name__ + (f" ({type(element.body).__name__})" if isinstance(element, Link) else "")
+def plot_fit(fit: Any) -> Figure:
+    """Draw data beside the fit, what is left of them, and profiles; see `Fit.plot`."""
+    rows = [(each, said, name) for each, said in zip(fit.experiments, fit.predicted, strict=True) for name in each.signals][:MOST]
+    count = len(rows) + ceil(len(fit.profiles) / 2)
+    figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
+    for (each, said, name), (left, right) in zip(rows, axes, strict=False):
+        left.plot(each.time, each.signals[name], ".", markersize=2, label="data")
+        left.plot(each.time, said[name], label="fit")
+        left.set(title=each.name, ylabel=label_with_unit(name, fit.units[name]), xlabel="time [s]")
+        left.legend()
+        right.plot(each.time, each.signals[name] - said[name], ".", markersize=2)
+        right.set(ylabel=label_with_unit("data less fit", fit.units[name]), xlabel="time [s]")
+    for ax, (name, profile) in zip(axes[len(rows) :].flat, fit.profiles.items(), strict=False):
+        ax.plot(profile.at, profile.cost, "o-", markersize=3)
+        ax.axhline(profile.level, linestyle="--", label="end of the 95 % interval")
+        ax.legend()
+        top = profile.cost.min() + 4 * (profile.level - profile.cost.min())
+        ax.set(xlabel=label_with_unit(name, fit.units[name]), ylabel="half the sum of squares", ylim=(None, top))
+    return figure

@@ -71,7 +71,7 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
     parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the page; default results")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the figure; default results")
 
 
 def _fit(options: argparse.Namespace, file: Opened) -> int:
@@ -86,11 +86,11 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
         found = fitted(file.document, data, free=free, starts=options.starts, profiles=options.profile)
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
-    page = found.write_html(out / "report.html", f"{options.file.stem}: fit to {options.data.name}")
+    found.plot().savefig(figure := out / "fit.png")
     if options.json:
         print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
     else:
-        print(f"{found}\ndata beside the fit: {page}\nmechanism with these numbers: {mechanism}")
+        print(f"{found}\ndata beside the fit: {figure}\nmechanism with these numbers: {mechanism}")
     return 0
 
 
