@@ -207,7 +207,7 @@ class Follower:
         return total
 
     def _pushes(self, record: Record) -> Array:
-        """Forces of guides' friction, stops and loads, by the links' starts, (times, links, 3)."""
+        """Forces of guides' friction and loads, by the links' starts, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}

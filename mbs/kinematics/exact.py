@@ -8,7 +8,6 @@ from time import perf_counter
 import numpy as np
 
 from ..elements import Load
-from ..elements.stop import Stop, Striking
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
@@ -22,14 +21,8 @@ from .determined import Ended, Follower, UnclosedError
 
 TURN = 400
 """Samples of a turn of the drive."""
-INSIDE = 2.5
-"""Samples within a contact, relative to the resolution of contacts."""
 SPELL = 0.2
 """Least number of samples in a step, relative to the resolution of contacts."""
-PIECES = 24
-"""Pieces into which a step is divided to find the ends of a contact."""
-ROUNDS = 4
-"""Times that division is repeated."""
 BEFORE = 1e-12
 """Time of a sample before a kink of the drive, relative to the run."""
 
@@ -72,8 +65,6 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
         grid = _with_fast_spells(follower.anchors.time, grid, ceil(SPELL * solver.steps.contact_resolution))
-        if mechanism.stops:
-            grid = _with_contacts(follower, grid, ceil(INSIDE * solver.steps.contact_resolution))
     course = follower.at(grid)
     record = follower.record(course)
     spoilt = _spoilt(record)
@@ -82,8 +73,6 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         course = follower.at(grid)
         record = follower.record(course)
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
-    for name, stop in _stops(mechanism).items():
-        channels[name] = {"force": _forces(stop, record)[:, None]}
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
     failure = None if ended is None else (ended.status, ended.sentence)
@@ -145,50 +134,3 @@ def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
     kept[[0, -1]] = True
     kept |= ~np.append(short, False)[np.clip(np.searchsorted(reached, grid, side="right") - 1, 0, len(short))]
     return np.unique(np.concatenate([grid[kept], *extra]))
-
-
-def _stops(mechanism: Mechanism) -> dict[str, Stop]:
-    return {name: element for name, element in Scene.of(mechanism).elements.items() if isinstance(element, Stop)}
-
-
-def _forces(stop: Stop, record: Record) -> Array:
-    """Contact force at the samples, N; its law remembers the speed each contact began with."""
-    contact, forces = Striking(stop), []
-    for depth, rate in zip(*(values.tolist() for values in stop.approach(record)), strict=True):
-        forces.append(contact.force(depth, rate))
-        contact.accept(depth, rate)
-    return np.array(forces)
-
-
-def _with_contacts(follower: Follower, grid: Array, inside_each: int) -> Array:
-    """Add both sides of the ends of all contacts, as forces may jump there, and so many samples within each."""
-    record = follower.record(follower.at(grid))
-    extra: list[Array] = []
-    for stop in _stops(record.mechanism).values():
-        depth, rate = stop.approach(record)
-        grazes = (np.maximum(depth[1:], depth[:-1]) <= 0) & (rate[:-1] > 0) & (rate[1:] < 0)
-        changes = (depth[1:] > 0) != (depth[:-1] > 0)
-        looked = [np.linspace(grid[k], grid[k + 1], 4 * PIECES + 1) for k in np.flatnonzero(grazes)]
-        times = np.unique(np.concatenate([grid, *looked]))
-        if not (changes | grazes).any():
-            continue
-        inside = stop.approach(follower.record(follower.at(times)))[0] > 0
-        edges = [
-            _edge(follower, stop, times[k], times[k + 1], rising=bool(inside[k + 1]))
-            for k in np.flatnonzero(inside[1:] != inside[:-1])
-        ]
-        extra += map(np.array, edges)
-        inner = [after if k % 2 == inside[0] else before for k, (before, after) in enumerate(edges)]
-        bounds = [*([grid[0]] if inside[0] else []), *inner, *([grid[-1]] if inside[-1] else [])]
-        extra += [np.linspace(a, b, inside_each + 1) for a, b in zip(bounds[::2], bounds[1::2], strict=False)]
-    return np.unique(np.concatenate([grid, *extra]))
-
-
-def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising: bool) -> tuple[float, float]:
-    """Times before and after a contact begins or ends, s."""
-    for _ in range(ROUNDS):
-        times = np.linspace(before, after, PIECES + 1)
-        inside = stop.approach(follower.record(follower.at(times)))[0] > 0
-        k = int(np.argmax(inside == rising))
-        before, after = float(times[max(0, k - 1)]), float(times[k])
-    return before, after

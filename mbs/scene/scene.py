@@ -127,6 +127,8 @@ class Scene:
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
             return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
+        if mechanism.stops:
+            return f"a contact at '{mechanism.stops[0].point}' begins and ends between steps"
         nothing = np.empty((0, 3))
         holding = set(self.linkage.names)
         for name, element in self.elements.items():
@@ -136,7 +138,7 @@ class Scene:
                 return f"friction of '{name}' follows its reaction"
             if name in holding and element.reactions(nothing) is None:
                 return f"'{name}' does not tell its reaction"
-        acting = [each for each in (*mechanism.stops, *mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
+        acting = [each for each in (*mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
         silent = [each.key for each in acting if type(each).pushes is Element.pushes]
         return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
 

@@ -247,8 +247,8 @@ def test_block_takes_its_rough_cart_along(solver):
 
 @pytest.mark.parametrize(
     "solver",
-    [mbs.Spectral(mbs.Controlled(tolerance=1e-8)), mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), mbs.Closure()],
-    ids=["compiled", "engine", "closure"],
+    [mbs.Spectral(mbs.Controlled(tolerance=1e-8)), mbs.Exudyn(mbs.Controlled(tolerance=1e-8))],
+    ids=["compiled", "engine"],
 )
 def test_driven_crank_scrapes_a_rough_face(solver):
     """Friction takes mu times the integral of k d |v_x| dt, with d = r sin(w t) - h, v_x = -r w sin(w t)."""
