@@ -87,7 +87,6 @@ offer({
     "animate": "buckler.mbs.view.plot:animate",
     "read": "buckler.mbs.sensitivity.measures:read",
     "measures": "buckler.mbs.sensitivity.measures:measures",
-    "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
     "plot_fit": "buckler.mbs.view.plot:plot_fit",
     "notebook_frame": "buckler.mbs.view.report:notebook_frame",

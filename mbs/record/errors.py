@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import nan
 from typing import Any
@@ -143,7 +143,7 @@ class Errors(Mapping[Any, float]):
 
     def __eq__(self, other: object) -> bool:
         """Compare all fields; values that are unknown in both are equal."""
-        return isinstance(other, Errors) and repr(self.plain()) == repr(other.plain())
+        return isinstance(other, Errors) and repr(vars(self)) == repr(vars(other))
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -163,18 +163,3 @@ class Errors(Mapping[Any, float]):
         worst = sorted(own, key=lambda name: own[name], reverse=True)
         shown = "".join(f", {name} {own[name]:.2g}" for name in worst[:SHOWN])
         return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(own) > SHOWN else ''}>"
-
-    def plain(self) -> dict[str, Any]:
-        """Return plain values, for a file; errors and sizes as rows of signal, norm, value."""
-        named = {spec.name: getattr(self, spec.name) for spec in fields(self)}
-        rows = {name: [[*key, value] for key, value in named[name].items()] for name in ("signals", "sizes")}
-        return named | rows | {name: list(named[name]) for name in ("unresolved", "notes")}
-
-    @classmethod
-    def of(cls, plain: Mapping[str, Any]) -> Errors:
-        """Read the values of `plain`; of a file of another version the motion's error alone."""
-        if not isinstance(plain.get("signals", []), list):
-            return cls(plain.get("motion", nan), kind=plain.get("kind", ""))
-        tables = {name: {(signal, Norm(norm)): value for signal, norm, value in plain[name]} for name in ("signals", "sizes")}
-        lists = {name: tuple(plain[name]) for name in ("unresolved", "notes")}
-        return cls(**{**plain, **tables, **lists})

@@ -15,18 +15,18 @@ from ..elements.signal import Trait
 from ..geometry import Array
 from ..offers import find_offer
 from ..validate import positive
-from . import stored
 from .errors import Errors, Status
 from .lookup import OUTSIDE, between, unknown
-from .stored import Shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .signals import Shape
+
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """Outcome of `simulate`; no engine handles, so it pickles.
+    """Outcome of `simulate`; no engine handles, so that `pickle` keeps it in a file.
 
     Attributes
     ----------
@@ -163,21 +163,6 @@ class Result:
             return self
         return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
 
-    def save(self, path: str | Path) -> Path:
-        """Write everything to one .npz file, readable without this package."""
-        return stored.write(self, path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Result:
-        """Read a file that `save` wrote.
-
-        Raises
-        ------
-        ValueError
-            If the file is none.
-        """
-        return cls(**stored.read(path))
-
     # --- to look at ---------------------------------------------------------------------------------------------------
 
     @property
@@ -187,10 +172,10 @@ class Result:
         Raises
         ------
         ValueError
-            If the result was not made by a run, or saved without its motion.
+            If the result was not made by a run.
         """
         if self.film is None:
-            raise ValueError("this result holds no motion: it was made by hand, or saved by an older version")
+            raise ValueError("this result holds no motion: it was made by hand")
         return self.film.movie()
 
     def plot(self, *names: str, axes: Axes | Sequence[Axes] | None = None) -> Any:
@@ -270,7 +255,7 @@ class Result:
         Raises
         ------
         ValueError
-            If the path ends otherwise, or if times are asked of a result from a file.
+            If the path ends otherwise, or if times are asked of a result that was pickled.
         """
         return find_offer("write_paraview")(self, path, times)
 

@@ -8,6 +8,7 @@ acceleration, hardly damped: how much is a matter of microseconds of the start o
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from .motion import between
 from .record import Record
-from .stored import Shape
 
 
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
@@ -44,6 +44,25 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
 def _mark_undetermined(signal: Signal) -> Signal:
     """Mark a reaction as one of many that balance; places and the like of its element are determined."""
     return signal._replace(kind=Kind.UNDETERMINED) if signal.kind is Kind.REACTION else signal
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A flexible link at chosen times.
+
+    Attributes
+    ----------
+    times : array, shape (times,)
+        s.
+    points : array, shape (times, stations, 2)
+        Positions along the link, m.
+    thickness : float
+        In the plane, m.
+    """
+
+    times: Array
+    points: Array
+    thickness: float
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:

@@ -72,8 +72,6 @@ class Label(NamedTuple):
 
 
 Mark = Path | Disc | Span | Strip | Arrow | Label
-KINDS: dict[str, Any] = {kind.__name__: kind for kind in (Path, Disc, Span, Strip, Arrow, Label)}
-"""Marks by name, as files keep them."""
 
 
 class Ink(NamedTuple):
@@ -109,17 +107,6 @@ INKS: dict[str, Ink] = {
 def pack(mark: Mark) -> list[Any]:
     """Return a mark as a list that JSON can hold."""
     return [type(mark).__name__, *mark]
-
-
-def unpack(row: list[Any]) -> Mark:
-    """Return the mark that `pack` made a list of."""
-    name, *values = row
-    mark: Mark = KINDS[name](*(_tuples(value) for value in values))
-    return mark
-
-
-def _tuples(value: object) -> Any:
-    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
 
 
 FIXED = "="

@@ -6,7 +6,6 @@ processes it is the movie alone.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
@@ -20,7 +19,7 @@ from ..mechanism import Mechanism
 from ..record.motion import select
 from ..record.record import Record
 from .bands import Band, bent_line
-from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, pack, unpack
+from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip
 from .symbols import draw_marks
 
 FEWEST = 240
@@ -78,29 +77,6 @@ class Movie:
         }
         return replace(self, time=self.time[rows], frames=frames, bands=bands)
 
-    def arrays(self) -> dict[str, Array]:
-        """Return all of it as arrays by name, for a file."""
-        bands = {name: [band.thickness, band.width, band.modulus] for name, band in self.bands.items()}
-        head = {"unit": self.unit, "points": self.points, "bands": bands, "marks": [pack(mark) for mark in self.marks]}
-        found = {"head": np.array(json.dumps(head)), "time": self.time}
-        found |= {f"frame/{name}": frame.astype(np.float32) for name, frame in self.frames.items()}
-        for name, band in self.bands.items():
-            for part in ("points", "bending", "axial"):
-                found[f"band/{name}/{part}"] = getattr(band, part).astype(np.float32)
-        return found
-
-    @classmethod
-    def of(cls, arrays: Mapping[str, Array]) -> Movie:
-        """Return the movie that `arrays` was made of, to single precision."""
-        head = json.loads(str(arrays["head"]))
-        frames = {name.removeprefix("frame/"): values for name, values in arrays.items() if name.startswith("frame/")}
-        bands = {
-            name: Band(arrays[f"band/{name}/points"], arrays[f"band/{name}/bending"], arrays[f"band/{name}/axial"], *sizes)
-            for name, sizes in head["bands"].items()
-        }
-        marks = tuple(unpack(row) for row in head["marks"])
-        return cls(arrays["time"], frames, bands, marks, head["unit"], tuple(head["points"]))
-
 
 def to_ground(frame: Array, points: ArrayLike) -> Array:
     """Transform points of a frame (x, y, turn) to the ground's axes, (n, 2)."""
@@ -145,11 +121,6 @@ class Film:
 
     def __reduce__(self) -> Any:
         return Film, (None, self.movie())
-
-
-def film_of(arrays: Mapping[str, Array]) -> Film:
-    """Return the film that a file holds."""
-    return Film(None, Movie.of(arrays))
 
 
 def make_movie(record: Record, times: Array | None = None) -> Movie:

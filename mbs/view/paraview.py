@@ -44,7 +44,7 @@ def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None
     movie, record = result.movie, result.film.record
     if times is not None:
         if record is None:
-            raise ValueError("times: a result from a file holds its movie's times only")
+            raise ValueError("times: a pickled result holds its movie's times only")
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
     solids = list(_solids(movie, record))
     corners = np.concatenate([solid.corners for solid in solids], axis=1)

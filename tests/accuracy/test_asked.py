@@ -21,7 +21,6 @@ from buckler.mbs import (
     Exudyn,
     Motion,
     Ramp,
-    Result,
     Rigid,
     Section,
     Spectral,
@@ -212,14 +211,6 @@ def test_a_failed_run_keeps_its_name():
     result = simulate(pressed(Strut(STRIP, load=half_law), 0.5 * LENGTH, 1.0), 1.0, 1e-2)
     assert result.status is Status.STRUT_OUT_OF_RANGE and np.isnan(result.error.motion) and result.asked == 1e-2
     assert result.work["runs"] == 1
-
-
-def test_what_was_asked_and_found_is_saved(tmp_path):
-    result = simulate(slider_crank(Rigid(THICK), law=None, mass=0.3, speed=40.0), 0.1, 1e-3)
-    again = Result.load(result.save(tmp_path / "run"))
-    assert (again.asked, again.error) == (result.asked, result.error)
-    times = np.linspace(0, 0.1, 7)
-    np.testing.assert_allclose(again.at("B.x", times), result.at("B.x", times), rtol=0, atol=0)
 
 
 def test_exudyn_runs_where_the_compiled_solver_does_not_know_an_element(monkeypatch):

@@ -1,6 +1,5 @@
-"""What a run gives back survives files and processes unchanged, and is read as it was meant."""
+"""What a run gives back survives processes unchanged, and is read as it was meant."""
 
-import json
 import math
 import pickle
 from dataclasses import fields, replace
@@ -11,7 +10,7 @@ import pytest
 from buckler.mbs import Beam, Result, Section, Status, simulate, slider_crank
 from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.laws import ExactRestitution
-from buckler.mbs.record.stored import Shape
+from buckler.mbs.record.signals import Shape
 
 STRIP = Section(width=0.030, thickness=0.0003).damped(0.02, 0.31)
 
@@ -58,48 +57,6 @@ def assert_equal(one, two):
     if one.film is not None:
         assert one.film.movie().marks == two.film.movie().marks
         assert plain(one.film.movie().time) == plain(two.film.movie().time)
-
-
-# --- files ------------------------------------------------------------------------------------------------------------
-
-
-def test_save_and_load_give_back_every_bit(tmp_path, real):
-    for result in (small(), real, small(shapes={}, energy={}, provenance={}), small(status=Status.TIMED_OUT)):
-        back = Result.load(result.save(tmp_path / "deep" / "down" / "run"))
-        assert_equal(result, back)
-        assert isinstance(back.status, Status)
-
-
-def test_saved_file_is_plain_numpy(tmp_path):
-    """Readable without this package: arrays by name and a JSON head, no pickles."""
-    path = small().save(tmp_path / "run.npz")
-    assert path.name == "run.npz"
-    with np.load(path, allow_pickle=False) as data:
-        assert data["signal/B.x"].tolist() == [0.0, 1.0, -2.0, 1e-300]
-        head = json.loads(str(data["head"]))
-    assert head["units"]["drive.torque"] == "N m" and head["status"] == "SUSPECT"
-
-
-def test_a_foreign_file_is_refused(tmp_path):
-    np.savez(tmp_path / "other.npz", x=np.arange(3))
-    with pytest.raises(ValueError, match=r"other\.npz: not a saved result"):
-        Result.load(tmp_path / "other.npz")
-    (tmp_path / "text.npz").write_text("time, B.x\n0, 1\n", encoding="utf-8")
-    with pytest.raises(ValueError):
-        Result.load(tmp_path / "text.npz")
-    with pytest.raises(FileNotFoundError):
-        Result.load(tmp_path / "nowhere.npz")
-
-
-@pytest.mark.parametrize("kind", ["array", "head"])
-def test_a_foreign_numpy_file_is_refused(tmp_path, kind):
-    if kind == "array":
-        np.save(tmp_path / "other.npy", np.arange(3))
-    else:
-        with (tmp_path / "other.npy").open("wb") as file:
-            np.savez(file, head=np.array(json.dumps({"title": "something else"})))
-    with pytest.raises(ValueError, match="not a saved result"):
-        Result.load(tmp_path / "other.npy")
 
 
 def test_a_result_pickles(real):

@@ -7,7 +7,7 @@ import pytest
 from looked_at import MECHANISMS, STRIP, loose, pendulum, pushed, run
 
 from buckler.elastica import pinned
-from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Result, Spectral, Weld, simulate
+from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Spectral, Weld, simulate
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
@@ -91,16 +91,12 @@ def test_a_pin_drawn_in_its_bush_touches_when_it_does():
     assert 0.9 < drawn.max() < 1.5
 
 
-def test_a_movie_survives_a_file_and_a_process(tmp_path):
+def test_a_movie_survives_a_process():
     result = run("strip")
-    loaded = Result.load(result.save(tmp_path / "run")).movie
-    copied = pickle.loads(pickle.dumps(result)).movie
-    for back, accuracy in ((loaded, 1e-6), (copied, 0.0)):
-        assert back.marks == result.movie.marks and back.unit == result.movie.unit
-        for name, frame in result.movie.frames.items():
-            assert back.frames[name] == pytest.approx(frame, abs=accuracy)
-        assert back.bands["coupler"].points == pytest.approx(result.movie.bands["coupler"].points, abs=accuracy)
-    assert isinstance(loaded, Movie)
+    back = pickle.loads(pickle.dumps(result)).movie
+    assert isinstance(back, Movie) and back.marks == result.movie.marks and back.unit == result.movie.unit
+    assert all(np.array_equal(back.frames[name], frame) for name, frame in result.movie.frames.items())
+    assert np.array_equal(back.bands["coupler"].points, result.movie.bands["coupler"].points)
 
 
 def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
