@@ -27,23 +27,6 @@ def unknown(name: str, names: list[str]) -> UnknownSignalError:
     return UnknownSignalError(f"no signal '{name}'; {some}")
 
 
-def cubic(time: Array, values: Array, times: Array) -> Array:
-    """Interpolate by a cubic spline, constant beyond the ends.
-
-    Parameters
-    ----------
-    time : array, shape (samples,), samples > 2
-        Increasing.
-    values : array, shape (samples,) or (samples, signals)
-        Finite.
-    times : array, shape (times,) or a float
-    """
-    from scipy.interpolate import CubicSpline  # it takes a while to load, and few need it
-
-    found: Array = CubicSpline(time, values)(np.clip(times, time[0], time[-1]))
-    return found
-
-
 def slopes(time: Array, values: Array, smooth: bool) -> Array:
     """Slopes at the samples, (samples, ...): of what is smooth those of parabolas, else such that cubics overshoot nowhere.
 
@@ -61,13 +44,6 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
     return np.concatenate([secants[:1], np.where(before * after > 0, mean, 0.0), secants[-1:]])
 
 
-def _pieces(time: Array, times: Array) -> tuple[Array, Array, Array]:
-    """Between which samples times lie: the first one's number, the way between the two, and the share of it."""
-    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
-    h = time[k + 1] - time[k]
-    return k, h, (times - time[k]) / h
-
-
 def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate by the cubics that have the values and the speeds of the samples; return values and speeds there.
 
@@ -79,11 +55,10 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
     times : array, shape (times,) or a float
         Within those of the samples.
     """
-    k, length, share = _pieces(time, times)
-    h, s = (np.reshape(each, (*np.shape(times), *[1] * (values.ndim - 1))) for each in (length, share))
-    step, before, after = values[k + 1] - values[k], h * speeds[k], h * speeds[k + 1]
-    bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
-    return values[k] + s * (before + s * (bend + s * twist)), (before + s * (2 * bend + 3 * s * twist)) / h
+    from scipy.interpolate import CubicHermiteSpline  # it takes a while to load
+
+    spline = CubicHermiteSpline(time, values, speeds)
+    return spline(times), spline(times, 1)
 
 
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
@@ -122,16 +97,8 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
     if len(time) == 2 and rates is None:
         rates = np.diff(values, axis=0).repeat(2, axis=0) / (time[1] - time[0])
-    from scipy.sparse import csr_array  # it takes a while to load
-
-    speeds, x = slopes(time, values, smooth) if rates is None else rates, np.ravel(times)
-    k, h, s = _pieces(time, x)
-    ends = np.stack([k, k + 1], axis=1).ravel(), np.arange(0, 2 * len(x) + 1, 2)
-    found = 0.0
-    for known, left, right in ((values, 1 + 2 * s, 3 - 2 * s), (speeds, h * s, h * (s - 1))):  # times those of the other end
-        shares = np.stack([left * (1 - s) ** 2, right * s**2], axis=1).ravel()
-        found = found + csr_array((shares, *ends), shape=(len(x), len(time))) @ known.reshape(len(time), -1)
-    return np.reshape(found, (*np.shape(times), *values.shape[1:]))
+    speeds = slopes(time, values, smooth) if rates is None else rates
+    return hermite(time, values, speeds, times)[0]
 
 
 EVEN = 10.0

@@ -5,7 +5,7 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from exact import four_bars, pendulums
-from simulations import LENGTH, STRIP, block, exact_swing, pendulum, pendulum_frequency, pressed, rates
+from simulations import LENGTH, STRIP, block, exact_swing, pendulum, pendulum_frequency, pressed
 from validation.errors import TRUTHS, find_error, find_sizes, run_twice
 
 pytest.importorskip("numba")
@@ -36,7 +36,6 @@ from buckler.mbs.accuracy.levels import Levels
 from buckler.mbs.functions import Table, has_user_code
 from buckler.mbs.laws import AdamsFriction, Impact, KelvinVoigt
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.lookup import cubic
 from buckler.studies.kit.drawn import draw
 
 TIME = np.linspace(0.0, 1.0, 2001)
@@ -44,14 +43,6 @@ THICK = Section(0.03, 2e-3)
 DAMPED = THICK.damped(0.01, 0.31)
 STOP = KelvinVoigt(1e5, 300.0)
 PERIOD = 2 * pi / pendulum_frequency()
-
-
-def test_cubic_is_of_fourth_order():
-    errors = []
-    for n in (21, 41, 81):
-        t = np.linspace(0.0, 1.0, n)
-        errors.append(abs(cubic(t, np.sin(6 * t), TIME) - np.sin(6 * TIME)).max())
-    assert (rates(errors) > 3.7).all() and errors[-1] < 1e-6
 
 
 # --- what is delivered ------------------------------------------------------------------------------------------------
