@@ -85,8 +85,6 @@ class FreeModes(Declared):
     numbers: tuple[int, ...] = field(NUMBERS, "which of them, from 1")
     counting: str = choice(*COUNTINGS, doc=COUNTED, default="flexible")
 
-    of_solid: ClassVar[bool] = True
-
 
 @declared
 class CraigBampton(Declared):
@@ -99,8 +97,6 @@ class CraigBampton(Declared):
     fixed: int = whole(0, 1000, doc="number of fixed-interface modes, out-of-plane ones included", default=12)
     counting: str = choice(*COUNTINGS, doc=COUNTED, default="flexible")
 
-    of_solid: ClassVar[bool] = True
-
 
 @declared
 class BarModes(Declared):
@@ -112,8 +108,6 @@ class BarModes(Declared):
         doc="Timoshenko's theory (shear deformation and rotary inertia); otherwise Euler and Bernoulli's, without either",
         default=True,
     )
-
-    of_solid: ClassVar[bool] = False
 
     def agree(self) -> None:
         if not self.bending + self.axial:

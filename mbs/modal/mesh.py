@@ -153,15 +153,6 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
     return replace(grid, doflocs=places)
 
 
-def corners_of(grid: Any) -> tuple[str, Array]:
-    """Shape of a mesh's cells, by meshio's name, and the numbers of their corners in meshio's order."""
-    from skfem.io.meshio import HEX_MAPPING
-
-    shape = type(grid).__name__[4:-1]
-    order = HEX_MAPPING[:8] if shape == "Hex" else slice(None)
-    return next(name for name, (each, _) in SHAPES.items() if each == shape), grid.t[order].T.copy()
-
-
 def _values(element: Any, places: Array) -> Array:
     """Values of an element's functions at places of the reference cell, shape (functions, places)."""
     return np.array([element.lbasis(places.T, i)[0] for i in range(len(element.doflocs))])

@@ -26,8 +26,6 @@ class ReducedModel:
     ----------
     nodes : array, shape (n, 3)
         Places of the mesh's nodes in link axes [m].
-    cells : str, array of int, shape (cells, corners)
-        Shape of the mesh's cells and the nodes at their corners, as meshio has them.
     numbers : array of int, shape (m,)
         Numbers of the modes among all flexible ones.
     omega : array, shape (m,)
@@ -43,7 +41,6 @@ class ReducedModel:
     """
 
     nodes: Array
-    cells: tuple[str, Array]
     numbers: Array
     omega: Array
     modes: Array
@@ -137,7 +134,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
         line=np.column_stack([line, np.zeros_like(line)]) - solid.centre[:2],
         line_shapes=line_modes.transpose(1, 2, 0),
     )
-    return ReducedModel(solid.nodes, solid.cells, chosen + 1, omega, modes, shares, mass, solid.centre, plane)
+    return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, mass, solid.centre, plane)
 
 
 def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ import scipy
 from ..elements.section import Material
 from ..geometry import Array
 from ..validate import number
-from .mesh import corners_of, skfem
+from .mesh import skfem
 
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of a mode; the first two move the link in the plane."""
@@ -31,13 +31,11 @@ CLUSTER = 1e-3
 class Solid:
     """Finite-element matrices of a link; coordinates are node by node (ux, uy, uz), without uz for a planar mesh.
 
-    `nodes` (n, 3) are all interpolation nodes in link axes [m], `cells` the shape of the cells and the nodes at their corners, as
-    meshio has them. `mass` (n, n) is the same for each direction [kg], `stiffness` (d n, d n) in N/m, `length` the distance of
+    `nodes` (n, 3) are all interpolation nodes in link axes [m]. `mass` (n, n) is the same for each direction [kg], `stiffness` (d n, d n) in N/m, `length` the distance of
     the joints [m].
     """
 
     nodes: Array
-    cells: tuple[str, Array]
     mass: Any
     stiffness: Any
     length: float
@@ -89,7 +87,7 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
     mass = size * material.density * fem.BilinearForm(lambda u, v, _: u * v).assemble(basis)
     stiffness = size * linear_elasticity(*moduli(material.modulus, nu)).assemble(vectors)
     nodes = np.pad(basis.doflocs.T, ((0, 0), (0, 3 - grid.p.shape[0])))
-    return Solid(nodes, corners_of(grid), mass.tocsr(), stiffness.tocsc(), length, material)
+    return Solid(nodes, mass.tocsr(), stiffness.tocsc(), length, material)
 
 
 def rigid_motions(places: Array, dim: int = 3) -> Array:

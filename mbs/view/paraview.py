@@ -1,7 +1,6 @@
 """Links over time for ParaView: one mesh at the first picture, and its displacements as an XDMF time series of meshio.
 
-Flexible links are chains of hexahedra across their true width and thickness, rigid links prisms of their outlines, modal links
-of a solid their own mesh.
+Flexible links are chains of hexahedra across their true width and thickness, rigid links prisms of their outlines.
 """
 
 from __future__ import annotations
@@ -13,10 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import modal
-from ..elements.modal import Modal
 from ..geometry import Array
-from ..record.record import Record
 from ..record.result import Result
 from .drawing import Path
 from .movie import Movie, make_movie, to_ground
@@ -41,12 +37,13 @@ def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None
     path = FilePath(path)
     if path.suffix != ".xdmf":
         raise ValueError(f"path = '{path}': must end in .xdmf")
-    movie, record = result.movie, result.film.record
+    movie = result.movie
     if times is not None:
+        record = result.film.record
         if record is None:
             raise ValueError("times: a pickled result holds its movie's times only")
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
-    solids = list(_solids(movie, record))
+    solids = list(_solids(movie))
     corners = np.concatenate([solid.corners for solid in solids], axis=1)
     first = np.cumsum([0, *(solid.corners.shape[1] for solid in solids)])
     owner = np.concatenate([np.full(solid.corners.shape[1], k) for k, solid in enumerate(solids)])
@@ -62,17 +59,12 @@ def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None
     return path
 
 
-def _solids(movie: Movie, record: Record | None) -> Iterator[Solid]:
+def _solids(movie: Movie) -> Iterator[Solid]:
     """Yield all links as solids: rigid ones, then flexible ones."""
     for mark in movie.marks:
         if isinstance(mark, Path) and mark.closed and mark.width > 0:
             yield _prism(movie, mark)
-    motions = record.at(movie.time).links if record is not None and len(record.time) > 1 else {}
-    for name, band in movie.bands.items():
-        body = record.mechanism.link(name).body if record is not None else None
-        if name in motions and isinstance(body, Modal) and body.modes.of_solid:
-            yield _deform(body, record.mechanism.length(name), motions[name].q)  # type: ignore[union-attr]  # it has a motion
-            continue
+    for band in movie.bands.values():
         along = np.gradient(band.points, axis=1)
         left = (
             np.stack([-along[..., 1], along[..., 0]], axis=-1)
@@ -98,19 +90,3 @@ def _prism(movie: Movie, mark: Path) -> Solid:
     fan = np.array([[0, k, k + 1] for k in range(1, n - 1)])
     corners = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
     return Solid(np.concatenate(corners, axis=1), "wedge", np.hstack([fan, fan + n]), {})
-
-
-def _deform(body: Modal, length: float, q: Array) -> Solid:
-    """Move the corners of a modal link's mesh: r = R + A(theta) (X + sum phi_k q_k); a planar mesh has the section's width."""
-    model = modal.reduced(body, length)
-    kind, cells = model.cells
-    used, cells = np.unique(cells, return_inverse=True)
-    cells = cells.reshape(len(model.cells[1]), -1)
-    modes = model.modes[model.moves_in_plane][:, used, :2]
-    local = model.nodes[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
-    plane = np.stack([to_ground(frame, points) for frame, points in zip(q[:, :3], local, strict=True)])
-    if kind in ("tetra", "hexahedron"):
-        return Solid(_at_height(plane, model.nodes[used, 2]), kind, cells, {})
-    faces = [_at_height(plane, z) for z in (-body.section.width / 2, body.section.width / 2)]
-    cells = np.hstack([cells, cells + len(used)])
-    return Solid(np.concatenate(faces, axis=1), "wedge" if kind == "triangle" else "hexahedron", cells, {})
