@@ -16,15 +16,20 @@ from ..laws import BristleLaw, FrictionLaw, NormalLaw
 from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
 from ..record.record import Record
-from . import System
+from . import Callback, System
 from .guarded import watch
-from .kernel import user_function
 from .placed import History
 from .scene import EngineScene
 
 if TYPE_CHECKING:
     from ..laws.contact import Kernel
 
+PATIENCE = 1_000_000
+"""Calls without a later time after which a step counts as stuck, some 10 s of them.
+
+The engine's explicit integrator can reject one step for ever, and calls nothing in between but the forces."""
+SLOWER = 10
+"""Factor by which fewer calls are allowed in plain Python."""
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
 
@@ -149,14 +154,27 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     return places, np.array(numbers, dtype=float)
 
 
-def add_clearances(scene: EngineScene, group: ClearanceGroup) -> int:
+def add_clearances(scene: EngineScene, group: ClearanceGroup) -> None:
     """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
-    forces = user_function(group.kernel, group.memory, group.places, group.numbers, size, group.latest)
+    forces = user_function(group, np.zeros(size))
     if not group.kernel.compiled:
         forces = watch(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
-    return int(
-        scene.system.AddObject(
-            eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
-        )
-    )
+    item = eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
+    scene.system.AddObject(item)
+
+
+def user_function(group: ClearanceGroup, out: Array) -> Callback:
+    """Make the engine's function of time, coordinates and rates of a group; `out` takes the generalised forces."""
+    most, latest = PATIENCE if group.kernel.compiled else PATIENCE // SLOWER, group.latest
+
+    def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
+        """Return the generalised forces at the engine's state."""
+        latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
+        if latest[1] > most:
+            latest[1] = np.inf
+            raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
+        group.kernel.forces(t, np.array(q), np.array(q_t), group.memory, group.places, group.numbers, out)
+        return out
+
+    return forces
