@@ -31,8 +31,8 @@ CLUSTER = 1e-3
 class Solid:
     """Finite-element matrices of a link; coordinates are node by node (ux, uy, uz), without uz for a planar mesh.
 
-    `nodes` (n, 3) are all interpolation nodes in link axes [m]. `mass` (n, n) is the same for each direction [kg], `stiffness` (d n, d n) in N/m, `length` the distance of
-    the joints [m].
+    `nodes` (n, 3) are all interpolation nodes in link axes [m]. `mass` (n, n) is the same for each direction [kg], `stiffness`
+    (d n, d n) in N/m, `length` the distance of the joints [m].
     """
 
     nodes: Array
