@@ -34,8 +34,6 @@ CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGI
 """Failures that finer steps may cure."""
 JUMP = 2
 """Most levels gone at once: at three the third run is wasted as often as not."""
-
-
 CONFIRMED = 2
 """Refinements in a row that must fail to move a parting before a motion is chaotic; one where pins rattle, as each costs a run.
 One alone would call stick-slip chaotic, whose first levels miss the bristles."""
@@ -44,47 +42,6 @@ LATER = 0.5
 by 0.84 of the share, and a later one to the end; a strip that whips, by nothing."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
 """Error of a run beside which no finer one could be made."""
-
-
-class Trial:
-    """A run with what is asked about it, each made once."""
-
-    def __init__(self, run: Run, level: Level, end: float) -> None:
-        self.run, self.level, self.end = run, level, end
-
-    @property
-    def failed(self) -> bool:
-        """True if the run ended early."""
-        return self.run.failure is not None or len(self.run.record.time) < 2
-
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """Its signals."""
-        return Trajectory.of(self.run)
-
-    @cached_property
-    def energies(self) -> tuple[Trajectory, float]:
-        """Its energies, and the error of their balance."""
-        return energies_of(self.run)
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """Two runs that are compared, the finer one last; each comparison is made once."""
-
-    coarse: Trial
-    fine: Trial
-
-    @cached_property
-    def difference(self) -> Difference:
-        """Difference of their signals."""
-        return Difference(self.coarse.trajectory, self.fine.trajectory)
-
-    @cached_property
-    def energies(self) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Norms of the difference of their energies, and sizes."""
-        a, b = self.coarse.energies[0], self.fine.energies[0]
-        return Difference(a, b).norms(b.signals)
 
 
 @dataclass(frozen=True)
@@ -124,93 +81,72 @@ class Answer:
 
 
 def _share(error: float) -> str:
-    """A relative error, for a sentence."""
     return f"{100 * error:.2g} %" if 1e-3 <= error < 10 else f"{error:.1e}"
 
 
 def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> Answer:
     """Run until the error is allowed, until chaos forbids it, or until the runs are used up."""
-    return _Refinement(run, levels, demand, duration).answer()
+    refinement = _Refinement(run, levels, demand, duration)
+    try:
+        coarse = refinement.run_first()
+        refinement.best = partial(Answer, coarse.run)
+        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.prefix)
+        return refinement.refine(coarse, fine)
+    except _FailedError as failure:
+        failed = failure.trial.run
+        found = refinement.best() if refinement.best else Answer(failed)
+        status, said = failed.failure or (Status.NOT_FINITE, "no samples")
+        return replace(found, said=f"a finer run ended as {status}: {said}", count=refinement.count)
+
+
+class _Trial:
+    """A run of a level up to a time [s]."""
+
+    def __init__(self, run: Run, level: Level, end: float) -> None:
+        self.run, self.level, self.end = run, level, end
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        return Trajectory.of(self.run)
 
 
 class _FailedError(Exception):
     """A run ended early."""
 
-    def __init__(self, trial: Trial) -> None:
+    def __init__(self, trial: _Trial) -> None:
         self.trial = trial
 
 
+class _Pair:
+    """Two runs that are compared, the finer one last, and when they part."""
+
+    def __init__(self, coarse: _Trial, fine: _Trial, demand: Demand) -> None:
+        self.coarse, self.fine = coarse, fine
+        self.ratio = coarse.level.tolerance / fine.level.tolerance
+        self.difference = Difference(coarse.trajectory, fine.trajectory)
+        self.allowed = demand.limits(fine.trajectory)
+        self.parting = Parting(self.difference, self.allowed)
+
+
 class _Refinement:
-    """State of one refinement: the runs so far, and the pair of the last two."""
+    """State of one refinement: the runs so far, and the differences of the pair before the last."""
 
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
         self.count = 0
-        self.pair: Pair | None = None
         self.before: Mapping[Key, float] | None = None
         self.ratio_before = 1.0
-        self.allowed: dict[Key, float] = {}
         self.best: Callable[[], Answer] | None = None
 
-    def make(self, level: Level, end: float) -> Trial:
+    def make(self, level: Level, end: float) -> _Trial:
         """Make a run; _FailedError if it ends early."""
         self.count += 1
-        made = Trial(self._run(level, end), level, end)
-        if made.failed:
+        made = _Trial(self._run(level, end), level, end)
+        if made.run.failure is not None or len(made.run.record.time) < 2:
             raise _FailedError(made)
         return made
 
-    def answer(self) -> Answer:
-        """Find the answer; a run that fails ends it with what there is by then."""
-        try:
-            coarse = self.run_first()
-            self.best = partial(Answer, coarse.run)
-            fine = self.make(self.next_level(coarse, self.levels.ratio), self.duration * self.levels.prefix)
-            return self.refine(coarse, fine)
-        except _FailedError as failure:
-            found = self.best() if self.best else Answer(failure.trial.run)
-            return replace(found, said=_failure(failure.trial), count=self.count)
-
-    def refine(self, coarse: Trial, fine: Trial) -> Answer:
-        """Compare the last two runs, and go finer until the error is allowed."""
-        looked, needed = False, 0.0
-        while True:
-            parting = self.find_parting(coarse, fine)
-            if parting.at < inf and not looked:
-                looked, found = True, self.look_for_chaos(coarse, fine, parting)
-                if isinstance(found, Answer):
-                    return found
-                coarse, fine = (self.complete(trial) for trial in found)
-                continue
-            if fine.end < self.duration:
-                fine = self.complete(fine)
-                continue
-            errs, now, gain = self.estimate_errors(coarse, fine)
-            beyond = worst(self.allowed, errs).ratio
-            self.best = partial(self.finish, coarse, fine, errs, gain, dict(self.allowed))
-            if beyond <= 1 and self.levels.truncation(fine.run) <= self.demand.place:
-                return self.best()
-            if self.count >= self.levels.runs_at_most or fine.level.tolerance <= 2 * self.levels.finest:
-                return self.answer_until(coarse, fine, Status.SENSITIVE) if parting.at < inf else self.best()
-            if parting.at < needed:
-                return self.answer_until(coarse, fine, Status.CHAOTIC)
-            self.before, self.ratio_before = now, coarse.level.tolerance / fine.level.tolerance
-            ratio = self.find_ratio(beyond, parting.at < inf)
-            share = self.find_share(parting.at, fine.level, ratio)
-            needed = parting.at + LATER * (share - parting.at) if ratio >= self.levels.ratio**CONFIRMED and share else 0.0
-            coarse, fine = fine, self.make(self.next_level(fine, ratio), self.duration)
-
-    def find_share(self, parting: float, level: Level, ratio: float) -> float:
-        """Find the time to which a refinement has to move a parting, if those that are left are to move it to the end [s]."""
-        gone = log(ratio) / log(self.levels.ratio)
-        to_go = max(1.0, self.levels.refinements_to_go(level))
-        return parting + gone * (self.duration - parting) / to_go if parting < inf else 0.0
-
-    def complete(self, trial: Trial) -> Trial:
-        """Make the run of a level up to the end."""
-        return trial if trial.end == self.duration else self.make(trial.level, self.duration)
-
-    def run_first(self) -> Trial:
+    def run_first(self) -> _Trial:
         """Make the coarsest run that does not fail."""
         level = self.levels.first()
         for _ in range(PATIENCE):
@@ -222,92 +158,112 @@ class _Refinement:
                 level = self.levels.finer(level, self.levels.ratio)
         return self.make(level, self.duration)
 
-    def next_level(self, trial: Trial, ratio: float) -> Level:
+    def next_level(self, trial: _Trial, ratio: float) -> Level:
         """Return the level after a run, with degrees enough as far as that run tells."""
         return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
+
+    def refine(self, coarse: _Trial, fine: _Trial) -> Answer:
+        """Compare the last two runs, and go finer until the error is allowed."""
+        needed, pair = 0.0, _Pair(coarse, fine, self.demand)
+        if pair.parting.at == inf:
+            pair = self.complete(pair)
+        if pair.parting.at < inf:
+            found = self.look_for_chaos(pair)
+            if isinstance(found, Answer):
+                return found
+            pair = self.complete(found)
+        while True:
+            parts = pair.parting.at
+            errs, now, gain = self.estimate_errors(pair)
+            beyond = worst(pair.allowed, errs).ratio
+            self.best = partial(self.finish, pair, gain)
+            if beyond <= 1 and self.levels.truncation(pair.fine.run) <= self.demand.place:
+                answer = self.best()
+                if answer.worst.ratio <= 1:
+                    return answer
+                beyond = answer.worst.ratio
+            if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
+                return self.answer_until(pair, Status.SENSITIVE) if parts < inf else self.best()
+            if parts < needed:
+                return self.answer_until(pair, Status.CHAOTIC)
+            self.before, self.ratio_before = now, pair.ratio
+            ratio = self.find_ratio(beyond, parts < inf)
+            share = self.find_share(parts, pair.fine.level, ratio)
+            needed = parts + LATER * (share - parts) if ratio >= self.levels.ratio**CONFIRMED and share else 0.0
+            finer = self.make(self.next_level(pair.fine, ratio), self.duration)
+            pair = _Pair(pair.fine, finer, self.demand)
+
+    def complete(self, pair: _Pair) -> _Pair:
+        """Compare two runs to the end."""
+        if pair.coarse.end == pair.fine.end == self.duration:
+            return pair
+        ends = [run if run.end == self.duration else self.make(run.level, self.duration) for run in (pair.coarse, pair.fine)]
+        return _Pair(ends[0], ends[1], self.demand)
+
+    def look_for_chaos(self, pair: _Pair) -> Answer | _Pair:
+        """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
+        rattles, last, reported = pair.fine.end < self.duration, pair, pair
+        for k in range(1 if rattles else CONFIRMED):
+            share = self.find_share(last.parting.at, last.fine.level, self.levels.ratio)
+            end = min(last.fine.end, share * (1 + LAST / WINDOWS))
+            last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
+            if last.parting.at == inf:
+                return last
+            reported = last if k == 0 and not rattles else reported
+        return self.answer_until(reported, Status.CHAOTIC)
+
+    def find_share(self, parting: float, level: Level, ratio: float) -> float:
+        """Find the time to which a refinement has to move a parting, if those that are left are to move it to the end [s]."""
+        gone = log(ratio) / log(self.levels.ratio)
+        to_go = max(1.0, self.levels.refinements_to_go(level))
+        return parting + gone * (self.duration - parting) / to_go if parting < inf else 0.0
 
     def find_ratio(self, beyond: float, parts: bool) -> float:
         """Find the ratio of tolerances that should make the error what is allowed."""
         ratio, most = self.levels.ratio, self.levels.orders[1]
         return float(ratio**JUMP if parts else np.clip((1 + 2 * beyond) ** (1 / most), ratio, ratio**JUMP))
 
-    def compare(self, coarse: Trial, fine: Trial) -> Pair:
-        """Return the comparison of two runs, that of before where they are the same."""
-        if self.pair is None or self.pair.coarse is not coarse or self.pair.fine is not fine:
-            self.pair = Pair(coarse, fine)
-        return self.pair
+    def estimate_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
+        """Estimate errors of what is demanded of the finer run; return also differences and gains."""
+        asked, run = {name for name, _ in pair.allowed}, pair.fine.trajectory
+        now, _ = pair.difference.norms({name: signal for name, signal in run.signals.items() if name in asked})
+        now = {key: now[key] for key in pair.allowed if key in now}
+        least, most = self.levels.orders
+        gain = gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
+        return add(errors(now, gain), damped(run, self.levels.damping)), now, gain
 
-    def find_parting(self, coarse: Trial, fine: Trial) -> Parting:
-        """Find when two runs part."""
-        self.allowed = self.demand.limits(fine.trajectory)
-        return Parting(self.compare(coarse, fine).difference, self.allowed)
+    def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> Answer:
+        """Return the finer run with the errors of all its signals and energies."""
+        run = pair.fine.trajectory
+        now, sizes = pair.difference.norms(run.signals)
+        (mine, _), (theirs, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
+        energies, others = Difference(mine, theirs).norms(theirs.signals)
+        every = add(errors(now | energies, gain), damped(run, self.levels.damping)) | {BALANCE: balance}
+        allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
+        return self.attach_errors(pair.fine, every, sizes | others, float(run.time[-1]), allowed)
 
-    def look_for_chaos(self, coarse: Trial, fine: Trial, parting: Parting) -> Answer | tuple[Trial, Trial]:
-        """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
-        rattles, last = fine.end < self.duration, fine
-        pair = (coarse, fine) if rattles else None
-        for _ in range(1 if rattles else CONFIRMED):
-            end = min(last.end, self.find_share(parting.at, last.level, self.levels.ratio) * (1 + LAST / WINDOWS))
-            finer = self.make(self.next_level(last, self.levels.ratio), end)
-            parting = self.find_parting(last, finer)
-            if parting.at == inf:
-                return last, finer
-            pair, last = pair or (last, finer), finer
-        return self.answer_until(*(pair or (coarse, fine)), Status.CHAOTIC)
-
-    def answer_until(self, a: Trial, b: Trial, chaos: Status) -> Answer:
-        """Return run a with errors up to the time to which its difference to b, a finer run, is allowed."""
-        gain = (a.level.tolerance / b.level.tolerance) ** self.levels.orders[0]
+    def answer_until(self, pair: _Pair, chaos: Status) -> Answer:
+        """Return the coarser run with errors up to the time to which its difference to the finer one is allowed."""
+        gain = pair.ratio ** self.levels.orders[0]
         whole = gain / (gain - 1)
-        until = self.find_parting(a, b).within(1 / whole)
-        now, sizes = Difference(a.trajectory, b.trajectory, until).norms(b.trajectory.signals)
+        until = pair.parting.within(1 / whole)
+        run, finer = pair.coarse.trajectory, pair.fine.trajectory
+        now, sizes = Difference(run, finer, until).norms(finer.signals)
         note = (
             f"the motion is one trajectory to about t = {until:.4g} s; beyond it is one of many, and errors are those up to "
             "then: result.reading(...) gives means, rms and peaks with their sampling errors"
         )
-        return self.attach_errors(a, {key: max(LEAST, whole * off) for key, off in now.items()}, sizes, until, (note,), chaos)
-
-    def estimate_errors(self, coarse: Trial, fine: Trial) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
-        """Estimate errors of what is demanded of the finer run; return also differences and gains."""
-        asked = {name for name, _ in self.allowed}
-        pair = self.compare(coarse, fine)
-        now, _ = pair.difference.norms({n: s for n, s in fine.trajectory.signals.items() if n in asked})
-        gain = self.find_gains(coarse, fine, {key: now[key] for key in self.allowed if key in now})
-        found = add(errors({key: now[key] for key in gain}, gain), self.find_damped(fine))
-        if worst(self.allowed, found).ratio <= 1:  # energies are looked at last
-            self.allowed |= {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-            off = {key: each for key, each in pair.energies[0].items() if key in self.allowed}
-            found |= errors(off, gain) | {BALANCE: fine.energies[1]}
-        return found, now, gain
-
-    def find_damped(self, trial: Trial) -> dict[Key, float]:
-        """Find errors by vibration that numerical damping takes of all runs."""
-        return damped(trial.trajectory, self.levels.damping)
-
-    def find_gains(self, coarse: Trial, fine: Trial, now: Mapping[Key, float]) -> dict[Key, float]:
-        """Find by how much the finer run errs less than the coarser one."""
-        least, most = self.levels.orders
-        ratio = coarse.level.tolerance / fine.level.tolerance
-        return gains(now, self.before, (ratio, self.ratio_before), (least, least if fine.trajectory.strikes else most))
-
-    def finish(
-        self, coarse: Trial, fine: Trial, found: Mapping[Key, float], gain: Mapping[Key, float], allowed: Mapping[Key, float]
-    ) -> Answer:
-        """Return the finer run with the errors of all its signals."""
-        pair = self.compare(coarse, fine)
-        now, sizes = pair.difference.norms(fine.trajectory.signals)
-        energies, others = pair.energies
-        every = add(errors(now | energies, gain), self.find_damped(fine)) | {BALANCE: fine.energies[1]} | dict(found)
-        self.allowed = dict(allowed)
-        return self.attach_errors(fine, every, sizes | others, float(fine.run.record.time[-1]))
+        found = {key: max(LEAST, whole * off) for key, off in now.items()}
+        return self.attach_errors(pair.coarse, found, sizes, until, pair.allowed, (note,), chaos)
 
     def attach_errors(
-        self, trial: Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float, notes: tuple[str, ...] = (),
-        chaos: Status | None = None,
+        self, trial: _Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float,
+        allowed: Mapping[Key, float], notes: tuple[str, ...] = (), chaos: Status | None = None,
     ) -> Answer:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not follow a ringing."""
-        run, unresolved = trial.trajectory, tuple(trial.trajectory.unresolved)
-        found = {**found, **{(name, norm): inf for name in unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}}
+        run = trial.trajectory
+        unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}
+        found = {**found, **unresolved}
         averaged = [signal.source for signal in run.signals.values() if signal.period]
         rings = tuple(name for name in averaged if found.get((name, Norm.RMS), 0.0) > STRIKE)
         if rings:
@@ -316,16 +272,10 @@ class _Refinement:
         motion = [found[n, Norm.RMS] for n, s in run.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in found]
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
         turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
-        estimate = Errors(largest, dict(found), dict(sizes), kind, until, turn, rings, notes)
-        return Answer(trial.run, estimate, worst(self.allowed, found), chaos, count=self.count)
+        estimate = Errors(largest, found, dict(sizes), kind, until, turn, rings, notes)
+        return Answer(trial.run, estimate, worst(allowed, found), chaos, count=self.count)
 
 
 def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:
     """Add errors of the same signals and norms."""
     return {key: error + more.get(key, 0.0) for key, error in errors.items()}
-
-
-def _failure(trial: Trial) -> str:
-    """Return why a run ended early, in words."""
-    status, said = trial.run.failure or (Status.NOT_FINITE, "no samples")
-    return f"a finer run ended as {status}: {said}"

@@ -9,7 +9,6 @@ from time import perf_counter
 import numpy as np
 
 from ..elements.signal import Kind
-from ..mechanism import Mechanism
 from ..record.errors import Errors, Norm
 from ..record.result import Result
 from ..record.run import Run
@@ -19,7 +18,7 @@ from .demand import PLACE, STRIKE, Asked, Usual, Worst
 from .difference import Difference
 from .estimate import LEAST, Parting
 from .levels import KINDS, Runner
-from .refine import Answer, refine
+from .refine import refine
 from .trajectory import Trajectory
 
 NEGLIGIBLE = 0.1
@@ -39,10 +38,10 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     mine, theirs = NAMES[type(first.solver)], NAMES[type(other)]
     start = perf_counter()
     least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST
+    demand = Asked(result.asked) if result.asked > 0 else Usual()
     try:
-        answer = _opinion(result, first.record.mechanism, duration, other, run, refined=result.asked > 0)
-        if _agrees(first, answer, result, least) is False and result.error.known:  # one run's own error may be all there is
-            answer = _opinion(result, first.record.mechanism, duration, other, run, refined=True)
+        levels = KINDS[type(other)](first.record.mechanism, duration, other, demand.place / PLACE)
+        answer = refine(levels.runs(run), levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {theirs} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
@@ -56,25 +55,6 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
     said = f"SOLVERS: {mine} and {theirs} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
     return result.suspect(said) if worst.ratio > 1 else result
-
-
-def _opinion(
-    result: Result, mechanism: Mechanism, duration: float, other: Exudyn | Spectral, run: Runner, refined: bool
-) -> Answer:  # fmt: skip
-    """Run the other solver once, or refined to the accuracy that was asked for."""
-    if not refined:
-        return Answer(run(mechanism, duration, other))
-    asked = result.asked > 0
-    levels = KINDS[type(other)](mechanism, duration, other, result.asked / PLACE if asked else 1.0)
-    return refine(levels.runs(run), levels, Asked(result.asked) if asked else Usual(), duration)
-
-
-def _agrees(first: Run, answer: Answer, result: Result, least: float) -> bool | None:
-    """Check that two solvers agree; None where it cannot be told, or the error of the second is known."""
-    second = answer.run
-    if answer.errors.known or second.failure is not None or not all(np.isfinite(x).all() for x in second.values.values()):
-        return None
-    return disagreement(first, second, result.error, answer.errors, least)[1].ratio <= 1
 
 
 def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEAST) -> tuple[float, Worst]:
