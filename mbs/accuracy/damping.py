@@ -20,7 +20,7 @@ import numpy as np
 from ..elements.signal import Kind
 from ..geometry import Array
 from ..record.errors import Key, Norm
-from .trajectory import TINY, Trajectory, sizes_of
+from .trajectory import TINY, Trajectory
 
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, by the angle [rad] that a vibration turns in it."""
@@ -65,11 +65,10 @@ def damped(run: Trajectory, factor: Factor) -> dict[Key, float]:
     momentum = lost_amplitude(run, factor) / pace
     speed = momentum * LIGHTER / run.mass
     way = float(speed[-1]) / pace
-    places = {name: signal for name, signal in run.signals.items() if signal.kind is Kind.PLACE and not signal.scale}
-    for (name, norm), size in sizes_of(run, places).items():
-        off = way / (1.0 if places[name].unit == "m" else run.size)
-        found[name, norm] = min(off, float(np.ptp(places[name].values))) / size
     for name, signal in run.signals.items():
+        if signal.kind is Kind.PLACE and not signal.scale:
+            off = min(way / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
+            found |= {(name, norm): off / run.sizes[name, norm] for norm in (Norm.RMS, Norm.PEAK)}
         if len(signal.depth) and len(signal.onsets):
             first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
             approach = np.abs(np.gradient(signal.depth, run.time))[first]

@@ -18,7 +18,7 @@ from ..record.errors import Key, Norm
 from ..record.lookup import unknown
 from ..units import FORCES as UNITS
 from .estimate import LEAST
-from .trajectory import FORCES, Trajectory, size_of, sizes_of
+from .trajectory import FORCES, Trajectory
 from .words import MEANS, PLACES, read_signals, write_signals
 
 PLACE = 1e-2
@@ -113,9 +113,8 @@ class Asked:
                 raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
-            own = size_of(run.time, run.signals[name])[0]
-            size = sizes_of(run, {name: run.signals[name]})[name, Norm.RMS]
-            found[name, norm] = max(LEAST, self.asked * (own / size if norm is Norm.RMS else 1.0))
+            own = float(run.own[name][0]) / run.sizes[name, Norm.RMS]
+            found[name, norm] = max(LEAST, self.asked * (own if norm is Norm.RMS else 1.0))
         return found
 
 
@@ -135,16 +134,14 @@ class Usual:
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Relative errors allowed."""
-        struck = run.strikes
-        places = {name: signal for name, signal in run.signals.items() if signal.kind is Kind.PLACE}
-        sizes, found = sizes_of(run, places), dict[Key, float]()
-        for name, signal in places.items():
-            whole = (run.size if signal.unit == "m" else 1.0) / sizes[name, Norm.RMS]
-            found[name, Norm.RMS] = LAW if signal.scale else min(PLACE, STRUCK_PLACE * max(1.0, whole) if struck else PLACE)
-            if not signal.scale and not struck:
-                found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, whole)
+        found = dict[Key, float]()
         for name, signal in run.signals.items():
-            if signal.kind is Kind.STATE:
+            if signal.kind is Kind.PLACE and not signal.scale:
+                whole = max(1.0, (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS])
+                found[name, Norm.RMS] = min(PLACE, STRUCK_PLACE * whole) if run.strikes else PLACE
+                if not run.strikes:
+                    found[name, Norm.PEAK] = PEAK_PLACE * whole
+            elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW
             elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:
                 found |= {(name, norm): STRIKE for norm in (Norm.IMPULSE, Norm.PEAK)}

@@ -16,7 +16,7 @@ P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, Paris
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
@@ -25,7 +25,7 @@ from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..record.errors import Key, Norm
 from ..record.lookup import between, corrected_trapezoidal
-from .trajectory import FORCES, SMALL, STRAIGHT, TINY, Trajectory, sizes_of
+from .trajectory import FORCES, SMALL, STRAIGHT, TINY, Trajectory
 
 GRAZE = 1e-3
 """Least impulse of a contact that is matched, over the largest of the run: smaller ones enter by their impulse alone. Ten times
@@ -45,49 +45,50 @@ class Difference:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
         self.time = _merge_times((a.time, b.time), self.end)
         self.weights = _trapezoid(self.time)
-        self.compared: dict[str, tuple[dict[Key, float], dict[Key, float]]] = {}
+        self._found, self._sizes = dict[Key, float](), dict[Key, float]()
+        self._compared = set[str]()
 
-    def norms(self, signals: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Relative norms of signals of b, and what they are relative to, in the signals' units."""
-        alike = {name: signal for name, signal in signals.items() if name in self.a.signals}
-        found, sizes = self._compare({name: signal for name, signal in alike.items() if name not in self.compared})
-        for key, off in found.items():
-            offs, own = self.compared.setdefault(key[0], ({}, {}))
-            offs[key], own[key] = _relative(off, sizes[key]), sizes[key]
-        pairs = [self.compared[name] for name in alike]
-        return {key: off for each, _ in pairs for key, off in each.items()}, {
-            k: size for _, each in pairs for k, size in each.items()
-        }
-
-    def _compare(self, alike: Mapping[str, Signal]) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Norms and sizes of signals of both runs, in the signals' units."""
-        sizes, found = sizes_of(self.b, alike), dict[Key, float]()
-        straight = [name for name, signal in alike.items() if signal.kind in STRAIGHT]
-        others = [name for name in alike if name not in straight]
+    def norms(self, names: Iterable[str]) -> tuple[dict[Key, float], dict[Key, float]]:
+        """Relative norms of signals of both runs, and what they are relative to; with those that were asked for before."""
+        new = [name for name in names if name in self.a.signals and name in self.b.signals and name not in self._compared]
+        self._compared.update(new)
         with np.errstate(all="ignore"):
-            off = _values(self.a, straight, self.time) - _values(self.b, straight, self.time)
-            self._add(found, straight, np.sqrt(self.weights @ off**2 / self.end), np.abs(off).max(axis=0, initial=0.0))
-            if others:
-                self._add_jumping(found, others)
-            for name in others:
-                if alike[name].kind in FORCES:
-                    self._add_force(found, sizes, name)
-        return found, sizes
+            found = self._compare(new)
+        for key, off in found.items():
+            size = self._sizes.setdefault(key, self.b.sizes.get(key, 1.0))
+            self._found[key] = off / size if np.isfinite(off) else np.inf
+        return self._found, self._sizes
+
+    def _compare(self, names: list[str]) -> dict[Key, float]:
+        """Norms of signals of both runs, in the signals' units."""
+        straight = [name for name in names if self.b.signals[name].kind in STRAIGHT]
+        others = [name for name in names if name not in straight]
+        off = _values(self.a, straight, self.time) - _values(self.b, straight, self.time)
+        found = self._means_and_peaks(straight, off, self.weights)
+        if others:
+            found |= self._compare_jumping(others)
+        forces = [name for name in others if self.b.signals[name].kind in FORCES]
+        if forces:
+            self._add_impulses(found, forces)
+        for name in forces:
+            self._add_contact(found, name)
+        return found
 
     def relative(self, names: list[str]) -> Array:
-        """Magnitudes of the differences of signals that do not jump, over their sizes, (times, signals)."""
-        sizes = sizes_of(self.b, {name: self.b.signals[name] for name in names})
+        """Differences of signals over their sizes, shape (times, signals)."""
         off = np.abs(_values(self.a, names, self.time) - _values(self.b, names, self.time))
-        return np.asarray(off / np.array([sizes[name, Norm.RMS] for name in names]))
+        return np.asarray(off / np.array([self.b.sizes[name, Norm.RMS] for name in names]))
 
-    def _add(self, found: dict[Key, float], names: list[str], mean: Array, largest: Array) -> None:
-        """Put root mean squares and peaks into a table; energies and rates have no peak that is read."""
-        for name, rms, peak in zip(names, mean.tolist(), largest.tolist(), strict=True):
-            found[name, Norm.RMS] = rms
-            if self.b.signals[name].kind not in (Kind.ENERGY, Kind.RATE, Kind.ACCELERATION):
-                found[name, Norm.PEAK] = peak
+    def _means_and_peaks(self, names: list[str], off: Array, weights: Array) -> dict[Key, float]:
+        """Root mean squares and peaks of differences, of those for which a peak means anything."""
+        means, peaks = np.sqrt(weights @ off**2 / self.end).tolist(), np.abs(off).max(axis=0, initial=0.0).tolist()
+        found: dict[Key, float] = {(name, Norm.RMS): mean for name, mean in zip(names, means, strict=True)}
+        no_peak = (Kind.ENERGY, Kind.RATE, Kind.ACCELERATION)
+        return found | {
+            (name, Norm.PEAK): peak for name, peak in zip(names, peaks, strict=True) if self.b.signals[name].kind not in no_peak
+        }
 
-    def _add_jumping(self, found: dict[Key, float], names: list[str]) -> None:
+    def _compare_jumping(self, names: list[str]) -> dict[Key, float]:
         """Compare what jumps at onsets and kinks, in a time in which onsets coincide and without the moments about them."""
         mine, theirs = self.onsets
         times = _merge_times((self.a.time, np.interp(self.b.time, theirs, mine), mine), self.end)
@@ -95,25 +96,28 @@ class Difference:
         jumps = np.append(mine[1:-1], [t for t in self.b.kinks if t < self.end])
         clear = _clear(times, self.a.time, jumps) & _clear(other, self.b.time, np.interp(jumps, mine, theirs))
         off = np.where(clear[:, None], _values(self.a, names, times) - _values(self.b, names, other), 0.0)
-        self._add(found, names, np.sqrt(_trapezoid(times) @ off**2 / self.end), np.abs(off).max(axis=0, initial=0.0))
+        return self._means_and_peaks(names, off, _trapezoid(times))
 
-    def _add_force(self, found: dict[Key, float], sizes: dict[Key, float], name: str) -> None:
-        """Add what a force's impulse is off, and a contact's onset; a contact that was nearly made counts as a difference."""
+    def _add_impulses(self, found: dict[Key, float], names: list[str]) -> None:
+        """Add what the integrals of forces are off at most, and the integrals of their magnitudes as sizes."""
+        mine, theirs = (np.stack([run.signals[name].values for name in names]) for run in (self.a, self.b))
+        first, second = corrected_trapezoidal(self.a.time, mine), corrected_trapezoidal(self.b.time, theirs)
+        through = corrected_trapezoidal(self.b.time, np.abs(theirs))
+        for name, one, other, passed in zip(names, first, second, through, strict=True):
+            off = np.interp(self.time, self.a.time, one) - np.interp(self.time, self.b.time, other)
+            found[name, Norm.IMPULSE] = float(np.abs(off).max())
+            least = SMALL * self.b.sizes[name, Norm.RMS] * self.end
+            self._sizes[name, Norm.IMPULSE] = max(float(np.interp(self.end, self.b.time, passed)), least)
+
+    def _add_contact(self, found: dict[Key, float], name: str) -> None:
+        """Add a contact's norms in place of those of any force; one that was nearly made counts as a difference."""
         a, b = self.a.signals[name], self.b.signals[name]
-        missed = self._possible_contact_force(a, b)
-        first, second = (each.integral(name) for each in (self.a, self.b))
-        through = max(_upto(self.b.time, self.b.integral(name, np.abs), self.end), SMALL * sizes[name, Norm.RMS] * self.end)
         if b.kind is Kind.CONTACT and not b.group and b.unit == "N":
             apart = contact_norms((self.a.time, np.abs(a.values)), (self.b.time, np.abs(b.values)), self.end)
-            found[name, Norm.IMPULSE] = apart[Norm.IMPULSE] * through
-            found[name, Norm.PEAK], found[name, Norm.ONSET] = (
-                apart[Norm.PEAK] * sizes[name, Norm.PEAK],
-                apart[Norm.ONSET] * self.end,
-            )
-        else:
-            along = np.interp(self.time, self.a.time, first) - np.interp(self.time, self.b.time, second)
-            found[name, Norm.IMPULSE] = float(np.abs(along).max())
-        sizes[name, Norm.IMPULSE], sizes[name, Norm.ONSET] = through, self.end
+            self._sizes[name, Norm.ONSET] = self.end
+            sizes = self._sizes | {(name, Norm.PEAK): self.b.sizes[name, Norm.PEAK]}
+            found |= {(name, norm): off * sizes[name, norm] for norm, off in apart.items()}
+        missed = self._possible_contact_force(a, b)
         if len(missed):
             found[name, Norm.RMS] += float(np.sqrt(self.weights @ missed**2 / self.end))
             found[name, Norm.IMPULSE] += float(self.weights @ missed)
@@ -146,11 +150,6 @@ class Difference:
         return np.asarray(np.where(np.isin(spell, touching), 0.0, b.elastic(np.maximum(deeper, 0.0))))
 
 
-def _relative(off: float, size: float) -> float:
-    """A difference over a size; infinite where it is not finite."""
-    return off / size if np.isfinite(off) else np.inf
-
-
 def _merge_times(times: Iterable[Array], end: float) -> Array:
     """Times of all up to an end, once each."""
     every = np.unique(np.concatenate(list(times)))
@@ -161,11 +160,6 @@ def _trapezoid(times: Array) -> Array:
     """Weights of the trapezoidal rule."""
     steps = np.diff(times)
     return (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
-
-
-def _upto(time: Array, integral: Array, end: float) -> float:
-    """Value of an integral at an end."""
-    return float(np.interp(end, time, integral))
 
 
 def _values(run: Trajectory, names: list[str], times: Array) -> Array:
@@ -207,7 +201,7 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     The peak is off by as much as any blow's peak that may be the largest, and by as much as peaks are in the mean: that of one
     blow may agree by chance. A blow that only one run has counts wholly.
     """
-    mine, theirs = blows(*a, end), blows(*b, end)
+    (mine, along), (theirs, other) = (_find_blows(*each, end) for each in (a, b))
     floor = GRAZE * max(each[:, 1].max(initial=0.0) for each in (mine, theirs))
     mine, theirs = mine[mine[:, 1] > floor], theirs[theirs[:, 1] > floor]
     if not len(mine) or not len(theirs):
@@ -222,29 +216,30 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     off = np.maximum(off, scatter * there)
     largest = max(float((there + off).max()) - peak, peak - float((there - off).max()))
     late = float(np.abs(mine[i, 0] - theirs[j, 0]).max(initial=0.0))
-    return {Norm.IMPULSE: levy(a, b, end, end / len(theirs)), Norm.PEAK: largest / peak, Norm.ONSET: late / end}
+    impulse = levy((a[0], along), (b[0], other), end, end / len(theirs))
+    return {Norm.IMPULSE: impulse, Norm.PEAK: largest / peak, Norm.ONSET: late / end}
 
 
-def blows(time: Array, force: Array, end: float) -> Array:
-    """Onset [s], impulse [N s], peak [N] of each contact up to an end, shape (contacts, 3)."""
-    force = np.where(time <= end, force, 0.0)
+def _find_blows(time: Array, force: Array, end: float) -> tuple[Array, Array]:
+    """Onset [s], impulse [N s], peak [N] of each contact up to an end, shape (contacts, 3); the impulse so far at all times."""
+    area, force = corrected_trapezoidal(time, force), np.where(time <= end, force, 0.0)
     edges = np.flatnonzero(np.diff(force > 0, prepend=False, append=False))
     if not len(edges):
-        return np.empty((0, 3))
+        return np.empty((0, 3)), area
     first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
     apart = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
     first, after = first[np.append(True, apart)], after[np.append(apart, True)]
-    area = corrected_trapezoidal(time, force)
     peaks = np.maximum.reduceat(np.append(force, 0.0), np.stack([first, after + 1], axis=1).ravel())[::2]
-    return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks], axis=1)
+    return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks], axis=1), area
 
 
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
     """Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
 
-    J_a(t), J_b(t) are the impulses up to t, J is that of b up to the end; `unit` is the mean time between two contacts [s].
+    J_a(t), J_b(t) are the impulses up to t, given with their times, J is that of b up to the end; `unit` is the mean time between
+    two contacts [s].
     """
-    (time, along), (times, other) = ((t, corrected_trapezoidal(t, f)) for t, f in (a, b))
+    (time, along), (times, other) = a, b
     grid = np.append(time[time < end], end)
     along, whole = np.interp(grid, time, along), float(np.interp(end, times, other))
     low, high = -9.0, 0.0

@@ -226,7 +226,7 @@ class _Refinement:
     def estimate_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
         """Estimate errors of what is demanded of the finer run; return also differences and gains."""
         asked, run = {name for name, _ in pair.allowed}, pair.fine.trajectory
-        now, _ = pair.difference.norms({name: signal for name, signal in run.signals.items() if name in asked})
+        now, _ = pair.difference.norms(asked)
         now = {key: now[key] for key in pair.allowed if key in now}
         least, most = self.levels.orders
         gain = gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))

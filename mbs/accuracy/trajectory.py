@@ -88,6 +88,36 @@ class Trajectory:
         followed = {period: follows(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
         return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
 
+    @cached_property
+    def own(self) -> dict[str, Array]:
+        """Sizes of signals by themselves, for RMS and PEAK: range of what does not jump, else root mean square and peak."""
+        found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in STRAIGHT}
+        if jumping := [name for name in self.signals if name not in found]:
+            values = np.stack([self.signals[name].values for name in jumping])
+            mean = np.trapezoid(values**2, self.time) / max(np.ptp(self.time), TINY)
+            found |= dict(zip(jumping, np.stack([np.sqrt(mean), np.abs(values).max(axis=1)], axis=1), strict=True))
+        return found
+
+    @cached_property
+    def sizes(self) -> dict[Key, float]:
+        """Sizes of signals for the norms RMS and PEAK, in the signals' units: each beside its vector and its family."""
+        vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
+        for name, signal in self.signals.items():
+            group, family = signal.group or name, _family(signal)
+            vectors[group] = np.maximum(vectors.get(group, TINY), self.own[name])
+            families[family] = np.maximum(families.get(family, TINY), self.own[name])
+        force, torque = ("force", "N"), ("force", "N m")
+        least = np.maximum(families.get(torque, TINY) / self.size, self.push)
+        families[force] = np.maximum(families.get(force, self.push), least)
+        families[torque] = families[force] * self.size
+        found = dict[Key, float]()
+        for name, signal in self.signals.items():
+            resting = RESTING * (self.size if signal.unit == "m" else 1.0)
+            least = resting if signal.trait.smooth else SMALL * families[_family(signal)]
+            size = self.own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
+            found[name, Norm.RMS], found[name, Norm.PEAK] = size.tolist()
+        return found
+
     def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
         """Integral of a signal, or of a function of it, since the start at the samples."""
         return corrected_trapezoidal(self.time, of(self.signals[name].values))
@@ -116,36 +146,6 @@ def turn_of(mechanism: Mechanism) -> float:
     links = {link.name for link in mechanism.links}
     speeds = [drive.speed for drive in mechanism.drives if drive.target in links and isinstance(drive.speed, int | float)]
     return max((2 * np.pi / abs(speed) for speed in speeds if speed), default=0.0)
-
-
-def sizes_of(run: Trajectory, signals: Mapping[str, Signal]) -> dict[Key, float]:
-    """Sizes of signals of a run, for the norms RMS and PEAK, in the signals' units; forces need all forces of the run."""
-    jumping = any(signal.kind not in STRAIGHT for signal in signals.values())
-    every = run.signals if jumping else {n: s for n, s in run.signals.items() if s.kind in STRAIGHT}
-    own = {name: size_of(run.time, signal) for name, signal in every.items()}
-    vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
-    for name, signal in every.items():
-        group, family = signal.group or name, _family(signal)
-        vectors[group] = np.maximum(vectors.get(group, TINY), own[name])
-        families[family] = np.maximum(families.get(family, TINY), own[name])
-    force, torque = ("force", "N"), ("force", "N m")
-    families[force] = np.maximum(families.get(force, run.push), np.maximum(families.get(torque, TINY) / run.size, run.push))
-    families[torque] = families[force] * run.size
-    found = dict[Key, float]()
-    for name, signal in signals.items():
-        resting = RESTING * (run.size if signal.unit == "m" else 1.0)
-        least = resting if signal.trait.smooth else SMALL * families[_family(signal)]
-        size = own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
-        found[name, Norm.RMS], found[name, Norm.PEAK] = size.tolist()
-    return found
-
-
-def size_of(time: Array, signal: Signal) -> Array:
-    """Size of one signal by itself, for RMS and PEAK: range of what does not jump, else root mean square and peak."""
-    if signal.kind in STRAIGHT:
-        return np.full(2, signal.scale or np.ptp(signal.values))
-    square = np.trapezoid(signal.values**2, time) / max(np.ptp(time), TINY)
-    return np.array([np.sqrt(square), np.abs(signal.values).max()])
 
 
 def _family(signal: Signal) -> tuple[str, str]:

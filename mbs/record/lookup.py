@@ -114,7 +114,7 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 
 
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate since the first time, each (times,), to the fourth order; for values known to rounding.
+    """Integrate since the first time, each (..., times), to the fourth order; for values known to rounding.
 
     The trapezoidal rule corrected by the slopes at both ends: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5). Slopes are
     those of parabolas through three neighbours, at a kink that of the parabola on the step's own side. Between secants of one
@@ -122,20 +122,19 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
     Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9).
     """
     steps = np.diff(time)
-    areas = steps * (rate[1:] + rate[:-1]) / 2
+    areas = steps * (rate[..., 1:] + rate[..., :-1]) / 2
     if len(steps) > 1:
         secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
         even = (after < EVEN * before) & (before < EVEN * after)
-        slope = (after * secant[:-1] + before * secant[1:]) / (before + after)
-        most = 3 * np.minimum(np.abs(secant[:-1]), np.abs(secant[1:]))
-        slope = np.where(secant[:-1] * secant[1:] >= 0, np.clip(slope, -most, most), slope)
-        slope = np.where(even, slope, np.nan)
-        first, last = np.append(np.nan, slope), np.append(slope, np.nan)
-        kinked = np.isnan(first), np.isnan(last)
-        fall = np.select([kinked[0] & kinked[1], *kinked], [0.0, 2 * (secant - last), 2 * (first - secant)], first - last)
-        areas += fall * steps**2 / 12
+        slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
+        most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
+        slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
+        kinked = np.append(True, ~even), np.append(~even, True)  # at the start and at the end of each step
+        first, last = (np.pad(slope, [(0, 0)] * (slope.ndim - 1) + [side]) for side in ((1, 0), (0, 1)))
+        first, last = np.where(kinked[0], 2 * secant - last, first), np.where(kinked[1], 2 * secant - first, last)
+        areas += np.where(kinked[0] & kinked[1], 0.0, first - last) * steps**2 / 12
     return _cumulative(areas)
 
 
 def _cumulative(areas: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(areas)])
+    return np.concatenate([np.zeros((*areas.shape[:-1], 1)), np.cumsum(areas, axis=-1)], axis=-1)

@@ -17,7 +17,7 @@ from buckler.mbs.accuracy.demand import PLACE, Asked, Usual
 from buckler.mbs.accuracy.difference import Difference
 from buckler.mbs.accuracy.levels import KINDS
 from buckler.mbs.accuracy.refine import refine
-from buckler.mbs.accuracy.trajectory import Trajectory, sizes_of
+from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.functions import Looks, looking
 from buckler.mbs.scene.scene import Scene
@@ -80,8 +80,7 @@ def true_errors(run, truth):
         for name, f in truth.items()
     }
     apart, sizes = Difference(mine, Trajectory(t, known, mine.size, mine.kinks)).norms(known)
-    own = sizes_of(mine, mine.signals)
-    return {key: off * sizes[key] / own.get(key, sizes[key]) for key, off in apart.items()}
+    return {key: off * sizes[key] / mine.sizes.get(key, sizes[key]) for key, off in apart.items()}
 
 
 SLOW = {("shaken", "forces"), ("striking_strut", "forces"), ("hummer", "forces")}
