@@ -1,7 +1,6 @@
-"""Meshes of links in the link's own axes: bars made here, files read by meshio, nodes of any order put in that of scikit-fem.
+"""Meshes of links: bars made here, files read by meshio, nodes of any order put in scikit-fem's; pip install 'buckler[modal]'.
 
-Link axes: origin at the start joint's centre, x towards the end joint's centre, y in the plane of motion to the left of
-x, z normal to it. A planar mesh has two coordinates. Both libraries come with pip install 'buckler[modal]'.
+Link axes: origin at the start joint's centre, x towards the end joint's centre, y to the left of x in the plane of motion.
 """
 
 from __future__ import annotations

@@ -77,13 +77,7 @@ def plane_part(shares: Array) -> Array:
 
 
 def reduced(modal: Modal, length: float) -> ReducedModel:
-    """Mesh, assemble and reduce a link of this length, m; kept for the next call while the mesh's file is the same.
-
-    Raises
-    ------
-    ValueError
-        If the mesh's joints are not `length` apart, an interface has too few nodes, or a mode number is too high.
-    """
+    """Mesh, assemble and reduce a link of this length [m]; kept for the next call while the mesh's file is the same."""
     file = Path(modal.mesh.path) if isinstance(modal.mesh, MeshFile) else None
     return _reduce_cached(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
 

@@ -168,10 +168,6 @@ def sensitivities(
     at : mapping of str to float, optional
         Arguments of the function that makes the mechanism.
 
-    Returns
-    -------
-    Sensitivities
-
     Raises
     ------
     ValueError
@@ -184,9 +180,8 @@ def sensitivities(
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
-    units = family.units
     given = by.items() if isinstance(by, Mapping) else ()
-    spreads = {name: float(positive(f"standard deviation of {name}", value, units[name])) for name, value in given}
+    spreads = {name: float(positive(f"standard deviation of {name}", value, family.units[name])) for name, value in given}
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     neighbours = Neighbours(family, fixed, scales, duration)

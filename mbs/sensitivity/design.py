@@ -120,10 +120,6 @@ def optimise(
         On wrong input, before anything runs.
     RunFailedError
         If no start leads to a run that ends.
-
-    References
-    ----------
-    D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988 (SLSQP of SciPy).
     """
     needs_compiler()
     wants, known = [parse_want(each) for each in subject_to], readings or {}

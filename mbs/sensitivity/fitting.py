@@ -137,10 +137,6 @@ def fit(
     profiles : sequence of str
         Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     ValueError

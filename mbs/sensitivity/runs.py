@@ -60,24 +60,21 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
 
     A RunFailedError says that the run does not end, or that the state of rest of a frequency is not stable.
     """
-    values, units, errors, ended = list[float](), list[str](), list[float](), None
+    found, ended = list[tuple[float, str, float]](), None
     asked = " ".join(text for text in readings.values() if isinstance(text, str))
     for reading in readings.values():
-        error = 0.0
         if callable(reading):
-            value, unit = float(reading(mechanism)), ""
+            found.append((float(reading(mechanism)), "", 0.0))
         elif resting := statical(reading):
             value, error = resting(mechanism)
-            unit = "Hz"
+            found.append((value, "Hz", error))
         elif duration is None:
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
             ended = ended or run(mechanism, duration, solver, asked)
-            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)
-        values.append(value)
-        units.append(unit)
-        errors.append(error)
-    return Readings(np.array(values), units, np.array(errors))
+            found.append((*measure(reading, ended.record.time, ended.values, ended.units, Smooth), 0.0))
+    values, units, errors = zip(*found, strict=True)
+    return Readings(np.array(values), list(units), np.array(errors))
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:

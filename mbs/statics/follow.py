@@ -187,14 +187,12 @@ class _Follower:
                 continue
             state = state_at(self.problem, done.new)
             found = [] if left or turned else criticals(self.arc, done, states[-1], state, after, last)
-            way = self._leaves(found)
-            if way is not None:
+            if way := self._leaves(found):
                 points += found[: way[0] + 1]
-                rest, direction, left, self.branch = self._offset_load(found[way[0]]), way[1], True, None
+                rest, direction, left, last, self.branch = self._offset_load(found[way[0]]), way[1], True, None, None
                 arc = min(self.step, 1e-2)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
-                last = None
                 continue
             points += found
             last = None if turned else (done, states[-1])
