@@ -17,7 +17,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import pinned
 from .pinned import Reals
 
 Array = NDArray[np.float64]
@@ -53,16 +52,6 @@ def quartic(shortening: ArrayLike) -> Reals:
     return _polynomial(QUARTIC, _require_range(shortening))
 
 
-def quartic_error(shortening: ArrayLike) -> Reals:
-    """Relative error of `quartic` against the elliptic integrals, positive where the fit is too stiff.
-
-    Returns
-    -------
-    float or array, dimensionless, -0.0006 to 0.0019
-    """
-    return quartic(shortening) / pinned.load(shortening) - 1.0
-
-
 def fast(shortening: ArrayLike) -> Reals:
     """Load to a relative error of 1e-12 (2e-13 measured) at the cost of some three plain quartics, a 200th of the integrals.
 
@@ -87,28 +76,6 @@ def _rational(shortening: ArrayLike) -> Reals:
     load = _polynomial(_NUMERATOR, x)
     load /= _polynomial(_DENOMINATOR, x)
     return load
-
-
-def fast_stiffness(shortening: ArrayLike) -> Reals:
-    """Tangent stiffness dp/du of `fast`, by the quotient rule: (N' - p D')/D.
-
-    Returns
-    -------
-    float or array, dP/dU times L^3/(E I), relative error below 1e-10
-    """
-    x = _require_range(shortening) - 0.5
-    denominator = _polynomial(_DENOMINATOR, x)
-    load = _polynomial(_NUMERATOR, x) / denominator
-    return (_polynomial(_NUMERATOR_SLOPE, x) - load * _polynomial(_DENOMINATOR_SLOPE, x)) / denominator
-
-
-def _derivative(coefficients: Sequence[float]) -> tuple[float, ...]:
-    degree = len(coefficients) - 1
-    return tuple((degree - i) * c for i, c in enumerate(coefficients[:-1]))
-
-
-_NUMERATOR_SLOPE = _derivative(_NUMERATOR)
-_DENOMINATOR_SLOPE = _derivative(_DENOMINATOR)
 
 
 def _polynomial(coefficients: Sequence[float], x: Reals) -> Reals:

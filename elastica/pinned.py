@@ -43,8 +43,6 @@ LOAD_MAX = 180.0
 """Largest load that `shortening` takes, P L^2/(E I); a nearly closed loop."""
 SHORTENING_MAX = 1.7
 """Largest end shortening over length."""
-END_ANGLE_MAX = float(np.radians(179.5))
-"""Largest end angle [rad]; at pi the strip is a closed loop."""
 _TINY, _HUGE = float(np.finfo(float).tiny), float(np.finfo(float).max)
 
 
@@ -136,21 +134,6 @@ def end_angle(shortening: ArrayLike) -> Reals:
     """
     at = _at_shortening(shortening)
     return _plain(2.0 * np.arctan2(np.sqrt(at.m), np.sqrt(at.m1)))
-
-
-def shortening_at_angle(angle: ArrayLike) -> Reals:
-    """End shortening at a given end angle, the inverse of `end_angle`, equation (2).
-
-    Parameters
-    ----------
-    angle : float or array, rad, 0 to 3.1329 (179.5 degrees)
-
-    Returns
-    -------
-    float or array of the same shape, end shortening over length
-    """
-    alpha = _require_range("angle", angle, 0.0, END_ANGLE_MAX, "rad")
-    return _plain(_integrals(np.log1p(np.tan(alpha / 2.0) ** 2)).shortening)
 
 
 def mid_deflection(shortening: ArrayLike) -> Reals:

@@ -54,12 +54,8 @@ def test_fast_law_is_within_its_stated_error():
             assert abs(law.fast(u) / exact_load(mpf(u)) - 1) < 2e-13
 
 
-def test_fast_stiffness_is_within_its_stated_error():
-    assert np.max(np.abs(law.fast_stiffness(U) / pinned.stiffness(U) - 1.0)) < 1e-10
-
-
 def test_quartic_is_worst_at_the_onset_of_buckling():
-    error = law.quartic_error(U)
+    error = law.quartic(U) / pinned.load(U) - 1.0
     assert law.quartic(0.0) == 9.8879488 and law.quartic(1.0) == pytest.approx(21.5200579, rel=1e-15)
     assert np.argmax(np.abs(error)) == 0
     assert error[0] == pytest.approx(9.8879488 / np.pi**2 - 1.0, rel=1e-12) == pytest.approx(0.0019, abs=1e-4)
@@ -67,7 +63,7 @@ def test_quartic_is_worst_at_the_onset_of_buckling():
 
 
 def test_scalars_give_floats_and_arrays_keep_their_shape():
-    for function in (law.quartic, law.quartic_error, law.fast, law.fast_stiffness):
+    for function in (law.quartic, law.fast):
         for scalar in (0.5, np.float64(0.5), np.float32(0.5), np.array(0.5), 1):
             assert type(function(scalar)) is float
         assert function([[0.1, 0.2, 0.3]]).shape == (1, 3) and function(np.empty((0, 2))).shape == (0, 2)
@@ -77,7 +73,7 @@ def test_scalars_give_floats_and_arrays_keep_their_shape():
 
 
 @pytest.mark.parametrize("wrong", [-1e-12, 1.0 + 1e-12, np.nan, np.inf, 2])
-@pytest.mark.parametrize("function", [law.quartic, law.quartic_error, law.fast, law.fast_stiffness])
+@pytest.mark.parametrize("function", [law.quartic, law.fast])
 def test_shortening_out_of_range_is_named(function, wrong):
     for shortening in (wrong, np.append(U, wrong), np.array(wrong)):
         with pytest.raises(ValueError, match=r"shortening = .* is outside 0 to 1 \(end shortening/L\)"):
@@ -98,6 +94,5 @@ def median_cost_ratio(first, second, argument, calls, runs=5):
 
 @pytest.mark.parametrize("argument, calls, bound", [(np.random.default_rng(3).random(50_000), 1, 1 / 20), (0.3, 1000, 1 / 5)])
 def test_the_fast_law_is_a_fraction_of_the_elliptic_integrals_it_stands_in_for(argument, calls, bound):
-    """Some 1/230 for arrays (its slope 1/60), 1/19 for a float; how many quartics it costs hangs on the processor: 2 to 3.5."""
+    """Some 1/230 for arrays, 1/19 for a float; how many quartics it costs hangs on the processor: 2 to 3.5."""
     assert median_cost_ratio(law.fast, pinned.load, argument, calls) < bound
-    assert median_cost_ratio(law.fast_stiffness, pinned.load, argument, calls) < bound
