@@ -6,13 +6,11 @@ crank angle of 120 degrees, and the one its Table 2 was computed with. The secon
 of the 0.3 mm strip, and predicts the other two.
 
 A slider at rest is held by the strip's push F, the stop and friction, which may be anything up to its limit f = mu m g: the stop
-feels anything in [max(F - f, 0), F + f], by what went before. `Pressed` follows a slider with any friction law: a regularised
-one creeps, so that in the end it carries nothing or all of f by its regularisation speed; LuGre's bristles carry a part.
+feels anything in [max(F - f, 0), F + f], by what went before.
 
 References
 ----------
 B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
-F. Marques et al., A survey and comparison of several friction force models, doi 10.1007/s11071-016-2999-3.
 """
 
 from __future__ import annotations
@@ -20,19 +18,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from math import sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section, engine
 from buckler.mbs.geometry import Array
-from buckler.mbs.laws import Coulomb, LuGre, Stribeck
-from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 from ..kit.parameters import StudyParameters, integer, quantities, quantity
@@ -43,14 +36,8 @@ from ..kit.style import Figure, subplots
 KNOWN = 3e-4
 """Thickness [m] whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
-PRESSED_FROM = np.radians(150.0)
-"""Crank angle [rad] from which the slider is followed with friction: there it has come to rest."""
-MEMORIES = {-1.0: "helped", 0.0: "fresh", 1.0: "held_off"}
-"""Share of the friction that acts at first, positive against the strip, and its name."""
 STRAIGHTEST = 1e-4
 """End shortening from which rod and beam are asked: below it the strip may not have buckled yet."""
-DAMPING_RATIO = 0.2
-"""Damping ratio of the pressed slider on its stop: it settles within a degree of the crank's turn."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +48,9 @@ class Parameters(StudyParameters):
     yield_strength: float = quantity(1e9, "Pa", 1e6, 1e10, "stress at which the strip yields; spring steel", "strip")
     stop_angle: float = quantity(2 * np.pi / 3, "rad", 1.6, 3.0, "crank angle at which the slider meets the stop", "stop")
     mass: float = quantity(0.3, "kg", 1e-3, 10, "mass of the slider", "friction")
-    friction: float = quantity(0.1, "1", 0.001, 0.9, "Coulomb coefficient of the slider by its weight", "friction")
-    static_friction: float = quantity(0.15, "1", 0.001, 0.9, "the same of a slider at rest", "friction")
+    static_friction: float = quantity(0.15, "1", 0.001, 0.9, "Coulomb coefficient of the slider at rest", "friction")
     elements: int = integer(20, 2, 200, "beam elements, three nodes each", "numerics")
     angles: int = integer(31, 2, 1000, "crank angles from the stop to dead centre", "numerics")
-
-    def check(self) -> None:
-        """Static friction is no less than dynamic."""
-        if self.static_friction < self.friction:
-            raise ValueError(f"static_friction = {self.static_friction:g}: must be at least friction = {self.friction:g}")
 
 
 @dataclass(frozen=True)
@@ -141,8 +122,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
-        f"friction: interval of a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g} of its "
-        "weight; by law,\nfriction at first helping the strip, absent, or holding the slider off. The interval is the answer.",
+        f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
         yielding,
     ]
     table = replace(metrics_table(metrics), title="Largest contact force", notes="\n".join(filter(None, notes)))
@@ -201,68 +181,11 @@ def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
     return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
 
 
-def laws(static: float, dynamic: float) -> dict[str, object]:
-    """Make friction laws by name: regularised at two speeds, with stiction, and LuGre."""
-    return {
-        "regularised_1e-3": Coulomb(dynamic, 1e-3),
-        "regularised_1e-6": Coulomb(dynamic, 1e-6),
-        "stiction": Stribeck(static, dynamic, 1e-4, v_reg=1e-6),
-        "lugre": LuGre(static, dynamic, 1e-4, bristle_stiffness=1e5, bristle_damping=sqrt(1e5)),
-    }
-
-
-@dataclass(frozen=True)
-class Pressed:
-    """Slider [kg] pressed by a strip of bending stiffness [N m^2] against a stop [N/m]; crank speed [rad/s], weight [N]."""
-
-    rigidity: float
-    mass: float = 0.3
-    stiffness: float = 7.2e4
-    speed: float = 1.25
-    weight: float = 0.3 * GRAVITY
-
-    def push(self, angle: Reals, depth: Reals = 0.0) -> Reals:
-        """Compute the strip's force along the slider's line [N] at crank angles [rad], the slider so deep in the stop [m]."""
-        return PAPER.push(law.fast, self.rigidity, angle, PAPER_STOP - depth)
-
-    def settle(self, friction: Any, start: float, end: float, held: float = 0.0) -> float:
-        """Integrate from rest at one crank angle to another [rad]; the force on the stop there [N].
-
-        `held` is the share of the dynamic friction, -1 to 1, that holds the slider off the stop at the start.
-        """
-        bristles, hold = isinstance(friction, LuGre), held * friction.dynamic
-        depth = max(float(self.push(start) - hold * self.weight), 0.0) / self.stiffness
-        damping = 2 * DAMPING_RATIO * sqrt(self.stiffness * self.mass)
-
-        def stop(x: float, v: float) -> float:
-            """Compute the force of the stop [N]."""
-            return max(self.stiffness * x + damping * v, 0.0) if x > 0 else 0.0  # it presses only
-
-        def rates(t: float, y: Array) -> list[float]:
-            """Compute rates of depth, speed and bristles."""
-            x, v, z = y
-            mu = friction.coefficient(v, z) if bristles else friction.coefficient(v)
-            total = self.push(start + self.speed * t, x) - stop(x, v) - mu * self.weight
-            return [v, float(total) / self.mass, float(friction.rate(z, v)) if bristles else 0.0]
-
-        begin = [depth, 0.0, hold / friction.bristle_stiffness if bristles else 0.0]
-        run = solve_ivp(rates, (0.0, (end - start) / self.speed), begin, "Radau", rtol=1e-8, atol=[1e-13, 1e-12, 1e-14])
-        if not run.success:
-            raise RuntimeError(run.message)
-        return stop(float(run.y[0, -1]), float(run.y[1, -1]))
-
-
 def _friction_metrics(thickness: float, p: Parameters) -> dict[str, Metric]:
-    """Compute the interval of the force at dead centre, and where laws end in it, by what the slider remembers."""
-    weight = p.mass * GRAVITY
-    slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
-    exact, name = float(Press(thickness, PAPER_STOP).force(pinned.load, np.pi)[0]), f"friction_h{_mm(thickness)}"
-    low, high = friction_interval(exact, p.static_friction * weight)
-    found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
-    for kind, made in laws(p.static_friction, p.friction).items():
-        for held, memory in MEMORIES.items():
-            found[f"{name}.{kind}.{memory}"] = Metric(slider.settle(made, PRESSED_FROM, np.pi, held), "N", exact=exact)
-    return found
+    """Compute the interval of the force at dead centre."""
+    exact = float(Press(thickness, PAPER_STOP).force(pinned.load, np.pi)[0])
+    low, high = friction_interval(exact, p.static_friction * p.mass * GRAVITY)
+    return {f"friction_h{_mm(thickness)}.{end}": Metric(float(x), "N") for end, x in (("low", low), ("high", high))}
 
 
 def figure(result: StudyResult) -> Figure:
