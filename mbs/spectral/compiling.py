@@ -120,9 +120,9 @@ class _Drafting(Compiler):
         return super().compile_extra(func)
 
 
-def draft(function: F, forceinline: bool = False) -> F:
+def draft(function: F, **options: object) -> F:
     """Compile a function that only compiled ones call: Python cannot call it, and nothing is kept on disk."""
-    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": forceinline, "pipeline_class": _Drafting}
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _Drafting}
     made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
     made._compiler.fold_argument_types = partial(_widen, made._compiler.fold_argument_types)
     return made
