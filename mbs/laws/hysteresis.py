@@ -16,11 +16,6 @@ from .pieces import Reals, ramp
 from .rebound import chi_exact, restitution
 
 
-def hysteresis_force(depth: Reals, rate: Reals, onset: Reals, stiffness: float, exponent: float, chi: float) -> Reals:
-    """max(0, K d^n (1 + chi d'/v0)) [N], 0 where d <= 0."""
-    return stiffness * ramp(depth) ** exponent * ramp(1.0 + chi * rate / onset)
-
-
 @declared
 class HysteresisLaw(PowerLaw, Declared, ABC):
     """F = K d^n (1 + chi(e) d'/v0), never below zero. A concrete law states chi(e) and nothing else."""
@@ -49,7 +44,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Contact force [N] at depth [m], rate [m/s, positive when penetrating] and onset speed [m/s, > 0]."""
-        return hysteresis_force(depth, rate, onset, self.stiffness, self.exponent, self.chi)
+        return self.stiffness * ramp(depth) ** self.exponent * ramp(1.0 + self.chi * rate / onset)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
         """Restitution delivered [1], the same for every mass and speed."""

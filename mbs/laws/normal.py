@@ -28,16 +28,6 @@ class PowerLaw:
         return self.stiffness * ramp(depth) ** (self.exponent + 1.0) / (self.exponent + 1.0)
 
 
-def kelvin_voigt_force(depth: Reals, rate: Reals, stiffness: float, damping: float) -> Reals:
-    """max(0, k d + c d') [N], 0 where d <= 0."""
-    return (depth > 0.0) * ramp(stiffness * depth + damping * rate)
-
-
-def impact_force(depth: Reals, rate: Reals, stiffness: float, exponent: float, damping: float, damping_depth: float) -> Reals:
-    """max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d') [N], 0 where d <= 0."""
-    return ramp(stiffness * ramp(depth) ** exponent + step(depth, 0.0, 0.0, damping_depth, damping) * rate)
-
-
 @declared
 class Hertz(PowerLaw, Declared):
     """F = K d^1.5: elastic, gives back all it takes.
@@ -97,7 +87,7 @@ class KelvinVoigt(PowerLaw, Declared):
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Contact force [N] at depth [m] and rate [m/s]; onset does not matter."""
-        return kelvin_voigt_force(depth, rate, self.stiffness, self.damping)
+        return (depth > 0.0) * ramp(self.stiffness * depth + self.damping * rate)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
         """Restitution delivered [1] to an effective mass [kg], the same for every speed."""
@@ -128,4 +118,5 @@ class Impact(PowerLaw, Declared):
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Contact force [N] at depth [m] and rate [m/s]; onset does not matter."""
-        return impact_force(depth, rate, self.stiffness, self.exponent, self.damping, self.damping_depth)
+        damping = step(depth, 0.0, 0.0, self.damping_depth, self.damping)
+        return ramp(self.stiffness * ramp(depth) ** self.exponent + damping * rate)

@@ -1,16 +1,6 @@
-"""Order of elimination of the unknowns of a mechanism's matrices, found once: fronts for `buckler.mbs.spectral.fronts`.
+"""Order of elimination of the unknowns of a mechanism's matrices, found once by minimum degree: fronts for `fronts`.
 
-Unknowns that meet the same others are eliminated together, the group that meets the fewest first (minimum degree): inner
-coordinates of strips and modes go first and are so condensed onto their ends. A constraint's row goes after all coordinates that
-it holds. Its pivots are then those of G M^-1 G^T, which is definite where the mass matrix is and the rows are independent.
-
-What is eliminated together makes a front, a small dense matrix: its pivots, and the later unknowns that they meet by then.
-
-References
-----------
-A. George, J. W. H. Liu, The evolution of the minimum degree ordering algorithm, SIAM Review 31 (1989) 1-19, doi 10.1137/1031001.
-I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear equations, ACM Trans. Math. Software 9
-(1983) 302-325, doi 10.1145/356044.356047.
+A constraint's row goes after all coordinates that it holds. Sources and reasons: docs/theory-spectral.md, matrices.
 """
 
 from __future__ import annotations

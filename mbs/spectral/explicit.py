@@ -1,14 +1,7 @@
 """Dormand-Prince 5(4), compiled, for mechanisms that rattle: onsets located, constraints solved at the level of accelerations.
 
-    a = M^-1 (f - G^T lambda),   (G M^-1 G^T) lambda = G M^-1 f - change.
-
-M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Bodies that constraints and a drive hold
-from the ground move exactly as the drive says, as positions and velocities are put back onto the constraints after each step.
-Bristles are states.
-
-References
-----------
-J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26, doi 10.1016/0771-050X(80)90013-3.
+M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Positions and velocities are put back
+onto the constraints after each step. Bristles are states. Equations and source: docs/theory-spectral.md, explicit integration.
 """
 
 from __future__ import annotations

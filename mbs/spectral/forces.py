@@ -1,10 +1,6 @@
 """Forces between markers, compiled: along a measure, of a pin in a bush, and pushes; each with its derivatives.
 
-A force N along a measure l(x), x the places and angles of two markers, is F = N grad l, so that its tangents are
-
-    dF/dx = N_l grad l grad l^T + N hess l + N_r grad l (hess l x')^T,     dF/dx' = N_r grad l grad l^T,
-
-N_l and N_r the derivatives of N by the measure and its rate.
+Tangents of a force along a measure are (2) of docs/theory-spectral.md.
 """
 
 from __future__ import annotations

@@ -1,16 +1,11 @@
 """Factors of a mechanism's matrices, front by front, compiled. See `elimination` for the order.
 
-Each front is the sum of the matrix's entries that belong to its pivots and of what the fronts before it hand over. Gauss
-elimination of its pivots, the largest first of those in its column, leaves their factors in place, and what it hands over in
-turn. Among rows of constraints one that is weak on the diagonal gives way to the largest, with its column: where two rows say
-nearly the same, as the pins of two bars do that are pinned twice, the better one is kept in every pose. Else they keep their
-order, as a multiplier that is left out stays as it is guessed.
-
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
 
-A pivot of rounding among rows of constraints, 1e-13 of what it is a difference of, counts as none: its unknown is zero. So
-redundant rows share nothing, and what they say twice is said once.
+Among rows of constraints one that is weak on the diagonal gives way to the largest, with its column: where two rows say nearly
+the same, as the pins of two bars do that are pinned twice, the better one is kept in every pose. Else they keep their order, as
+a multiplier that is left out stays as it is guessed. A row's pivot of rounding counts as none: its multiplier is zero.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A builder's lists, packed into the kernel's tables, and where the entries of a mechanism's matrices stand.
 
-These are a sum of small matrices, of constraints, forces, strips, modes and masses. Each is a block: the unknowns it is about,
-coordinates and then multipliers. Its entries go to slots, one for each pair of unknowns that meet anywhere. Mass, damping and
-stiffness, and the constraints' rows and columns, share them.
+Matrices are sums of blocks, of constraints, forces, strips, modes and masses. Their entries share slots, one for each pair of
+unknowns that meet anywhere.
 """
 
 from __future__ import annotations

@@ -1,26 +1,7 @@
 """One step of the collocation at three Radau points, compiled: first guess, error, projection; `newton` solves it.
 
-Unknowns are rates V_i and multipliers L_i at the nodes c_i, with A = (a_ij) the integrals of the nodes' Lagrange polynomials:
-
-    Q = q + h A V,    M A_i = f(Q_i, V_i) - G^T L_i,    A^-1 (V - v)/h = (A_i),    G(Q_i) V_i = speed(t + c_i h).
-
-These are constraints at the level of velocities: index 2, in which places and rates are of fifth order. Its eigenvalues take A^-1
-apart into one real problem of the mechanism's size and one complex one. With mu an eigenvalue and k = h/mu:
-
-    [ M + k C + k^2 K   G^T ] [ dV   ]     [ k R ]
-    [ G                 0   ] [ k dL ]  = -[ r   ],
-
-R and r what the equations lack. Strips' stresses are further unknowns, see `strips`. The local error is that of the embedded
-method of third order; the real matrix filters parts that steps of this length need not resolve:
-
-    e = (mu/h - J)^-1 (y'(t) + sum_i e_i (Y_i - y)/h).
-
-References
-----------
-E. Hairer, G. Wanner, Solving ordinary differential equations II, 2nd ed., Springer 1996, ch. IV.8 and VII.4,
-doi 10.1007/978-3-642-05221-7.
-E. Hairer, C. Lubich, M. Roche, The numerical solution of differential-algebraic systems by Runge-Kutta methods, Springer 1989,
-doi 10.1007/BFb0093947.
+Unknowns are rates and multipliers at the nodes; constraints hold at the level of velocities (index 2). The eigenvalues of A^-1
+take Newton's equations apart into a real and a complex problem. Equations and sources: docs/theory-spectral.md, (3) to (5).
 """
 
 from __future__ import annotations
@@ -169,10 +150,8 @@ def error_of(tables, orders, state, h):
 def put_back(tables, orders, work, state, t, h):
     """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
 
-    The constraints' directions of the latter are the present ones: with those of a kept matrix the motion along them would be
-    wrong. So would reactions between rigid links: they are those with which forces and accelerations leave nothing along the
-    constraints, and those at the other nodes follow. Newton's method ends by places, which constraints alone may decide. With
-    strips it ends by their stresses too, and what it leaves of these would weigh on reactions.
+    Reactions between rigid links are those with which forces and accelerations leave nothing along the constraints, and those
+    at the other nodes follow; see docs/theory-spectral.md, (5).
     """
     n, r, q, v, a, lam = state.q.size, state.lam.size, state.places[2], state.rates[2], state.seconds[2], state.multipliers[2]
     if r == 0:

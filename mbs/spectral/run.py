@@ -119,22 +119,15 @@ def integrate(
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
-    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. One
-    step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only the
-    last row is kept then, and explicit steps do not end at onsets that have no kink.
+    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for.
+    One step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only
+    the last row is kept then, and explicit steps do not end at onsets that have no kink.
     """
     state = state or State(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
-    pace = scene.tables.pace[0]
-    with looking(looks_or(scene.looks)):
-        kinks = [t / pace for t in scene.source.kinks(end * pace) if state.time < t / pace < end]
-    if not controls.fixed and ends is None:
-        kinks = subdivide(kinks, controls.longest, end / COARSEST)
-    stops = np.array([*kinks, end])
-    stops = np.unique(stops)
-    stops = stops[np.append(np.diff(stops) > DISTINCT * end, True)]
+    stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
     run, model, shortest = _method(scene, solver, state, rest)
     controls.located = take is None
     controls.shortest, controls.every = shortest * end, max(every, controls.every)
@@ -164,6 +157,17 @@ def integrate(
                 why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
                 failure = why[0], f"{why[1]} at t = {clock.time:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
+
+
+def _stops(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
+    """Find times at which steps end: kinks of functions of time, with parts of the longest step between them, and the end."""
+    pace = scene.tables.pace[0]
+    with looking(looks_or(scene.looks)):
+        kinks = [t / pace for t in scene.source.kinks(end * pace) if start < t / pace < end]
+    if longest is not None:
+        kinks = subdivide(kinks, longest, end / COARSEST)
+    stops = np.unique([*kinks, end])
+    return stops[np.append(np.diff(stops) > DISTINCT * end, True)]
 
 
 def _method(

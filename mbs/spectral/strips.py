@@ -1,29 +1,7 @@
 """Strips, compiled: Reissner's and Kirchhoff's, in polynomials, with analytic tangents.
 
 Both have four arguments z a Gauss point, linear in the coordinates: Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'',
-y'').
-The strains are functions of z,
-
-    Reissner:   eps = c x' + s y' - 1,   gamma = -s x' + c y',   kappa = theta'                    (c, s of theta)
-    Kirchhoff:  eps = |r'| - 1,          kappa = (x' y'' - y' x'')/|r'|^2, the rate of turn of r' along the arc,
-
-less their stress-free values; the energy is 1/2 integral of EA eps^2 + GA gamma^2 + EI kappa^2, and Kelvin-Voigt damping adds
-its time times the strain's rate to eps and kappa.
-
-Mixed forces take the stresses n of the Gauss points as unknowns of their own. With B = d(strain)/dz and B0 that of the matrix
-last made, each asks for n = D strain(z), and of these equations the increments are taken out:
-
-    force: B^T n + B0^T (D strain - n),    n <- D strain + D B0 dz.
-
-A strip is a million times stiffer along than across. Where B has turned since the matrix was made, D strain would act across
-with that factor; n does not, so that a kept matrix serves until B has turned by some tenths of a radian.
-
-References
-----------
-E. Reissner, On one-dimensional finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, doi 10.1007/BF01602645.
-D. Magisano, L. Leonetti, G. Garcea, How to improve efficiency and robustness of the Newton method in geometrically non-linear
-structural problem discretized via displacement-based finite elements, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986-1005,
-doi 10.1016/j.cma.2016.10.023.
+y''). Strains are functions of z; mixed forces, (4) of docs/theory-spectral.md, take the stresses as unknowns of their own.
 """
 
 from __future__ import annotations
