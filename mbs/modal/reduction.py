@@ -50,11 +50,6 @@ class ReducedModel:
     plane: PlanarModel
 
     @property
-    def frequencies(self) -> Array:
-        """Natural frequencies [Hz], shape (m,)."""
-        return self.omega / (2 * np.pi)
-
-    @property
     def kinds(self) -> list[str]:
         """Dominant motion of each mode, of `MOTIONS`."""
         return [MOTIONS[k] for k in np.argmax(self.participation, axis=1)]
@@ -67,7 +62,7 @@ class ReducedModel:
     def table(self) -> list[tuple[int, float, str, float, bool]]:
         """For each mode: number, Hz, kind, share of that kind, whether the plane of motion sees it."""
         shares = self.participation.max(axis=1, initial=0.0)
-        rows = zip(self.numbers, self.frequencies, self.kinds, shares, self.moves_in_plane, strict=True)
+        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, self.moves_in_plane, strict=True)
         return [(int(n), float(f), kind, float(share), bool(seen)) for n, f, kind, share, seen in rows]
 
 

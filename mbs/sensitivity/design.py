@@ -138,9 +138,9 @@ def optimise(
 
 def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]) -> Array:
     """Place the start in the unit cube."""
-    if unknown := [name for name in start if name not in ranges]:
-        raise ValueError(f"start['{unknown[0]}']: free has no range of that name")
     for name, value in start.items():
+        if name not in ranges:
+            raise ValueError(f"start['{name}']: free has no range of that name")
         low, high = ranges[name]
         if not low <= value <= high:
             raise ValueError(f"start['{name}'] = {value:g}: must lie in its range, {low:g} to {high:g}")

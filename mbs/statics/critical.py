@@ -64,19 +64,9 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
 
 @dataclass(frozen=True)
 class Critical:
-    """Critical point of a path.
+    """Critical point of a path: a 'limit', 'branching' or 'flutter', at which `multiple` eigenvalues pass zero.
 
-    Attributes
-    ----------
-    kind : str
-        'limit', 'branching' or 'flutter'.
-    rest : Rest
-    multiple : int
-        Number of eigenvalues that pass zero there.
-    shapes : array, shape (n, multiple)
-        Critical eigenvectors of a limit or a branching.
-    rounding : float
-        Rounding error of its parameter.
+    Shapes (n, multiple) are the critical eigenvectors of a limit or a branching; `rounding` is the error of its parameter.
     """
 
     kind: str
@@ -95,7 +85,10 @@ def criticals(
     """
     found = []
     for part, one, other, way in _pieces(arc, step, before, after, turned, last):
-        limits = list(_limits(arc, part, way))
+        limits = list[Critical]()
+        if part.direction[-1] * way[-1] < 0.0:  # the parameter turns back
+            rest = arc.root(part, lambda rest, ahead=part.direction: float(arc.direction(rest, ahead)[-1]))
+            limits += [Critical("limit", rest, 1, arc.direction(rest, part.direction)[: len(rest.q), None])] if rest else []
         pairs = _pairs(arc.problem, part, one, other)
         found += [*limits, *_branchings(arc, part, pairs.shapes[:, pairs.crosses].T, limits)]
     if before.count_flutters() != after.count_flutters():
@@ -135,15 +128,6 @@ def _pieces(
     first = Step(step.rest, step.direction, rest, 0.5 * step.arc)
     yield from _pieces(arc, first, before, between, way, last)
     yield from _pieces(arc, second, between, after, turned, (first, before))
-
-
-def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
-    """Find where the parameter turns back."""
-    if step.direction[-1] * turned[-1] >= 0.0:
-        return
-    rest = arc.root(step, lambda rest: float(arc.direction(rest, step.direction)[-1]))
-    if rest is not None:
-        yield Critical("limit", rest, 1, arc.direction(rest, step.direction)[: len(rest.q), None])
 
 
 class Pairs(NamedTuple):

@@ -57,15 +57,9 @@ class Orbit(NamedTuple):
 
 @dataclass(frozen=True)
 class Turn:
-    """Critical point of a response.
+    """Critical point of a response: a 'fold', 'doubling' (a multiplier passes -1) or 'branching' (1, and the curve goes on).
 
-    Attributes
-    ----------
-    kind : str
-        'fold', 'doubling' (a multiplier passes -1) or 'branching' (1, and the curve goes on).
-    rest : Rest
-        State at the start of a period, coordinates only, and the parameter.
-    motion : Periodic
+    `rest` has the coordinates at the start of a period, and the parameter.
     """
 
     kind: str
