@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from .declare import Declaration, Declared, declarations, known_kinds
+from .declare import Declaration, declarations, known_kinds
 from .declare.spec import Quantity, Schema
 from .documents import shorthand
 from .mechanism import RUN, Mechanism
@@ -53,22 +51,12 @@ def _run() -> Schema:
 
 
 def _object(name: str, kind: type) -> Schema:
-    """One kind: its fields, or those of the object it holds where they may stand in its place."""
-    forms = [declarations(kind), *map(declarations, kind.inlined.values() if issubclass(kind, Declared) else ())]
-    written = [_fields(name, form) for form in forms]
+    fields = declarations(kind)
     about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-    return {"description": about, **(written[0] if len(written) == 1 else {"anyOf": written})}
-
-
-def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
     required = [key for key, each in fields.items() if each.required and (name, key) not in BY_OTHERS]
     content = {"kind": {"const": name}, **{key: _describe(each) for key, each in fields.items()}}
-    return {
-        "type": "object",
-        "properties": content,
-        "required": required,
-        "additionalProperties": False,
-    }
+    shape = {"type": "object", "properties": content, "required": required, "additionalProperties": False}
+    return {"description": about, **shape}
 
 
 def _describe(field: Declaration) -> Schema:

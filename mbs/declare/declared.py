@@ -40,12 +40,9 @@ class Declared:
     ----------
     in_files : bool
         Whether a mechanism's file may name it.
-    inlined : mapping of str to type
-        A field whose own fields may stand in a file in its place, and what it then is.
     """
 
     in_files: ClassVar[bool] = True
-    inlined: ClassVar[Mapping[str, type]] = {}
 
     def __init_subclass__(cls, **more: object) -> None:
         super().__init_subclass__(**more)

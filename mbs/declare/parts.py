@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from .compound import any_of
-from .declared import Declared, RefusalError, declarations, known_kinds, specs
+from .declared import RefusalError, declarations, known_kinds
 from .spec import Schema, Spec, did_you_mean, show
 
 GONE = {
+    ("Section", "mass"): "mass and inertia stand in a rigid body itself",
     ("Belt", "stiffness"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft yields",
     ("Belt", "damping"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft has damping",
 }
@@ -107,9 +108,6 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     """
     given = dict(table)
     kind = _kind(name, given, kinds)
-    for key, inner in kind.inlined.items() if issubclass(kind, Declared) else ():
-        if set(given) & set(specs(inner)) and not set(given) & set(specs(kind)):
-            return _construct(name, kind, {key: build(name, given, {"": inner})})
     fields = declarations(kind)
     dot = f"{name}." if name else ""
     for key in given:
@@ -174,9 +172,6 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
         If a file has no name for something in it; names the place.
     """
     kind = type(found)
-    for key, inner in kind.inlined.items() if isinstance(found, Declared) else ():
-        if type(getattr(found, key)) is inner:
-            return fields_written(name, getattr(found, key))
     content = {}
     for key, declaration in declarations(kind).items():
         value = getattr(found, key)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..declare import Declared, declarations, known_kinds
+from ..declare import declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, show
 from .document import PARAMETERS
 
@@ -71,12 +71,11 @@ def _link(link: object, defaults: Mapping[str, Any]) -> Any:
 
 
 def _takes_section(given: Mapping[str, object], body: Mapping[str, object]) -> bool:
-    """Return True if a body has a section, and no other keys in its place, such as a mass."""
+    """Return True if a body has a section, and no mass in its place."""
     kind = known_kinds().get(str(body.get("kind")))
     if kind is None or "section" not in declarations(kind) or not isinstance(body.get("section", {}), Mapping):
         return False
-    inner = kind.inlined.get("section") if issubclass(kind, Declared) else None
-    return inner is None or not set(declarations(inner)) & set(given)
+    return not {"mass", "inertia"} & set(given)
 
 
 def _fill(given: Any, usual: Mapping[str, Any]) -> Any:

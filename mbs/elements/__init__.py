@@ -12,7 +12,7 @@ from .link import Link
 from .load import Load, States
 from .modal import AdamsDamping, Modal
 from .motor import Motor
-from .rigid import Inertia, Mass, Rigid
+from .rigid import Mass, Rigid
 from .section import STEEL, Material, Profile, Section
 from .spring import Spring, TorsionSpring
 from .stop import Stop
@@ -26,7 +26,7 @@ KINDS: dict[str, type] = {
 
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Coupling", "Drive", "Force", "Gear", "Guide",
-    "GuideFriction", "Inertia", "Joint", "LineLoad", "Link", "Load", "Mass", "Material", "Modal", "Motion", "Motor", "Profile",
+    "GuideFriction", "Joint", "LineLoad", "Link", "Load", "Mass", "Material", "Modal", "Motion", "Motor", "Profile",
     "Rack", "Ramp", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "States", "Stop", "Strut", "Torque",
     "TorsionSpring", "Weld",
 ]  # fmt: skip

@@ -198,7 +198,7 @@ class Body(Declared):
     carrying: ClassVar[tuple[str, ...]] = ()
     round_off: ClassVar[float] = 0.0
 
-    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
+    def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
         return self.section.bar(length)
 

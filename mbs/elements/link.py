@@ -137,7 +137,7 @@ class Link(Linked):
 
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
-        return self.body.inertia(length)[0]
+        return self.body.mass_properties(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield those of the centre of mass, m, m/s, m/s^2, then those of the body."""

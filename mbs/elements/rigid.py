@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import hypot
 from typing import ClassVar
 
 import numpy as np
 
-from ..declare import Declared, declared, names, part, quantity, vector
+from ..declare import declared, names, part, quantity, vector
 from .element import GROUND, Body, Burden, Element, Linked, Parts, Recorded, place
 from .references import check_known, holder, reaches
 from .section import Section
 from .signal import Energy, Kind, Signal
-
-
-@declared
-class Inertia(Declared):
-    """Mass, moment of inertia and centre of mass of a rigid link."""
-
-    mass: float = quantity("kg", above=0, doc="of the link")
-    inertia: float = quantity("kg m^2", above=0, doc="about the centre of mass")
-    centre: tuple[float, float] | None = vector(
-        "m", doc="centre of mass from the link's start, x towards its end; half-way between the ends by default", default=None
-    )
 
 
 @declared
@@ -32,18 +21,26 @@ class Rigid(Body):
 
     Examples
     --------
-    >>> Rigid(Section(width=0.03, thickness=5e-3)).section.mass_per_length  # kg/m
-    1.1775
-    >>> Rigid.of(mass=0.2, inertia=1e-4).section.mass
+    >>> round(Rigid(Section(width=0.03, thickness=5e-3)).mass_properties(0.2)[0], 4)  # kg
+    0.2355
+    >>> Rigid.of(mass=0.2, inertia=1e-4).mass
     0.2
     """
 
-    section: Section | Inertia = part(Section, Inertia, doc="a bar of this section, or mass and inertia")
+    section: Section | None = part(Section, doc="of a uniform bar; none where mass and inertia are given", default=None)
+    mass: float | None = quantity("kg", above=0, doc="of a link without a section", default=None)
+    inertia: float | None = quantity("kg m^2", above=0, doc="likewise, about the centre of mass", default=None)
+    centre: tuple[float, float] | None = vector(
+        "m", doc="centre of mass from the link's start, x towards its end; half-way between the ends by default", default=None
+    )
 
     flexible: ClassVar[bool] = False
     carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
-    inlined: ClassVar[Mapping[str, type]] = {"section": Inertia}
+    def agree(self) -> None:
+        given = [self.mass is not None, self.inertia is not None]
+        if given != [self.section is None] * 2 or (self.section and self.centre):
+            raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
@@ -52,12 +49,12 @@ class Rigid(Body):
         The centre is in the frame of the link, not in that of the drawing: (0, 0) is the link's first point, x points to its
         second one, y to the left of that. By default it is half-way between the two.
         """
-        return cls(Inertia(mass, inertia, centre))
+        return cls(None, mass, inertia, centre)
 
-    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        if isinstance(self.section, Inertia):
-            return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
-        return self.section.bar(length)
+    def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        if self.mass is None or self.inertia is None:
+            return super().mass_properties(length)
+        return self.mass, self.inertia, self.centre or (length / 2, 0.0)
 
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0 [rad], the angle from the x axis [rad], and their rate [rad/s]."""

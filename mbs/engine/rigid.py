@@ -74,7 +74,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     length = mechanism.length(link.name)
     direction = float(np.arctan2(*(end - start)[::-1]))
-    mass, inertia, centre = link.body.inertia(length)
+    mass, inertia, centre = link.body.mass_properties(length)
     along = (end - start) / length
     own = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
     total, moment, middle = _with_burdens(scene, link, mass, inertia, own)

@@ -173,7 +173,7 @@ class Follower:
         """Compute the motion of a link's centre of mass."""
         mechanism, i = self.linkage.mechanism, self.linkage.index[link.name]
         start = self.linkage.reference[i]
-        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
         arm = complex(*centre) * np.exp(1j * start[2])
         _, *places = self._point_motion(course, i, arm)
         turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]

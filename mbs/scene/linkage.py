@@ -260,7 +260,7 @@ def carried_masses(linkage: Linkage) -> Iterator[Part]:
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
-        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
         yield Part(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
     blocks = {guide.point: guide.link for guide in mechanism.guides}
     extra = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]

@@ -77,13 +77,10 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
 
 
 def _field(found: object, name: str, path: str) -> tuple[object, Declaration | None]:
-    """Find a field of an object, or of the inner object that a file leaves out (the Inertia of a Rigid)."""
-    inner = [getattr(found, key) for key in getattr(found, "inlined", ())]
-    for each in (found, *inner):
-        fields = declarations(type(each)) if is_dataclass(each) else {}
-        if name in fields:
-            return getattr(each, name), fields[name]
-    known = ", ".join(declarations(type(found))) if is_dataclass(found) else "nothing"
+    fields = declarations(type(found)) if is_dataclass(found) else {}
+    if name in fields:
+        return getattr(found, name), fields[name]
+    known = ", ".join(fields) or "nothing"
     raise ValueError(f"{path}: '{name}' is not known there; known: {known}")
 
 

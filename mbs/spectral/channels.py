@@ -161,7 +161,7 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
         return None
     if body.model is None:
         length = scene.mechanism.length(name)
-        arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.inertia(length)[2]), None
+        arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.mass_properties(length)[2]), None
     else:
         arm = body.model.centre + (body.model.place("centre") if station else 0.0)
         shape = body.model.shapes[STATIONS.index("centre")].T.copy() if station else None

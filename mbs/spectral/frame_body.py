@@ -111,7 +111,7 @@ def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
 def add_rigid(builder: Builder, link: Link) -> FrameBody:
     """Add a `Rigid` link: a uniform bar, or given mass, inertia and centre of mass in the link's frame."""
     start, _, length, angle = line_of(builder, link)
-    mass, inertia, (x, y) = link.body.inertia(length)
+    mass, inertia, (x, y) = link.body.mass_properties(length)
     c, s = np.cos(angle), np.sin(angle)
     return add_frame(builder, link, mass, start + np.array([c * x - s * y, s * x + c * y]), inertia)
 

@@ -85,7 +85,7 @@ def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
-    mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
+    mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)
     centre = body.start + np.array([c * x - s * y, s * x + c * y])
     return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre

@@ -117,7 +117,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         yield Path(frame, ink, outline, True, width)
         side = _label_place(sheet, name, side, along, thickness)
     if not plain:
-        x, y = section.centre or (length / 2, 0.0)
+        x, y = link.body.mass_properties(length)[2]
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
         yield Disc(frame, ink, centre, 0.32 * sheet.unit)
         yield Disc(frame, "mass", centre, 0.1 * sheet.unit)

@@ -244,7 +244,7 @@ def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absol
     for link in mechanism.links:
         x, length = mechanism.points[link.start][0], mechanism.length(link.name)
         if isinstance(body, Rigid):
-            mass, inertia, _ = body.inertia(length)
+            mass, inertia, _ = body.mass_properties(length)
             node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[x + length / 2, 0, 0]))
             bar = job.add(eii.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node))
             job.weigh(bar, gravity)

@@ -154,7 +154,7 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     """Centre of the last bar of a chain let go from the horizontal, by Lagrange's equations in the bars' angles, m."""
     n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
     assert isinstance(body, mbs.Rigid)
-    mass, inertia, _ = body.inertia(a)
+    mass, inertia, _ = body.mass_properties(a)
     after = n - 0.5 - np.arange(n)  # of bar k, in bars: what hangs at its end, and half of itself
     coupled = mass * a**2 * np.minimum.outer(after, after)
     own = inertia - mass * a**2 / 4

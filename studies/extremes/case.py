@@ -212,7 +212,7 @@ def swing(made: Draw) -> Array:
     """Integrate the pendulum's equation to 1e-12: places of both ends of the bar, (4, samples) [m]."""
     (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
     length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))
-    mass, inertia, _ = bar.body.inertia(length)
+    mass, inertia, _ = bar.body.mass_properties(length)
     times, pull = SAMPLES * made.duration, mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)
     whole, sharp = (0, made.duration), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
     turned = solve_ivp(lambda _t, y: (y[1], -pull * np.sin(y[0])), whole, (angle, 0.0), t_eval=times, **sharp).y[0]

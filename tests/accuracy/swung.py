@@ -13,7 +13,7 @@ from buckler.mbs.laws import KelvinVoigt
 
 def pendulum():
     """A bar let go level: elliptic functions; place, rate and reaction."""
-    mass = BAR.inertia(SPAN)[0]
+    mass = BAR.mass_properties(SPAN)[0]
 
     def swing(t):
         return exact_swing(pi / 2, np.asarray(t))

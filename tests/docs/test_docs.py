@@ -146,7 +146,7 @@ def test_excerpts_are_those_of_the_files():
     assert [path for path, text in found if text not in (ROOT / path).read_text(encoding="utf-8")] == []
 
 
-ABSTRACT = {"Body", "Coupling", "Inertia", "Joint", "KINDS", "Load"}
+ABSTRACT = {"Body", "Coupling", "Joint", "KINDS", "Load"}
 """Names that nobody writes in a mechanism."""
 ELSEWHERE = ("docs/how-to-add-a-clearance-joint.md",)
 """Pages whose code other tests run."""

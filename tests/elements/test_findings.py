@@ -121,6 +121,6 @@ def test_a_lone_crank_starts_with_its_acceleration():
         angle, spin = result["drive.position"], np.minimum(10 * result.time, 1.0)
         change = np.where(result.time < 0.1, 10.0, 0.0)
         assert result["crank.ax"] == pytest.approx(-0.5 * change * np.cos(angle) + 0.5 * spin**2 * np.sin(angle), abs=1e-9)
-        inertia = BAR.inertia(1.0)[1] + BAR.inertia(1.0)[0] * 0.25
+        inertia = BAR.mass_properties(1.0)[1] + BAR.mass_properties(1.0)[0] * 0.25
         assert result["drive.torque"] == pytest.approx(inertia * change, abs=1e-9)
     assert result["crank.ax"][0] == pytest.approx(-5.0, rel=1e-12)

@@ -158,7 +158,7 @@ def test_angle_stays_and_energy_balances_as_two_bars_fall(bodies):
 def newton_euler(result, mechanism, link, joints):
     """Largest part of a rigid link's force and moment balance that its joints' signals leave over, relative to the largest."""
     run, body = result.signals, mechanism.link(link)
-    mass, inertia, _ = body.body.inertia(mechanism.length(link))
+    mass, inertia, _ = body.body.mass_properties(mechanism.length(link))
     place = np.column_stack([run[f"{link}.x"], run[f"{link}.y"]])
     force = mass * (np.column_stack([run[f"{link}.ax"], run[f"{link}.ay"]]) - mechanism.gravity)
     start, end = (np.column_stack([run[f"{p}.{a}"] for a in "xy"]) for p in (body.start, body.end))

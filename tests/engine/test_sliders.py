@@ -111,7 +111,7 @@ def reactions(mechanism, closure, state):
     """Channels of the joints at 0.3 s from inverse dynamics: J^T lambda = inertia forces."""
     inertial = []
     for i, link in enumerate(mechanism.links):
-        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
         (arm,) = turned(state.q[i, 2], centre)
         (ax, ay, alpha), spin = state.q_tt[i], state.q_t[i, 2]
         fx, fy = mass * (ax - alpha * arm[1] - spin**2 * arm[0]), mass * (ay + alpha * arm[0] - spin**2 * arm[1])

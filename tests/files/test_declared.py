@@ -28,7 +28,11 @@ def number(field: Declaration) -> Quantity | None:
 
 def sound(name):
     """The least that a kind is made of."""
-    own = {"Ramp": {"start": 1.0, "end": 2.0}, "Piecewise": {"value": "sin(t)", "breaks": (0.0,)}}
+    own = {
+        "Rigid": {"mass": 1.0, "inertia": 1.0},
+        "Ramp": {"start": 1.0, "end": 2.0},
+        "Piecewise": {"value": "sin(t)", "breaks": (0.0,)},
+    }
     given = own.get(name, {})
     for key, field in declarations(known_kinds()[name]).items():
         if field.required and key not in given:

@@ -261,5 +261,5 @@ def test_every_example_of_new_is_a_mechanism():
 
 
 def test_all_laws_and_bodies_have_a_name():
-    assert {"Beam", "Rigid", "Impact", "LuGre", "Ramp", "Table", "Expression", "EndFace", "Inertia"} <= set(known_kinds())
+    assert {"Beam", "Rigid", "Impact", "LuGre", "Ramp", "Table", "Expression", "EndFace"} <= set(known_kinds())
     assert not {"Curve", "End", "Kernel", "HysteresisLaw"} & set(known_kinds())

@@ -64,8 +64,8 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     judged = post(address, "judge", {MASS: 0.9})
     assert judged["error"] < 1e-2 and judged["checks"] and all(row["error"] >= 0 for row in judged["measures"])
     assert post(address, "save", {MASS: 0.9}) == {"saved": str(folder / "pendulum-1.toml")}
-    assert Mechanism.load(folder / "pendulum-1.toml").link("lower").body.section.mass == 0.9
-    assert Mechanism.load(folder / "pendulum.toml").link("lower").body.section.mass == 0.5
+    assert Mechanism.load(folder / "pendulum-1.toml").link("lower").body.mass == 0.9
+    assert Mechanism.load(folder / "pendulum.toml").link("lower").body.mass == 0.5
     assert "mass" in post(address, "move", {MASS: -1})["wrong"]
     assert post(address, "move", {"gravity[1]": 1.0}) == {"wrong": "gravity[1]: has no slider"}
 
