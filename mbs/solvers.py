@@ -173,11 +173,6 @@ class Spectral(Declared):
         """Local error allowed a step."""
         return self.steps.tolerance or TOLERANCE
 
-    @property
-    def count(self) -> int | None:
-        """Number of equal steps; None where they are controlled."""
-        return None if self.steps.adaptive else self.steps.number(1.0)
-
     def longest(self, duration: float) -> float:
         """Longest step of a run, s."""
         if isinstance(self.steps, Equal):

@@ -57,11 +57,6 @@ class Flexible(Body):
         """Nodes from one element to the next."""
         return 1
 
-    @property
-    def is_curved(self) -> bool:
-        """True if it is bowed when free of stress."""
-        return bool(self.imperfection) or self.shape is not None
-
     def curve(self, chord: float) -> Curve:
         """Return its stress-free shape for a distance of its ends, m."""
         if self.shape is None:
@@ -69,7 +64,7 @@ class Flexible(Body):
         return _spline(chord, self.shape)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        if not self.is_curved:
+        if not self.imperfection and self.shape is None:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
         return float(x), float(y)

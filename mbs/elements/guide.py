@@ -142,16 +142,13 @@ class Guide(Guided):
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
-        owner = self.point if not self._has_rubbing_joint(record.mechanism) else name
+        rubs = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
+        owner = name if rubs else self.point  # a joint that rubs has signals of the point's name
         yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:
             most = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{owner}.friction_limit", most, "N", Kind.FRICTION)
-
-    def _has_rubbing_joint(self, mechanism: Parts) -> bool:
-        """True if a joint at the point has friction of its own, whose signals bear the point's name."""
-        return any(joint.point == self.point and not joint.ideal for joint in mechanism.joints)
 
     def _reaction_and_bristle(self, name: str, record: Recorded) -> tuple[Array, Array]:
         """Return the size of the reaction, N, and the bristle, m."""

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from ..declare.spec import did_you_mean
 from ..geometry import Array
-from ..validate import near, short
+from ..validate import short
 
 LONGEST = 2000
 """Largest number of characters of a formula; more is a program."""
@@ -91,7 +92,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
                 raise ValueError("a number too large")
         case ast.Name(id=name):
             if name not in names:
-                raise ValueError(f"unknown name '{name}'{_hint(name, names)}; known: {', '.join(sorted(names))}")
+                raise ValueError(f"unknown name '{name}'{did_you_mean(name, names)}; known: {', '.join(sorted(names))}")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             inner = (operand,)
         case ast.BinOp(op=operator, left=left, right=right):
@@ -100,7 +101,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
             inner = left, right
         case ast.Call(func=ast.Name(id=name), args=inner, keywords=[]):
             if name not in functions:
-                raise ValueError(f"unknown function '{name}'{_hint(name, functions)}; known: {', '.join(functions)}")
+                raise ValueError(f"unknown function '{name}'{did_you_mean(name, functions)}; known: {', '.join(functions)}")
             if len(inner) != functions[name][1]:
                 raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(inner)}")
         case _:
@@ -112,11 +113,6 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
 def _not_allowed(node: ast.expr) -> str:
     cures = {ast.Tuple: "; decimals are written with a point", ast.Call: "; a product is written with *"}
     return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{cures.get(type(node), '')}"
-
-
-def _hint(word: str, known: Iterable[str]) -> str:
-    close = near(word, known)
-    return f", did you mean {close[0]}?" if close else ""
 
 
 def names_in(node: ast.AST) -> set[str]:

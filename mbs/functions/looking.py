@@ -165,11 +165,6 @@ def looks_or(other: Looks) -> Looks:
     return _LOOKS.get() or other
 
 
-def edges_of(function: Callable[..., object], duration: float) -> tuple[float, ...]:
-    """Edges of a function of time [s], as the run that is being made has found them."""
-    return looks_or(Looks()).of_time(function, duration).times
-
-
 def edges_along(duration: float) -> tuple[float, ...]:
     """Edges [s] that runs before this one passed."""
     looks = _LOOKS.get()

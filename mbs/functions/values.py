@@ -19,7 +19,7 @@ import numpy as np
 from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from ..declare.spec import Anything
 from .formulas import function_of, names_in, parse
-from .looking import edges_of
+from .looking import Looks, looks_or
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
@@ -55,7 +55,8 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
     if found is not None:
         return tuple(t for t in found if 0 < t < duration) if duration < inf else found
-    return edges_of(function, duration) if callable(function) and 0 < duration < inf else ()
+    looked = callable(function) and 0 < duration < inf
+    return looks_or(Looks()).of_time(function, duration).times if looked else ()
 
 
 class Given:

@@ -197,7 +197,7 @@ def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
 
 
 def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
-    out, equal, duration = output.blank(output.CONTROLS), solver.count is not None, end - start
+    out, equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
     out.first_step = longest if equal else SHORT * min(longest, duration / COARSEST)

@@ -98,7 +98,7 @@ def test_they_survive_a_file(tmp_path):
         ("L", "3 blah", "unknown unit 'blah'"),
         ("L", [1], "parameters.L = [1]: must be a number"),
         ("h", "L/0", "parameters.h = 'L/0': float division by zero"),
-        ("h", "LL/60", "unknown name 'LL', did you mean L?"),
+        ("h", "LL/60", "unknown name 'LL', did you mean 'L'?"),
         ("t", 1.0, "parameters.t: is a variable of formulas, too; choose another name"),
         ("A", 1.0, "parameters.A: is the name of a point or link, too; choose another name"),
         ("sin", 1.0, "parameters.sin: is a name that formulas know, too"),

@@ -87,7 +87,7 @@ def test_measures(text, value, unit):
     [
         ("max(B.y)", "max(B.y): no signal 'B.y'; near it: B.x"),
         ("B.x", "B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
-        ("mx(B.x)", "mx(B.x): unknown function 'mx', did you mean max?"),
+        ("mx(B.x)", "mx(B.x): unknown function 'mx', did you mean 'max'?"),
         ("max(B.x", "max(B.x: '"),
         ("__import__('os')", "__import__('os'): unknown function '__import__'"),
         ("max(B.x).real", "max(B.x).real: "),
