@@ -23,14 +23,11 @@ from ..offers import on_demand
 if TYPE_CHECKING:
     from .planar import PlanarModel
     from .reduction import ReducedModel, reduced
-    from .solid import MOTIONS
 
 __all__ = [
-    "MOTIONS", "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",
+    "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",
     "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
-__getattr__ = on_demand(
-    __name__, {"MOTIONS": "solid", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
-)
+__getattr__ = on_demand(__name__, {"PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"})
 """Names that need SciPy's sparse solvers, imported on demand."""

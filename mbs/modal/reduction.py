@@ -33,7 +33,7 @@ class ReducedModel:
     modes : array, shape (m, n, 3)
         Displacements of the nodes [1/sqrt(kg)].
     participation : array, shape (m, 4)
-        Shares of kinetic energy by `buckler.mbs.modal.MOTIONS`.
+        Shares of kinetic energy by `buckler.mbs.modal.solid.MOTIONS`.
     mass, centre
         kg; centre of mass in link axes, m, shape (3,).
     plane : PlanarModel
