@@ -99,8 +99,8 @@ def rates_at(model, t, y, out):
 
 
 @jit
-def look(model, out, speed, reports):
-    """Fill accelerations and multipliers of out, drives' speeds (times, r) and reports (times, forces, 8) at its states."""
+def look(model, out):
+    """Fill accelerations and multipliers of out at its states."""
     flight = model.flight
     n = flight.force.size
     for i in range(out.time.size):
@@ -112,7 +112,7 @@ def look(model, out, speed, reports):
         rates_at(model, out.time[i], flight.trial, flight.rates[1])
         for j in range(n):
             out.a[i, j] = flight.rates[1, n + j]
-        copy(flight.lam, out.lam[i]), copy(flight.speed, speed[i]), copy(model.work.reports, reports[i])
+        copy(flight.lam, out.lam[i])
 
 
 @inline

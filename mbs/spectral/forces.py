@@ -9,9 +9,8 @@ import numpy as np
 
 from ..laws.calls import call
 from . import tables as col
-from .along import slopes_along, value_along
 from .compiling import draft, inline
-from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
+from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope, slopes_along, value_along
 from .markers import (
     add_entries,
     add_force,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fourbar import FourBar, Model, ideal_state, powers
+from fourbar import FourBar, Model, ideal_state, powers, reports_at
 
 pytest.importorskip("numba")
 
@@ -180,12 +180,13 @@ def compiled(bar, q, v, t):
         memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
     one = Output(np.array([t]), state.q[None], state.v[None], np.zeros((1, n)), np.zeros((1, r)), memory[None])
     seen = at_times(scene, one, one.time)
-    power, joints = powers(scene, seen), model.joints(seen.reports, seen.lam)
+    reports = reports_at(scene, seen)
+    power, joints = powers(scene, seen, reports, bar.speed), model.joints(reports, seen.lam)
     lost = np.zeros((2, 4))
     for i, name in enumerate(scene.force_names):
         lost[:, "OABC".index(name[0])] = power[0, [i, k + i]]
     drive = power[0, 2 * k + scene.row_names.index("drive")]
-    rush = follow_markers(scene, Output(*seen[:5], one.memory))[0][0, markers, 6:8]
+    rush = follow_markers(scene, seen)[0][0, markers, 6:8]
     found = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
     return seen.v[0, model.columns], seen.a[0, model.columns], found, joints, rush.ravel()
 

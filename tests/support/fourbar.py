@@ -18,10 +18,10 @@ from buckler.mbs.record.energy import ledger as energies
 from buckler.mbs.record.lookup import hermite
 from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
-from buckler.mbs.spectral.recording import record_of
+from buckler.mbs.spectral.recording import follow_markers, record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.tables import FRICTION, LENGTH, RATE, SLIP, VALUE
+from buckler.mbs.spectral.tables import FASTEST, FRICTION, LENGTH, RATE, SLIP, VALUE
 
 JOINTS = "OABC"
 
@@ -180,27 +180,35 @@ class Model(NamedTuple):
 BOOLE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 
 
-def powers(scene, seen):
+def reports_at(scene, seen):
+    """Reports of forces at states, whose bristles are as they stand, (times, forces, 8)."""
+    memory = seen.memory.copy()
+    memory[:, :, FASTEST] = seen.time[:, None]
+    return follow_markers(scene, seen._replace(memory=memory))[1]
+
+
+def powers(scene, seen, reports, speed):
     """Power on the contact of each force, in its friction, of each constraint's motion, and lost in modes, (times, columns)."""
-    push, drag = seen.reports[:, :, VALUE], seen.reports[:, :, FRICTION]
-    given = np.where(scene.tables.rows[:, 1] >= 0, -seen.lam * seen.speed, 0.0)
+    push, drag = reports[:, :, VALUE], reports[:, :, FRICTION]
+    given = np.where(scene.tables.rows[:, 1] >= 0, -seen.lam * speed, 0.0)
     lost = np.zeros((len(seen.time), 1))
     for first, modes, at in scene.tables.modal:
         damping = scene.tables.data[at + 2 * modes + 2 * modes**2 :][:modes]
         lost[:, 0] += seen.v[:, first + 3 : first + 3 + modes] ** 2 @ damping
-    return np.hstack([push * seen.reports[:, :, RATE], drag * seen.reports[:, :, SLIP], given, lost])
+    return np.hstack([push * reports[:, :, RATE], drag * reports[:, :, SLIP], given, lost])
 
 
-def ledger(scene, out):
+def ledger(scene, out, speed):
     """Reports of forces at the ends of steps, powers there, their integrals by Boole's rule, and largest forces and depths."""
     steps = np.diff(out.time)
     seen = at_times(scene, out, np.append(out.time[:-1, None] + steps[:, None] * np.arange(4) / 4, out.time[-1]))
-    power, step = powers(scene, seen), 4 * np.arange(len(steps))[:, None] + np.arange(5)
-    push, drag, depth = (seen.reports[:, :, column] for column in (VALUE, FRICTION, LENGTH))
+    reports = reports_at(scene, seen)
+    power, step = powers(scene, seen, reports, speed), 4 * np.arange(len(steps))[:, None] + np.arange(5)
+    push, drag, depth = (reports[:, :, column] for column in (VALUE, FRICTION, LENGTH))
     sizes = np.maximum(0.0, np.hstack([np.hypot(push, drag), depth]))
     work = np.cumsum(steps[:, None] * np.einsum("p,spc->sc", BOOLE, power[step]), axis=0)
     top = np.vstack([sizes[:1], sizes[step].max(axis=1)])
-    return seen.reports[::4], power[::4], np.vstack([np.zeros((1, power.shape[1])), work]), top
+    return reports[::4], power[::4], np.vstack([np.zeros((1, power.shape[1])), work]), top
 
 
 def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf, most=20_000_000):
@@ -213,7 +221,7 @@ def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf,
     out, failure, counts = integrate(scene, duration, steps, state=begin)
     times = np.linspace(0.0, duration, samples)
     at = at_times(scene, out, times[times <= out.time[-1] * (1 + 1e-12)])
-    here, (reports, power, work, top) = model.joints(at.reports, at.lam), ledger(scene, out)
+    here, (reports, power, work, top) = model.joints(reports_at(scene, at), at.lam), ledger(scene, out, bar.speed)
     work = hermite(out.time, work, power, at.time)[0]
     ends, count = model.joints(reports, out.lam), len(scene.force_names)
     loose = {k: JOINTS.index(name[0]) for k, name in enumerate(scene.force_names)}
