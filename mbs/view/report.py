@@ -25,8 +25,6 @@ MOTION = 190_000
 """Bytes for the motion, before base64 adds a third."""
 SIGNALS = 180_000
 """Bytes for the signals, before base64 adds a third."""
-STATIONS = 1000
-"""Places along all strips together from which on each has fewer."""
 BINS = (40, 800)
 """Bins of a signal, at least and at most."""
 LONGEST = 20_000
@@ -176,32 +174,16 @@ def _band(band: Any, store: Store) -> dict[str, Any]:
 
 def _short(result: Result) -> Movie:
     """Return the movie with as many pictures as the page has room for."""
-    movie: Movie = _thin(result.film.movie())
+    movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
     if len(movie.time) <= room:
         return movie
     if result.film.record is not None:
-        return _thin(make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room)))
+        return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
     rows = np.unique(np.linspace(0, len(movie.time) - 1, room).round().astype(int))
     return movie.rows(rows)
-
-
-def _thin(movie: Movie) -> Movie:
-    """Drop every second station of each strip, and again, down to eight parts, while there are too many."""
-    bands = movie.bands
-    while sum(band.points.shape[1] for band in bands.values()) > STATIONS:
-        thinner = {
-            name: replace(band, points=band.points[:, ::2], bending=band.bending[:, ::2], axial=band.axial[:, ::2])
-            if band.points.shape[1] % 16 == 1 and band.points.shape[1] > 16
-            else band
-            for name, band in bands.items()
-        }
-        if all(thinner[name] is band for name, band in bands.items()):
-            break
-        bands = thinner
-    return replace(movie, bands=bands)
 
 
 def _round(mark: Any) -> Any:
