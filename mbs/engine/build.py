@@ -43,7 +43,7 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Motor: loads.add_motors,
     elements.Spring: loads.add_springs,
     elements.TorsionSpring: loads.add_torsion_springs,
-    elements.Mass: loads.add_masses,
+    elements.Mass: lambda _scene, _masses: None,  # built with the bodies
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
 
@@ -92,11 +92,9 @@ def build(mechanism: Mechanism) -> EngineScene:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
         if placed is not None:
             scene.placed[link.name] = placed
-        scene.parts[type(link.body).__name__] += 1
     for guide in mechanism.guides:
         velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
-        scene.parts["Guide"] += 1
     for burden in scene.source.burdens:
         attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
@@ -120,4 +118,3 @@ def _add_gravity(scene: EngineScene) -> None:
         for body in placed.objects:
             marker = scene.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             scene.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
-    scene.parts["gravity"] += 1

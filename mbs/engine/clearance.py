@@ -43,17 +43,9 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 class ClearanceGroup:
     """Joints with clearance that share their laws: one user element of the engine, moment-exact and without mass.
 
-    Attributes
-    ----------
-    names, joints : list of str, list of Clearance
-    columns : array, shape (nodes, 3)
-        Places of the element's coordinates in the engine's vector, once assembled.
-    memory : array, shape (joints, 4)
-        Variables at the last accepted step, by column as `laws.journal.MEMORY` names them.
-    latest : array, shape (2,)
-        Latest time at which the engine called the element [s], and the number of calls at it; infinite once too many.
-    remembers : bool
-        True if a law depends on the memory.
+    `columns` (nodes, 3) are the places of its coordinates in the engine's vector. `memory` (joints, 4) is that of the last
+    accepted step, by column as `laws.journal.MEMORY` names them; `remembers` is true if a law depends on it. `latest` (2,) is
+    the latest time of all calls [s] and the number of calls since; infinite once too many.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -107,7 +99,6 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
     groups: dict[tuple[NormalLaw, object], list[str]] = {}
     for name, joint in joints.items():
         groups.setdefault((joint.law, joint.friction), []).append(name)
-        scene.parts["Clearance"] += 1
     for names in groups.values():
         nodes: list[int] = []
         chosen = [joints[name] for name in names]

@@ -19,20 +19,9 @@ from .placed import Placed
 class StopContact(Striking):
     """One stop in the engine's coordinates.
 
-    Attributes
-    ----------
-    face : float
-        Way along the stop's direction at which the point touches, m.
-    side : float
-        +1 if the face lies ahead of the start in the stop's direction, -1 if behind.
-    mass : float
-        Of what strikes, kg: as light as it can be for want of everything joined to it.
-    columns : array of int
-        Places in the engine's vector of the coordinates that decide it, once assembled.
-    touching : bool
-        Whether it did at the end of the last accepted step.
-    pressing : float
-        With what force, N.
+    Its point touches at the way `face` [m] along its direction; `side` is +1 if that lies ahead of the start, else -1. `mass`
+    [kg] strikes: as light as it can be for want of everything joined to it. `columns` are the places of the coordinates that
+    decide it in the engine's vector. At the end of the last accepted step it was `touching`, and `pressing` [N].
     """
 
     face: float = 0.0
@@ -61,14 +50,9 @@ class StopContact(Striking):
 
 @dataclass
 class End:
-    """One side of a stop: a node that moves with it.
+    """One side of a stop: a node that moves with it, and its number of coordinates; none for the ground.
 
-    Attributes
-    ----------
-    node, size : int
-        Engine number and coordinates; none for the ground.
-    place, arm : array, shape (2,)
-        Of the node at t = 0, m; from there to the point, turned with the node's third coordinate.
+    `place` is the node's at t = 0 [m], `arm` leads from there to the point and turns with the node's third coordinate.
     """
 
     node: int = -1
@@ -145,13 +129,7 @@ class FreeContact(StopContact):
 
 
 class StrutSpring(StrutLaw):
-    """The engine's callback of one strut, and the last state the engine asked it for.
-
-    Attributes
-    ----------
-    elongation, rate : float
-        The engine's last call, m and m/s.
-    """
+    """Callback of one strut, with elongation [m] and rate [m/s] of the engine's last call."""
 
     def __init__(self, strut: Strut, length: float) -> None:
         super().__init__(strut, length)

@@ -78,7 +78,6 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
             scene.reads(name, "reaction", partial(_under_strut, guide))
         if guide.friction is None:
             continue
-        scene.parts["GuideFriction"] += 1
         if isinstance(guide.friction, GuideFriction):
             _add_friction(scene, guide, guide.friction)
         else:
@@ -128,12 +127,8 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 class Rubbing:
     """Friction of one guide from its lateral reaction, as the constraint's multipliers of the same Newton iteration give it.
 
-    Attributes
-    ----------
-    memory : array, shape (1, 4)
-        As of joints with clearance, of the last accepted step: bristle, travel in the place of the sliding speed, time.
-    remembers : bool
-        True if the law bends a bristle.
+    `memory` (1, 4) is that of joints with clearance, the travel in the place of the sliding speed; `remembers` is true if the
+    law bends a bristle.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:

@@ -10,7 +10,7 @@ from typing import Any, cast
 import exudyn.itemInterface as eii
 import numpy as np
 
-from ..elements import Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
+from ..elements import Drive, Force, LineLoad, Link, Motor, Spring, Torque, TorsionSpring
 from ..elements.element import Burden, place
 from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
@@ -34,7 +34,6 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
     for name, load in loads.items():
         at = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
-        scene.parts["Force"] += 1
         _refuse_states(load)
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
@@ -84,7 +83,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
     """Load each node; a force that turns with the section is fixed in its node."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
-        for node, length, (_, _, turn) in zip(strip.nodes, shares(strip.body.step, strip.pieces), strip.reference, strict=True):
+        for node, length, (_, _, turn) in zip(strip.nodes, shares(strip.body, strip.pieces), strip.reference, strict=True):
             fx, fy = (length * each for each in load.force)
             c, s = (cos(turn), sin(turn)) if load.turns else (1.0, 0.0)
             marker = scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node))
@@ -92,7 +91,6 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
             scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=vector, bodyFixed=load.turns))
             if load.moment:
                 scene.system.AddLoad(eii.LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, length * load.moment]))
-        scene.parts["LineLoad"] += 1
 
 
 def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
@@ -104,7 +102,6 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
             add_torque(scene, scene.turning(body, point), guard(scene, name, load.value))
         else:
             scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.turning(body, point), load=load.value))
-        scene.parts["Torque"] += 1
 
 
 def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
@@ -133,7 +130,6 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
-        scene.parts["Motor"] += 1
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
@@ -145,7 +141,6 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
                 markerNumbers=markers, referenceLength=load.free(scene.mechanism), **pull(scene, name, load)
             )
         )
-        scene.parts["Spring"] += 1
 
 
 def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
@@ -173,7 +168,6 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
             given["offset"] = free
         markers = [scene.turning(*place(at)) for at in load.ends(scene.mechanism)]
         scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **given))
-        scene.parts["TorsionSpring"] += 1
 
 
 def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
@@ -200,12 +194,6 @@ def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
-def add_masses(scene: EngineScene, masses: dict[str, Mass]) -> None:
-    """They are built with the bodies."""
-    if masses:
-        scene.parts["Mass"] += len(masses)
-
-
 def attach(scene: EngineScene, burden: Burden) -> None:
     """Add a burden to a body, with its weight where the body's own weight does not count it in."""
     body, point = place(burden.at)
@@ -227,7 +215,6 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
             coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
             scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground, scene)
             scene.reads(name, "effort", scene.multiplier(name))
-        scene.parts["Drive"] += 1
 
 
 def _effort(drive: Drive, _run: History, record: Record) -> Array:

@@ -35,19 +35,9 @@ OUT_OF_PLANE = (2, 3, 4)
 class PlacedModal(Placed):
     """A modal link in the engine; its coordinates are one row: x, y, theta of the frame, then the modes'.
 
-    The frame's origin is the centre of mass. Without a mode that moves in the plane it is an ordinary rigid body.
-
-    Attributes
-    ----------
-    model : PlanarModel
-    initial : array, shape (3,)
-        Velocity (vx, vy, omega) of the frame at t = 0.
-    stations : dict of str to str
-        Point of the mechanism -> 'start' or 'end'.
-    places : dict of str to array, shape (2,)
-        Of these points at t = 0, m.
-    anchors : dict of str to int
-        Nodes (x, y, theta) at the ends, made by `add_anchor` where a joint asks for them.
+    The frame's origin is the centre of mass; it starts with the velocity `initial` (vx, vy, omega). Without a mode that moves
+    in the plane the link is an ordinary rigid body. `stations` says which point is 'start' or 'end', `places` where they are at
+    t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, made by `add_anchor` where a joint asks for them.
     """
 
     model: PlanarModel = field(kw_only=True)

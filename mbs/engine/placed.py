@@ -24,16 +24,9 @@ class States(NamedTuple):
 
 @dataclass(frozen=True)
 class Placed:
-    """A link or block in the engine: its nodes, its reference coordinates and, once assembled, their places.
+    """A link or block in the engine: the numbers of its `nodes` and `objects`, and a position marker of each point in `ends`.
 
-    Attributes
-    ----------
-    nodes, objects : tuple of int
-        Engine numbers.
-    reference : array, shape (nodes, coordinates a node)
-        Coordinates of the undeformed link.
-    ends : dict of str to int
-        Position marker of each point.
+    `reference` (nodes, coordinates a node) are the coordinates of the undeformed link.
     """
 
     system: System
@@ -97,18 +90,9 @@ class Placed:
 
 @dataclass(frozen=True)
 class History:
-    """History of the engine's steps, as arrays.
+    """History of the engine's steps: multipliers (times, constraints), contact forces [N] (times, stops).
 
-    Attributes
-    ----------
-    time : array, shape (times,)
-    states : States
-        Coordinates and rates, each (times, coordinates).
-    multipliers : array, shape (times, constraints)
-    contact : array, shape (times, stops)
-        Contact forces, N.
-    memory : list of array, shape (times, joints, 4)
-        What `journal.MEMORY` names, of each of the scene's `remembering`.
+    `memory` has an array (times, joints, 4) of what `journal.MEMORY` names for each of the scene's `remembering`.
     """
 
     time: Array

@@ -19,16 +19,8 @@ from .scene import EngineScene
 class PlacedRigid(Placed):
     """A rigid link; its coordinates are the place of the centre of mass, with all it bears, and its direction.
 
-    Attributes
-    ----------
-    mass, inertia : float
-        Of the link alone.
-    arms : dict of str to array
-        From the link's own centre of mass to the points at t = 0, m.
-    radius : float
-        Half its length, m.
-    own : array, shape (2,)
-        From the node to the link's own centre of mass at t = 0, m.
+    `mass` [kg] and `inertia` [kg m^2] are the link's alone; `arms` lead from its own centre of mass to all points at t = 0,
+    `own` from the node to that centre [m]. `radius` is half its length [m].
     """
 
     mass: float

@@ -30,7 +30,6 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
         scene.constraints |= {f"{name}: {k}" if k else name: part for k, part in enumerate(parts)}
         for channel in element.reactions(np.zeros((0, len(rows)))) or ():
             scene.reads(name, channel, _reader(scene, parts, element, channel))
-        scene.parts[type(element).__name__] += 1
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
@@ -59,13 +58,7 @@ def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str
 
 
 class RowConstraint:
-    """Rows as equations of engine nodes, each a body with place and turn.
-
-    Attributes
-    ----------
-    nodes : dict of int to array
-        Node numbers, in order, and their places at t = 0, m.
-    """
+    """Rows as equations of engine nodes, each a body with place and turn; `nodes` has their places at t = 0 [m] by number."""
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -33,28 +32,11 @@ SPARSE_FROM = 40
 class EngineScene:
     """An assembled system with the places of its parts; it does not outlive the run.
 
-    Attributes
-    ----------
-    system : exudyn.System
-    ground : int
-        Coordinate marker of the ground.
-    placed : dict of str to Placed
-        Links (not struts) by name and blocks by point.
-    stops : dict of str to StopContact
-    struts : dict of str to StrutSpring
-    remembering : list of Remembering
-        What keeps a memory from step to step: joints with clearance, grouped by their laws, and guides whose friction follows
-        their reaction.
-    constraints : dict of str to int
-        Engine object numbers by element.
-    start : Start
-        Velocities at t = 0.
-    starts_smooth : bool
-        True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
-    told : list of str
-        Sentences for the summary: laws that could not be compiled.
-    stopped : (Status, str) or None
-        Why a user's function could not give a value, once it could not.
+    `ground` is the ground's coordinate marker. `placed` holds links (not struts) by name and blocks by point, `constraints` the
+    engine's object numbers by element. `remembering` are forces with a memory from step to step: joints with clearance, grouped
+    by their laws, and guides whose friction follows their reaction; with such friction at once the engine's forces at t = 0
+    lack it, and `starts_smooth` is true. `told` are sentences for the summary, `stopped` is why a user's function could not
+    give a value.
     """
 
     mechanism: Mechanism
@@ -70,7 +52,6 @@ class EngineScene:
     starts_smooth: bool = False
     told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
-    parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Reader]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -81,7 +62,8 @@ class EngineScene:
         """Count the parts, coordinates, constraints and engine items."""
         data = self.system.systemData
         return {
-            **self.parts,
+            **self.source.counts,
+            **({"gravity": 1} if any(self.mechanism.gravity) else {}),
             "coordinates": data.ODE2Size(),
             "constraints": data.AEsize(),
             "objects": data.NumberOfObjects(),

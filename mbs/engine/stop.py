@@ -48,7 +48,6 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
         else:
             add_stop(scene, contact, scene.coordinate(stop.point, 0), scene.ground)
         scene.reads(name, "force", partial(_force, k))
-        scene.parts["Stop"] += 1
 
 
 def _force(k: int, run: History, _record: Record) -> Array:

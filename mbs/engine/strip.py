@@ -103,18 +103,9 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes of a stress-free strip in the chord's frame.
+    """Nodes of a stress-free strip in the chord's frame: places (nodes, 2) [m] and directions of the tangent [rad].
 
-    Attributes
-    ----------
-    places : array, shape (nodes, 2)
-        m.
-    directions : array, shape (nodes,)
-        Of the tangent against the chord, rad.
-    pieces : array, shape (elements,)
-        Lengths of the elements, m.
-    at : dict of str to int
-        Node of each point.
+    `pieces` are the lengths of the elements [m], `at` the node of each point.
     """
 
     places: Array

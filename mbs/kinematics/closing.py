@@ -18,15 +18,7 @@ CLOSED = 1e-9
 
 
 class Course(NamedTuple):
-    """A linkage at some times.
-
-    Attributes
-    ----------
-    time : array, shape (times,)
-    q, q_t, q_tt : arrays, shape (times, links, 3)
-        Of the links' starts and directions.
-    jacobian : array, shape (times, kept rows, 3 links)
-    """
+    """A linkage at some times: starts and directions of the links (times, links, 3), Jacobian (times, kept rows, 3 links)."""
 
     time: Array
     q: Array

@@ -62,13 +62,7 @@ class UnclosedError(Exception):
 
 
 class Follower:
-    """Follows a linkage from its start as far as it goes.
-
-    Attributes
-    ----------
-    ended : Ended or None
-        Where it came to an end before the run's.
-    """
+    """Follows a linkage from its start as far as it goes; `ended` says where and why it came to an end before the run's."""
 
     def __init__(
         self, mechanism: Mechanism, duration: float,

@@ -161,14 +161,6 @@ class StripMotion:
         return np.append((edges[:-1, None] + parts).ravel(), edges[-1])
 
 
-def shares(step: int, pieces: Array) -> Array:
-    """Lengths of beams' elements, m, that the integrals of their functions give to each node, (nodes,)."""
-    out = np.zeros(step * len(pieces) + 1)
-    for k, part in enumerate((0.5, 0.5) if step == 1 else (1 / 6, 2 / 3, 1 / 6)):
-        out[k : k + step * (len(pieces) - 1) + 1 : step] += part * pieces
-    return out
-
-
 class BeamMotion(StripMotion):
     """A link of geometrically exact beams; nodes have (x, y, theta)."""
 
@@ -179,7 +171,7 @@ class BeamMotion(StripMotion):
 
     def stations_of(self) -> tuple[Array, Array, Array]:
         """Return nodes, where loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
-        return shares(self.body.step, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
+        return shares(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
@@ -279,3 +271,9 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
     for e, piece in enumerate(pieces):
         weights[e * step : e * step + step + 1] += np.array(local) * (1.0, piece) * piece / pieces.sum()
     return weights[:, :1] if body.turns else weights
+
+
+def shares(body: Flexible, pieces: Array) -> Array:
+    """Lengths of a beam's elements, m, that the integrals of their functions give to each node, (nodes,)."""
+    lengths: Array = centre_weights(body, pieces)[:, 0] * pieces.sum()
+    return lengths

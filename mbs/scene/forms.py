@@ -25,20 +25,10 @@ class Ends(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of one sort as arrays of shape (terms,).
+    """Terms of one sort as arrays, shape (terms,): places `at` among all terms, two bodies by number, the ground last.
 
-    Attributes
-    ----------
-    at : array of int
-        Their places among all terms.
-    first, second, frame : arrays of int
-        Bodies by number, the ground last; the direction turns with the frame.
-    arm_1, arm_2 : complex arrays
-        From the first and second body's own point to the term's, at t = 0, m.
-    direction : complex array
-        At t = 0.
-    apart : array of bool
-        Whether the term is a distance: its direction is that from second to first.
+    The arms lead from the bodies' own points to the term's at t = 0 [m]. The direction at t = 0 turns with `frame`; where
+    `apart` is true the term is a distance, and its direction that from second to first.
     """
 
     at: Array
@@ -52,15 +42,7 @@ class Terms(NamedTuple):
 
 
 class Forms:
-    """Rows over a number of bodies.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-    bodies : int
-        How many there are besides the ground.
-    ends : Ends
-    """
+    """Rows over a number of bodies besides the ground."""
 
     def __init__(self, rows: Sequence[Row], bodies: int, ends: Ends) -> None:
         self.bodies, self.count = bodies, len(rows)

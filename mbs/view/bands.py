@@ -24,16 +24,9 @@ Bent = tuple[Array, Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A flexible link over time.
+    """A flexible link over time: places [m] (times, stations, 2), curvature less the stress-free one [1/m], axial strain.
 
-    Attributes
-    ----------
-    points : array, shape (times, stations, 2)
-        m.
-    bending, axial : array, shape (times, stations)
-        Curvature less the stress-free one, 1/m; axial strain.
-    thickness, width, modulus : float
-        m, m, Pa.
+    `thickness` and `width` are in m, `modulus` in Pa.
     """
 
     points: Array

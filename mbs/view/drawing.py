@@ -121,15 +121,8 @@ Pair = tuple[float, float]
 class Sheet:
     """Sheet of a picture: the mechanism, the size of a symbol, the frames that symbols need.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    record : Record
-        Where the points are, at the picture's times.
-    unit : float
-        Size of a symbol, m.
-    frames : dict of str to (str, str, float)
-        Of each frame the point reference it follows, and, for a pin drawn off its bush, the pin's and how far it is enlarged.
+    The record says where the points are. `frames` has of each frame the point reference it follows and, for a pin drawn off its
+    bush, the pin's and how far it is enlarged.
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:

@@ -36,20 +36,8 @@ ROUND = np.exp(2j * pi * np.arange(48) / 48)
 class Movie:
     """Frames, bent lines and marks of a mechanism over time.
 
-    Attributes
-    ----------
-    time : array, shape (times,)
-        s.
-    frames : dict of str to array, shape (times, 3)
-        Place, m, and angle turned since t = 0, rad, by frame.
-    bands : dict of str to Band
-        Flexible links.
-    marks : sequence of Mark
-        What is drawn, and in which frame.
-    unit : float
-        Size of a symbol, m.
-    points : sequence of str
-        Names of the mechanism's points; each is a frame too.
+    `frames` has place [m] and angle turned since t = 0 [rad], (times, 3), of each frame; `bands` the flexible links, `marks`
+    what is drawn in which frame, `unit` the size of a symbol [m]. Each of the mechanism's `points` is a frame, too.
     """
 
     time: Array
