@@ -35,9 +35,9 @@ OUT_OF_PLANE = (2, 3, 4)
 class PlacedModal(Placed):
     """A modal link in the engine; its coordinates are one row: x, y, theta of the frame, then the modes'.
 
-    The frame's origin is the centre of mass; it starts with the velocity `initial` (vx, vy, omega). Without a mode that moves
-    in the plane the link is an ordinary rigid body. `stations` says which point is 'start' or 'end', `places` where they are at
-    t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, made by `add_anchor` where a joint asks for them.
+    The frame's origin is the centre of mass; it starts with the velocity `initial` (vx, vy, omega). `stations` says which point
+    is 'start' or 'end', `places` where they are at t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, made by `add_anchor`
+    where a joint asks for them.
     """
 
     model: PlanarModel = field(kw_only=True)
@@ -49,8 +49,6 @@ class PlacedModal(Placed):
     def columns(self) -> Array:
         """Places of the coordinates in the engine's vector, shape (1, 3 + m)."""
         frame = self.system.GetNodeODE2Index(self.nodes[0])
-        if not len(self.model):
-            return frame + np.arange(3)[None]
         modal = self.system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
@@ -80,14 +78,16 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     mechanism, system = scene.mechanism, scene.system
     body_spec = cast(Modal, link.body)
     model = body_spec.planar(mechanism.length(link.name))
+    if not len(model):
+        raise ValueError(f"links.{link.name}: modes: none moves in the plane; use Rigid, or Spectral()")
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)
     arm = model.centre[0] * along + model.centre[1] * np.array([-along[1], along[0]])
     reference = np.array([*(start + arm), np.arctan2(along[1], along[0]), *np.zeros(len(model))])
     initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
-    nodes, body = (_add_flexible if len(model) else _add_rigid)(system, model, reference, initial)
+    nodes, body = _add_flexible(system, model, reference, initial)
     stations = {link.start: "start", link.end: "end"}
-    ends = {point: _position_marker(system, model, body, station) for point, station in stations.items()}
+    ends = {point: _position_marker(system, body, station) for point, station in stations.items()}
     return PlacedModal(
         system, link.name, link.body, nodes, (body,), reference[None], ends,
         model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
@@ -112,7 +112,7 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
     turns = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
-    row = [0.0] * (5 if len(turns) else 2) + [1.0, *turns]
+    row = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *turns]
     body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))
     own = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
     system.AddObject(
@@ -124,20 +124,10 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     return int(node)
 
 
-def _position_marker(system: System, model: PlanarModel, body: int, station: str) -> int:
-    if not len(model):
-        local = [*model.place(station), 0.0]
-        return int(system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=local)))
+def _position_marker(system: System, body: int, station: str) -> int:
     joint = [len(CROSS) * ENDS.index(station)]
     item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
     return int(system.AddMarker(item))
-
-
-def _add_rigid(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
-    """Add a rigid body with the solid's inertia, where no mode moves in the plane."""
-    node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place], initialVelocities=[*velocity]))
-    body = system.AddObject(eii.ObjectRigidBody2D(mass=model.mass, inertia=model.inertia, nodeNumber=node))
-    return (node,), body
 
 
 def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
