@@ -1,9 +1,9 @@
-"""Checks of a run: name, condition of failure, thresholds, and the function that looks."""
+"""Checks of a run: name, and the function that looks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 from ..record.result import Result
 from ..record.run import Run
@@ -20,35 +20,25 @@ class Check:
     ----------
     name : str
         The word its sentences begin with.
-    fails : str
-        When it fails, in words: 'failed when ...'.
     look : callable
         `look(run, result)` yields what is wrong, in words without the name; nothing in a run that may be trusted.
-    thresholds : mapping of str to float
-        The numbers that decide, by what they are.
     idle : callable
         `idle(run, result)` says in words why there is nothing to look at; '' where there is.
     """
 
     name: str
-    fails: str
     look: Look
-    thresholds: Mapping[str, float] = field(default_factory=dict)
     idle: Idle = lambda _run, _result: ""
 
     def __call__(self, run: Run, result: Result) -> Iterator[str]:
         """Yield its sentences, name first."""
-        if self.idle(run, result):
-            return
-        for said in self.look(run, result):
-            yield f"{self.name}: {said}"
+        if not self.idle(run, result):
+            yield from (f"{self.name}: {said}" for said in self.look(run, result))
 
 
-def check(
-    name: str, fails: str, thresholds: Mapping[str, float] | None = None, idle: Idle = Check.idle
-) -> Callable[[Look], Check]:
+def check(name: str, idle: Idle = Check.idle) -> Callable[[Look], Check]:
     """Make a check of the function that looks: a decorator."""
-    return lambda look: Check(name, fails, look, thresholds or {}, idle)
+    return lambda look: Check(name, look, idle)
 
 
 def without(subjects: Callable[[Run], Iterable[object]], words: str) -> Idle:

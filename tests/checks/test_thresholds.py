@@ -206,9 +206,8 @@ def _(wrong):
 def _(wrong):
     run, result = right("rocker")
     size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
-    known = driven.Followed(None, None, size[:, None, None])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driven, "follow", lambda _record: known)
+        patch.setattr(driven, "determinant", lambda _jacobian: size)
         return said("BRANCH", run, result)
 
 
@@ -222,14 +221,9 @@ def test_a_run_that_just_trips_a_check_and_one_that_just_does_not(key):
     assert fine == []
 
 
-def test_every_threshold_of_every_check_is_held_from_both_sides():
-    asked = {(check.name, threshold) for check in CHECKS for threshold in check.thresholds or ("",)}
-    assert asked == set(NEAR)
-
-
-def test_every_check_has_a_name_a_meaning_and_a_question():
-    assert len(CHECK) == len(CHECKS) and set(CHECK) <= set(QUESTIONS)
-    assert all(check.fails.startswith("failed when ") for check in CHECKS)
+def test_every_check_is_held_from_both_sides_and_has_a_question():
+    assert {name for name, _ in NEAR} == {check.name for check in CHECKS} <= set(QUESTIONS)
+    assert len(CHECK) == len(CHECKS)
 
 
 def test_right_runs_trip_nothing():
