@@ -105,8 +105,8 @@ def simulate(
         SENSITIVE where finer runs would hold it longer. Without an accuracy a run is held to what a user looks at: see
         `mbs.accuracy.demand`; of a chaotic motion it is OK, and its message tells up to when it is one trajectory.
     of : str or sequence of str
-        Subject of the accuracy: "places"; "forces", as computed, all of them; "means", forces that ring as means over their
-        axial period and the others as computed; or signals by their names, or norms of them such as "impulse(B.contact_force)".
+        Subject of the accuracy: "places"; "forces", as computed, all of them; or signals by their names, or norms of them such as
+        "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
         Solver and its settings. Without an accuracy it runs once, and its error is not known. By default `Closure()` where
         joints and drives alone decide the motion; `Spectral()`, the compiled solver, for all it knows; `Exudyn()` where Numba is
@@ -159,7 +159,7 @@ def simulate(
                 result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                levels = KINDS[type(solver)](mechanism, duration, solver, 1.0 if accuracy is None else accuracy / PLACE)
+                levels = KINDS[type(solver)](mechanism, duration, solver, demand.place / PLACE)
                 answer = refine(levels.runs(runs), levels, demand, duration)
                 single = answer.run
                 result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)

@@ -24,8 +24,6 @@ from .trajectory import TINY, Trajectory
 
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, by the angle [rad] that a vibration turns in it."""
-
-
 LIGHTER = 2.0
 """Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
 BEFORE = 3
@@ -36,11 +34,6 @@ def radau(angle: Array) -> Array:
     """Magnitude of the stability function of Radau IIA with three stages on the imaginary axis."""
     z = 1j * angle
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
-
-
-def unit_factor(angle: Array) -> Array:
-    """Return 1, for a method that has no damping, or whose damping differs from run to run."""
-    return np.ones_like(angle)
 
 
 def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
@@ -55,11 +48,11 @@ def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
     return most
 
 
-def damped(run: Trajectory, factor: Factor) -> dict[Key, float]:
+def damped(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
     """Return relative errors of places and of impacts that the difference of two runs does not show."""
     period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
     found = dict[Key, float]()
-    if not period:
+    if not period or factor is None:
         return found
     pace = 2 * np.pi * np.sqrt(LIGHTER) / period
     momentum = lost_amplitude(run, factor) / pace

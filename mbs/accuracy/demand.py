@@ -19,7 +19,7 @@ from ..record.lookup import unknown
 from ..units import FORCES as UNITS
 from .estimate import LEAST
 from .trajectory import FORCES, Trajectory
-from .words import MEANS, PLACES, read_signals, write_signals
+from .words import PLACES, read_signals, write_signals
 
 PLACE = 1e-2
 """Error allowed of a place or a deflection in the mean over time, over its range: as fine as a drawing shows. A convention."""
@@ -92,14 +92,9 @@ class Asked:
         """Relative errors allowed; UnknownSignalError if a name is none of a signal."""
         if not isinstance(self.of, str):
             return self._accuracies_by_name(run, [key_of(name) for name in self.of])
-        averaged = {signal.source for signal in run.signals.values()}
         found = dict[Key, float]()
         for name, signal in run.signals.items():
-            force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS
-            if force and self.of == MEANS:
-                force = name not in averaged
-            elif force:
-                force = not signal.period
+            force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS and not signal.period
             if force or (self.of == PLACES and signal.kind in (Kind.PLACE, Kind.STATE)):
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
                 found |= {(name, norm): self.asked for norm in norms}

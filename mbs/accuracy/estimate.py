@@ -49,19 +49,14 @@ def gains(
     orders : (float, float)
         Least and largest order of the error.
     """
-    found = dict.fromkeys(now, orders[0])
+    found, (ratio, ratio_before) = dict.fromkeys(now, orders[0]), ratios
     for key, off in now.items():
         if before is not None and off > 0 and before.get(key, 0.0) > 0 and np.isfinite(off):
-            found[key] = float(np.clip(_order(before[key] / off, *ratios), *orders))
-    return {key: ratios[0] ** q for key, q in found.items()}
-
-
-def _order(fall: float, ratio: float, ratio_before: float) -> float:
-    """Order q of an error whose differences fall by (r^q - 1)/(1 - s^-q), r and s the ratios before and now; by iteration."""
-    q = 0.5
-    for _ in range(20):
-        q = log(1 + fall * (1 - ratio**-q)) / log(ratio_before)
-    return q
+            q = 0.5  # differences fall by (r^q - 1)/(1 - s^-q), r and s the ratios before and now: by iteration
+            for _ in range(20):
+                q = log(1 + before[key] / off * (1 - ratio**-q)) / log(ratio_before)
+            found[key] = float(np.clip(q, *orders))
+    return {key: ratio**q for key, q in found.items()}
 
 
 def errors(now: Mapping[Key, float], gain: Mapping[Key, float]) -> dict[Key, float]:

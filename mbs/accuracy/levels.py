@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import log
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..mechanism import Mechanism
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
-from .damping import radau, unit_factor
+from .damping import Factor, radau
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
@@ -78,7 +78,7 @@ class Levels:
     orders = (1 / 4, 3 / 4)
     """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
     finest = 0.0
-    damping = staticmethod(unit_factor)
+    damping: ClassVar[Factor | None] = None
     """Factor of the amplitude of a vibration in one step, where all levels have the same."""
 
     def first(self) -> Level:
@@ -88,6 +88,9 @@ class Levels:
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Mechanism and solver of a level."""
         raise NotImplementedError
+
+    degrees = 1
+    """Degrees that one level has more than the one before."""
 
     def runs(self, run: Runner) -> Callable[[Level, float], Run]:
         """Return the function that makes a run of a level up to a time [s]."""
@@ -101,16 +104,12 @@ class Levels:
 
     def finer(self, level: Level, ratio: float) -> Level:
         """A level whose tolerance is so many times smaller, with degrees to match."""
-        tolerance = max(self.finest, level.tolerance / ratio)
-        return Level(tolerance, level.degree + self.more(ratio))
+        more = self.degrees * max(1, round(log(ratio) / log(self.ratio)))
+        return Level(max(self.finest, level.tolerance / ratio), level.degree + more)
 
     def refinements_to_go(self, level: Level) -> float:
         """Refinements that are left above the finest tolerance."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
-
-    def more(self, ratio: float) -> int:
-        """Degrees that go with a ratio of tolerances."""
-        return max(1, round(log(ratio) / log(self.ratio)))
 
     def raise_degree(self, level: Level, _run: Run, _allowed: float) -> Level:
         """The level with degrees enough for an error of the deflection, as far as a run tells."""
@@ -130,6 +129,7 @@ class SpectralLevels(Levels):
     """Levels of the compiled solver."""
 
     damping = staticmethod(radau)
+    degrees = 2
 
     @property
     def clearance(self) -> float:
@@ -147,10 +147,6 @@ class SpectralLevels(Levels):
         bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
         return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
-    def more(self, ratio: float) -> int:
-        """Two degrees a level."""
-        return 2 * super().more(ratio)
-
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Longest step and contact tolerance go with the tolerance, at the usual ones one level above the first."""
         share = level.tolerance / FIRST * self.ratio
@@ -164,12 +160,10 @@ class SpectralLevels(Levels):
     def raise_degree(self, level: Level, run: Run, allowed: float) -> Level:
         """The level with degrees enough for an error of the deflection, by the fall of a run's coefficients."""
         last, fall = _tail(run)
-        more = log(max(1.0, last / allowed)) / -log(fall)
-        return (
-            level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, run.solver.degree + round(more + 0.5))))
-            if last
-            else level
-        )
+        if not last:
+            return level
+        enough = run.solver.degree + round(log(max(1.0, last / allowed)) / -log(fall) + 0.5)
+        return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run) -> float:
         """The larger of the last two coefficients of a deflection, over the largest."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ..validate import short
 
-WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
+WORDS = PLACES, ALL_FORCES = "places", "forces"
 """Groups of signals that an accuracy can be asked of, besides signals by their names."""
 FINEST = 1e-6
 """Finest accuracy that can be asked for [1]."""

@@ -83,7 +83,7 @@ class Clearance(Joint):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
-        found, point = contact(self, *states(self, record), record.channel(name, "memory"), record.time), self.point
+        found, point = self._touch(name, record), self.point
         touched = onsets(record.time, found.depth, found.rate)
         yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=touched)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, f"{name}.f")
@@ -97,9 +97,14 @@ class Clearance(Joint):
         touching = found.depth > 0
         yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
 
+    def _touch(self, name: str, record: Recorded) -> Touch:
+        memory, time = record.channel(name, "memory"), record.time
+        found: Touch = record.once(("touch", name), lambda: contact(self, *states(self, record), memory, time))
+        return found
+
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         pin, bush = states(self, record)
-        found = contact(self, pin, bush, record.channel(name, "memory"), record.time)
+        found = self._touch(name, record)
         force, n = np.column_stack([found.fx, found.fy]), np.column_stack([found.nx, found.ny])
         arm = self.pin * n
         for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
@@ -114,7 +119,7 @@ class Clearance(Joint):
         """
         pin, bush = states(self, record)
         memory, time = record.channel(name, "memory"), record.time
-        ends = contact(self, pin, bush, memory, time)
+        ends = self._touch(name, record)
         between = memory[1:].copy()
         between[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
         h = np.diff(time)

@@ -5,8 +5,8 @@ An element sees its mechanism as `Parts`, and a run, which all solvers leave beh
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from string import Formatter
 from typing import Any, ClassVar, NamedTuple
 
@@ -311,6 +311,13 @@ class Recorded:
     links: Mapping[str, Any]
     blocks: Mapping[str, Slid]
     channels: Mapping[str, Mapping[str, Array]]
+    _made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def once(self, key: Any, make: Callable[[], Any]) -> Any:
+        """Return what `make()` makes, once for a key: signals and energies ask for the same arrays."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
     def channel(self, element: str, name: str) -> Array:
         """Return a recorded channel of an element; no columns if there is none."""
@@ -322,7 +329,8 @@ class Recorded:
         body, point = place(at)
         motion = self._carrier(body, point)
         if motion is not None:
-            return motion.point(point)
+            found: tuple[Array, Array] = self.once(("point", at), lambda: motion.point(point))
+            return found
         fixed = np.tile(self.mechanism.points[point], (len(self.time), 1))
         return fixed, np.zeros_like(fixed)
 

@@ -231,7 +231,7 @@ def test_errors_are_a_mapping_that_prints_and_names_what_it_does_not_have():
 
 @pytest.mark.parametrize("of", ["speeds", [], ["B.x", 3], 7])
 def test_what_an_accuracy_may_be_asked_of(of):
-    with pytest.raises(ValueError, match=r"of = .*: must be one of 'places', 'forces', 'means', or a list of signals' names"):
+    with pytest.raises(ValueError, match=r"of = .*: must be one of 'places', 'forces', or a list of signals' names"):
         simulate(pendulum(0.3), 0.1, 1e-3, of=of)
 
 

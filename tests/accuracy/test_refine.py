@@ -178,7 +178,7 @@ def test_a_snap_that_comes_later_parts_no_runs():
 
 @pytest.mark.parametrize("wrong", ["speeds", [], ["x"], 3])
 def test_an_accuracy_of_nothing_is_refused(wrong):
-    with pytest.raises(ValueError, match="'places', 'forces', 'means', or a list"):
+    with pytest.raises(ValueError, match="'places', 'forces', or a list"):
         Asked(1e-3, wrong)
 
 
@@ -197,7 +197,6 @@ def test_what_is_asked_of_which_signal():
     contact = {("S.force", norm) for norm in (Norm.RMS, Norm.PEAK, Norm.IMPULSE)}
     assert set(Asked(1e-2).limits(run)) == {X}
     assert set(Asked(1e-2, "forces").limits(run)) == {("R.fx", Norm.RMS), *contact}
-    assert set(Asked(1e-2, "means").limits(run)) == {("R.fx.mean", Norm.RMS), *contact}
     assert set(Asked(1e-2, ["P.vx", "peak(S.force)"]).limits(run)) == {("P.vx", Norm.RMS), ("S.force", Norm.PEAK)}
     assert worst(Asked(1e-2, ["P.x", "S.force"]).limits(run), {X: 2e-2, ("S.force", Norm.RMS): 1e-3}).name == "P.x"
     usual = Usual().limits(run)
