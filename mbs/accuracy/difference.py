@@ -199,7 +199,8 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     """Relative differences of two contact forces, each (time, force >= 0), up to an end [s]: impulse, largest peak, onsets.
 
     The peak is off by as much as any blow's peak that may be the largest, and by as much as peaks are in the mean: that of one
-    blow may agree by chance. A blow that only one run has counts wholly.
+    blow may agree by chance. Between samples a peak is higher, by the parabola through three: what both runs miss of it
+    counts, too. A blow that only one run has counts wholly.
     """
     (mine, along), (theirs, other) = (_find_blows(*each, end) for each in (a, b))
     floor = GRAZE * max(each[:, 1].max(initial=0.0) for each in (mine, theirs))
@@ -213,7 +214,7 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
     there = np.concatenate([theirs[j, 2], np.zeros(len(alone[0])), alone[1]])
     off, peak = np.abs(here - there), float(there.max())
     scatter = np.sqrt(np.sum((mine[i, 2] - theirs[j, 2]) ** 2) / max(TINY, np.sum(theirs[j, 2] ** 2)))
-    off = np.maximum(off, scatter * there)
+    off = np.maximum(off, scatter * there) + np.concatenate([theirs[j, 3], np.zeros(len(alone[0])), np.delete(theirs[:, 3], j)])
     largest = max(float((there + off).max()) - peak, peak - float((there - off).max()))
     late = float(np.abs(mine[i, 0] - theirs[j, 0]).max(initial=0.0))
     impulse = levy((a[0], along), (b[0], other), end, end / len(theirs))
@@ -221,16 +222,27 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
 
 
 def _find_blows(time: Array, force: Array, end: float) -> tuple[Array, Array]:
-    """Onset [s], impulse [N s], peak [N] of each contact up to an end, shape (contacts, 3); the impulse so far at all times."""
+    """Onset [s], impulse [N s], peak and what samples miss of it [N], of each contact, (contacts, 4); impulses at all times."""
     area, force = corrected_trapezoidal(time, force), np.where(time <= end, force, 0.0)
     edges = np.flatnonzero(np.diff(force > 0, prepend=False, append=False))
     if not len(edges):
-        return np.empty((0, 3)), area
+        return np.empty((0, 4)), area
     first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
     apart = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
     first, after = first[np.append(True, apart)], after[np.append(apart, True)]
-    peaks = np.maximum.reduceat(np.append(force, 0.0), np.stack([first, after + 1], axis=1).ravel())[::2]
-    return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks], axis=1), area
+    spans = np.stack([first, after + 1], axis=1).ravel()
+    peaks, tops = (np.maximum.reduceat(np.append(each, 0.0), spans)[::2] for each in (force, _find_tops(time, force)))
+    return np.stack([time[first], area[after] - area[np.maximum(first - 1, 0)], peaks, tops - peaks], axis=1), area
+
+
+def _find_tops(time: Array, force: Array) -> Array:
+    """Highest values [N] of the parabolas through each sample of a contact that is a maximum; the values elsewhere."""
+    h, tops = np.diff(time), force.copy()
+    before, after = np.diff(force)[:-1] / h[:-1], np.diff(force)[1:] / h[1:]
+    bend, slope = (after - before) / (h[:-1] + h[1:]), (before * h[1:] + after * h[:-1]) / (h[:-1] + h[1:])
+    top = (before >= 0) & (after <= 0) & (bend < 0) & (force[:-2] > 0) & (force[2:] > 0)
+    tops[1:-1][top] -= slope[top] ** 2 / (4 * bend[top])
+    return tops
 
 
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
