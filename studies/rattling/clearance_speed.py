@@ -1,8 +1,7 @@
 """Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
 Every point is an ensemble: members whose journals start anywhere in their bushes, some turns discarded, means over the
-turns of all members. One point runs on the engine as well, which shares no equation of motion with it, and must give the
-same means within their errors. A pin deeper in its bush than the clearance is beyond every contact law: such points are named
+turns of all members. A pin deeper in its bush than the clearance is beyond every contact law: such points are named
 PENETRATION, are drawn hollow, and enter no fit. Forces are also given over those of ideal joints.
 
 `sections` draws a bifurcation map: one run for each of `section_count` clearances, and of each the velocity of joint B along x
@@ -26,9 +25,8 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import integer, quantities
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table, status_of
-from ..kit.statistics import mean, power_law
+from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
-from . import turns
 from .bars import RockerParameters
 from .turns import FORCE, Turns, period, run_turns, solver
 
@@ -44,22 +42,17 @@ IDEAL_FORCE = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"
 """Reading of the largest force in B where the joint is ideal [N]."""
 SECTION = "end(B.vx)"
 """Reading of the bifurcation map [m/s]."""
-STEP = 5e-5
-"""Tolerance of the engine's steps: its error is far below the scatter of members."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
-AGREES = 5.0
-"""Standard errors by which the two solvers may differ; those of the engine come from few members."""
 
 
 @dataclass(frozen=True)
 class Parameters(RockerParameters):
-    """Parameters of the study; `clearance` and `speed` are those of the point that the engine runs too."""
+    """Parameters of the study; `clearance` and `speed` are those of the point whose numbers are metrics."""
 
     clearances: tuple[float, ...] = quantities(
         (5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3), "m", 1e-6, 2e-3, "radial clearances", "grid"
     )
     speeds: tuple[float, ...] = quantities((10.0, 20.0, 31.4, 50.0, 75.0, 100.0), "rad/s", 0.1, 500, "crank speeds", "grid")
-    engine_members: int = integer(4, 0, 10**3, "members on the engine, 0 for none; 1 is no comparison", "numerics")
     sections: int = integer(0, 0, 10**5, "turns of each run of a bifurcation map over the range of clearances, 0: no map", "grid")
     section_count: int = integer(100, 2, 10**5, "its clearances, evenly spaced in the logarithm", "grid")
 
@@ -68,8 +61,6 @@ class Parameters(RockerParameters):
         super().check()
         for clearance in self.clearances:
             self.bars(gap=clearance)
-        if self.engine_members == 1:
-            raise ValueError("engine_members = 1: one member has no standard error; 0, or 2 and more")
 
 
 class SpeedPoint(NamedTuple):
@@ -101,16 +92,6 @@ def ideal(p: Parameters, speed: float) -> Array:
     return read_windows((IDEAL_FORCE, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
 
 
-def on_engine(p: Parameters, seed: int) -> Array:
-    """Run one member on the engine; return its means of the `MEASURES` over turns."""
-    mechanism = p.bars(angle=turns.chance(seed))
-    result = turns.on_engine(mechanism, p.cycles, p.settle, STEP)
-    if not result.ok:
-        raise RuntimeError(f"engine, seed {seed}: {result.message}")
-    edges = period(mechanism) * np.arange(p.settle, p.settle + p.cycles + 1)
-    return np.asarray(read_windows(READINGS, result.time, result.signals, edges).mean(axis=0))
-
-
 def sections(p: Parameters, clearances: Array) -> Array:
     """Compute velocities of B [m/s] at the ends of turns after those that settle, (clearances, turns); nan if a run fails."""
     made = [p.bars(gap=clearance) for clearance in clearances.tolist()]
@@ -124,7 +105,7 @@ def sections(p: Parameters, clearances: Array) -> Array:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Measure the grid, and one point once more on the engine."""
+    """Measure the grid, and one point of its own."""
     grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
     found = [
         measure(p, [p.bars(gap=clearance, speed=speed) for clearance in p.clearances], k)
@@ -133,9 +114,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     points = [point for points in zip(*found, strict=True) for point in points]
     rigid = np.array([ideal(p, speed) for speed in p.speeds])
     (here,) = measure(p, [p.bars()], len(p.speeds))
-    seeds = range(p.seed, p.seed + p.engine_members)
-    engine = np.array([on_engine(p, seed) for seed in progress(seeds, label="engine")])
-    metrics, wrong = _metrics(p, grid, points, here, engine)
+    metrics, wrong = _metrics(p, grid, points, here)
     wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
     shape = len(p.clearances), len(p.speeds)
     signals = {"clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": rigid}
@@ -146,29 +125,21 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     if p.sections:
         signals["section_clearance"] = np.geomspace(min(p.clearances), max(p.clearances), p.section_count)
         signals["section"] = sections(p, signals["section_clearance"])
-    title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s, on the engine too; powers over the valid points"
+    title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s; powers over the valid points"
     tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
     return StudyResult(parameters=p, **status_of(wrong), metrics=metrics, signals=signals, tables=tables)
 
 
 def _metrics(
-    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], here: SpeedPoint, engine: Array
+    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], here: SpeedPoint
 ) -> tuple[dict[str, Metric], list[str]]:
-    """Return numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
+    """Return numbers of the point `here`, powers of clearance and speed; and what is wrong."""
     found, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in here.notes]
     valid = np.array([not x.notes for x in points])
     found["valid"] = Metric(float(valid.sum()), "1")
     found["invalid"] = Metric(float((~valid).sum()), "1")
     for i, (name, (_, unit)) in enumerate(MEASURES.items()):
         found[name] = Metric(float(here.mean[i]), unit, error=float(here.error[i] / here.mean[i]))
-        if len(engine):
-            other = found[f"engine.{name}"] = mean(unit, engine[:, i])
-            apart = (other.value - float(here.mean[i])) / float(np.hypot(other.value * (other.error or 0), here.error[i]))
-            found[f"engine.{name}.apart"] = Metric(apart, "1")
-            if not abs(apart) < AGREES:
-                wrong.append(
-                    f"ENGINE: {name} {other.value:.4g} {unit}, compiled {here.mean[i]:.4g}: {apart:.1f} standard errors apart"
-                )
         if min(len(set(np.array(grid)[valid, k])) for k in (0, 1)) > 1 and valid.sum() > 4:
             found |= _powers(name, np.array(grid)[valid], np.array([x.mean[i] for x in points])[valid])
     return found, wrong
@@ -203,7 +174,6 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 
 def _bifurcation(result: StudyResult) -> Figure:
-    """Draw the section of each run over its clearance."""
     gaps, values = 1e3 * result.signals["section_clearance"], result.signals["section"]
     fig, ax = subplots(1, 1, height=90)
     ax.plot(np.repeat(gaps, values.shape[1]), values.ravel(), ",", color="#000000")

@@ -2,7 +2,7 @@
 
 The paper gives its rocker "modes four, five and six" and does not say how they are counted: of the free body's modes, the first
 six of which are rigid; of its flexible modes in space; of those in the plane; or of its bending modes. The compiled solver runs
-the crank-rocker with each set. One short run on the engine, with the same modes, is compared with it before chaos parts them.
+the crank-rocker with each set.
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler import mbs
 from buckler.mbs import Mechanism, Modal
-from buckler.mbs.modal import FreeModes
 
 from ..kit.parameters import choices, quantities, quantity
 from ..kit.published import DAMPING_UNITS
@@ -25,8 +23,8 @@ from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
 from .bars import FourBarParameters
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
-from .mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, flexibility, section, set_damping, solid_modes
-from .turns import Judged, Turns, run_turns, solver
+from .mode_sets import BENDING, NAMES, SETS, beam_frequencies, flexibility, set_damping, solid_modes
+from .turns import Judged, Turns, run_turns
 
 LISTED = 12
 """Flexible modes in the printed table."""
@@ -42,8 +40,6 @@ SHOWN = {
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Comparison of a set with the fullest one, and its number in metrics.json."""
-ALIKE = 1e-3
-"""Distance of the two solvers over the clearance beyond which the study is suspect."""
 SPEED = FourBarParameters().speed
 """Crank speed [rad/s]."""
 
@@ -62,7 +58,6 @@ class Parameters(Assumptions, Judged):
     )
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
-    cross_check: float = quantity(5e-3, "s", 0, 0.05, "length of the run on the engine; 0: none", "numerics")
 
     def check(self) -> None:
         """The kind of modes is one of the sets here; a joint has one pin."""
@@ -88,7 +83,7 @@ class Parameters(Assumptions, Judged):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Count the modes, run every set in every case, compare; run one on the engine."""
+    """Count the modes, run every set in every case, compare."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
@@ -99,11 +94,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         wrong += [f"{name}.{each}: {note}" for each, one in found.items() for note in one.notes]
         for each, one in found.items():
             metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
-    for depth in p.in_plane_depth if p.cross_check else ():
-        apart = cross_check(p, depth)
-        metrics[f"h{1e3 * depth:g}mm.engine_distance_over_clearance"] = Metric(apart, "1")
-        if not apart <= ALIKE:
-            wrong.append(f"h{1e3 * depth:g}mm: engine and compiled solver {apart:.1e} clearances apart, more than {ALIKE:g}")
     return StudyResult(
         parameters=p,
         **status_of(wrong),
@@ -142,21 +132,6 @@ def sameness(found: Ratio, level: float, margin: float) -> str:
     if abs(found.value - 1) + reach < margin:
         return AGREES
     return DIFFERS if abs(found.value - 1) > reach else UNDECIDED
-
-
-def cross_check(p: Parameters, depth: float) -> float:
-    """Return the largest distance of the two solvers in the centres of coupler and rocker, over the clearance.
-
-    Same modes (three lowest in the plane, of one damping ratio), law and start; rattling joints, as far as chaos allows.
-    """
-    made = p.bars("N.s/m", depth, Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH))
-    engine = mbs.simulate(made, p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
-    ours = mbs.simulate(made, p.cross_check, solver=solver(made, 1e-10))
-    if not (engine.ok and ours.ok):
-        return float("nan")
-    places = [[f"{link}.{x}" for x in "xy"] for link in ("coupler", "rocker")]
-    away = [np.hypot(*(engine[name] - ours.at(name, engine.time) for name in pair)).max() for pair in places]
-    return float(max(away)) / p.clearance
 
 
 def _modes_table(depth: float) -> Table:

@@ -1,4 +1,4 @@
-"""Means over turns of the crank-rocker with clearance, of many members on the compiled solver or of runs on the engine.
+"""Means over turns of the crank-rocker with clearance, of many members on the compiled solver.
 
 Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Beyond that only means over turns
 of members whose journals start anywhere in their bushes are results, with their standard errors.
@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from math import atan2, pi
+from dataclasses import dataclass
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, simulate
+from buckler.mbs import Controlled, Mechanism, Result, Spectral
 from buckler.mbs import ensemble as run_ensemble
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.geometry import Array
-from buckler.mbs.library import CrankRocker
 
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.statistics import Mean
@@ -104,23 +103,6 @@ def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
 def chance(seed: int) -> float:
     """Draw the offset of the crank at the start [rad]."""
     return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
-
-
-def another(made: Mechanism, seed: int) -> Mechanism:
-    """Offset the crank at the start by chance."""
-    (ax, ay), (cx, _) = made.points["A"], made.points["C"]
-    crank, coupler, rocker = (made.length(link) for link in ("crank", "coupler", "rocker"))
-    return replace(made, points=CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + chance(seed)))
-
-
-def on_engine(made: Mechanism, turns: int, settle: int, tolerance: float | None = None) -> Result:
-    """Run turns, and those that settle, on the engine; RuntimeError if the run stops before its time."""
-    turn = period(made)
-    steps, end = Exudyn(Controlled(tolerance, max_step=turn / STEPS_A_TURN)), (settle + turns) * turn
-    result = simulate(made, end, solver=steps, ledger=True, timeout=300)
-    if result.time[-1] < end * (1 - 1e-9):
-        raise RuntimeError(f"engine: {result.status}, {result.message}")
-    return result
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
