@@ -56,7 +56,6 @@ class _Integrals(NamedTuple):
 
     @property
     def D(self) -> Array:
-        """Associate integral D = K - B."""
         return self.K - self.B
 
     @property
@@ -93,7 +92,6 @@ def shortening(load: ArrayLike) -> Reals:
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
 
     def step(w: Array) -> Array:
-        """Newton on K(w), convex with dK/dw = B/2."""
         at = _integrals(w)
         return 2.0 * (at.K - target) / at.B
 
@@ -225,7 +223,6 @@ def _at_shortening(shortening: ArrayLike) -> _Integrals:
     target = _require_range("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
 
     def step(w: Array) -> Array:
-        """Newton on equation (2)."""
         at = _integrals(w)
         slope = at.m1 + at.m * (at.B / at.K) ** 2  # du/dw
         return (at.shortening - target) * (2.0 - at.shortening) / ((2.0 - target) * slope)
@@ -252,5 +249,4 @@ def _require_range(name: str, value: ArrayLike, low: float, high: float, unit: s
 
 
 def _plain(value: Reals) -> Reals:
-    """Return a float for a scalar, the array itself otherwise."""
     return float(value) if np.ndim(value) == 0 else value

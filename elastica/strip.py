@@ -262,12 +262,10 @@ class Strip:
         return matrix
 
     def _solve(self, load: Load, factor: float, guess: Array) -> Equilibrium:
-        """Solve for the equilibrium next to a guess."""
         return self.at_unknowns(load, factor, self._newton(load, factor, guess))
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
         def step(unknowns: Array) -> Array:
-            """Solve the linearised equations."""
             return np.linalg.solve(self.jacobian(load, factor, unknowns)[:, :-1], self.defect(load, factor, unknowns))
 
         return newton(step, unknowns)

@@ -75,7 +75,6 @@ def ingredients(work: str, solver: str) -> Ingredients:
 
 
 def _here(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
-    """Run a mechanism in this process."""
     if solver == "Spectral":
         from buckler.mbs.spectral.scene import CompiledScene  # a run of the engine does not load it
 
@@ -94,7 +93,6 @@ def _here(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients
 
 
 def _kernels() -> list[str]:
-    """Names of the compiled functions that Python called."""
     found = set()
     for module in [each for name, each in sys.modules.items() if name.startswith("buckler.mbs.")]:
         for each in vars(module).values():

@@ -41,15 +41,12 @@ class _System:
         self.ground = self.marker(self.system.AddNode(eii.NodePointGround()), 0)
 
     def add(self, item: object) -> int:
-        """Add an object and return its number."""
         return int(self.system.AddObject(item))
 
     def marker(self, node: int, coordinate: int) -> int:
-        """Add a marker on a coordinate of a node."""
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
     def at_node(self, node: int) -> int:
-        """Add a marker at the place of a node."""
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
     def on_body(self, body: int, x: float) -> int:
@@ -62,11 +59,9 @@ class _System:
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def pin(self, *markers: int) -> None:
-        """Join two markers by a revolute joint."""
         self.add(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
 
     def weigh(self, body: int, gravity: tuple[float, float]) -> None:
-        """Load a body by gravity [m/s^2]."""
         if any(gravity):
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
@@ -81,7 +76,6 @@ class _System:
             self.weigh(self.add(cable), gravity)
 
     def watch(self, node: int) -> int:
-        """Add a sensor of a node's place."""
         return int(self.system.AddSensor(eii.SensorNode(nodeNumber=node, outputVariableType=POSITION, **STORED)))
 
     def solve(self, duration: float, steps: int, relative: float, absolute: float) -> None:
@@ -127,7 +121,6 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
     span = [0.0, 0.0]
 
     def travel(_system: object, t: float, _item: int, _offset: float) -> float:
-        """Return the travel of the end at a time [m]."""
         return -length * (span[0] + (span[1] - span[0]) * t)
 
     constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)
@@ -227,7 +220,6 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
         k, c = law.stiffness, law.damping
 
         def force(_s: Any, _t: float, _i: int, x: float, v: float, *_: float, face=face, k=k, c=c) -> float:  # type: ignore[no-untyped-def]
-            """Return the force of the stop [N]."""
             return -max(0.0, k * (face - x) - c * v) if x < face else 0.0
 
         given: Any = {"stiffness": 1.0, "springForceUserFunction": force}

@@ -47,7 +47,6 @@ SIDE = 0.1
 
 
 def _engine() -> ModuleType:
-    """Load the works that are written straight on the engine."""
     from . import plain
 
     return plain
@@ -61,15 +60,12 @@ def strip() -> Work:
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
-        """Return the exact loads of the shortenings."""
         return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
 
     def ours(elements: int) -> Array:
-        """Return the loads from the engine by Buckler."""
         return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
 
     def hand(elements: int) -> Array:
-        """Return the loads from a model straight on the engine, over the unit of load."""
         return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     return Work(
@@ -95,7 +91,6 @@ def slider_work(
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def plainly(given: Hand) -> Array:
-        """Return the signals of a model straight on the engine."""
         return _engine().slider_crank(build(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
@@ -129,7 +124,6 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
-        """Return the mechanism, its bodies with so many elements."""
         body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
         points = {f"P{k}": (SIDE * k, 0.0) for k in range(LINKS + 1)}
         links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(LINKS)]
@@ -140,7 +134,6 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
     motion = Motion(build(), 0.2, (f"{what}.x", f"{what}.y"))
 
     def plainly(given: Hand) -> Array:
-        """Return the signals of a model straight on the engine."""
         return _engine().chain(build(given[0]), motion.times, *given[1:])
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-5)
@@ -160,7 +153,6 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     own = inertia - mass * a**2 / 4
 
     def rates(_t: float, state: Array) -> Array:
-        """Return the rates of angles and their speeds."""
         angle, spin = state[:n], state[n:]
         apart = np.subtract.outer(angle, angle)
         pull = -(coupled * np.sin(apart)) @ spin**2 - GRAVITY * mass * a * after * np.cos(angle)
@@ -180,17 +172,14 @@ def rattling(
     """
 
     def body(elements: int | None) -> Body:
-        """Return the body of the rocker."""
         if rocker == "modal":
             return mbs.Modal(BAR, BarModes(2, 1), 0.01)
         damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
         return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
 
     def build(elements: int | None = None) -> mbs.Mechanism:
-        """Return the mechanism, its bodies with so many elements."""
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
-            """Return a joint with clearance."""
             return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(0.3, 0.1, 0.1, 1.0))
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
@@ -198,7 +187,6 @@ def rattling(
     signals = tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy")
 
     def engine(elements: int, tolerance: float) -> Array:
-        """Return the signals from the engine with error control."""
         return Motion(build(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
 
     motion = Motion(build(), 0.01, signals)

@@ -61,7 +61,6 @@ def rattle(dice: Dice) -> Made:
     )
 
     def play(point: str, pin: str, bush: str) -> mbs.Clearance:
-        """Return a joint with clearance."""
         return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
     joints = dice.one("B", "BC", "ABC", "OABC")

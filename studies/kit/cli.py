@@ -103,7 +103,6 @@ def _dispatch(words: Sequence[str]) -> int:
 
 
 def _parser() -> Parser:
-    """Make the parser of all commands, for the general help and for wrong commands."""
     parser = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
     for option, (does, _) in OPTIONS.items():
         parser.add_argument(option, action="store_true", help=does)
@@ -125,7 +124,6 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 
 
 def _list(options: argparse.Namespace) -> int:
-    """Name the studies."""
     studies = registry.everything()
     if options.json:
         print(json.dumps([{"name": name, **entry._asdict()} for name, entry in studies.items()], indent=2))

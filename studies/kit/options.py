@@ -89,7 +89,6 @@ class Study:
         return self.title
 
     def _collect(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, object]:
-        """Collect the parameters that were given."""
         names = set(specs(self.module.Parameters)) - set(taken)
         return {name: each for name, each in vars(options).items() if name in names and each is not None}
 

@@ -120,7 +120,6 @@ class Explorer:
         """Run as `buckler run` does and return the pictures with errors, or `late` if a number changes before the end."""
 
         def stop_late(_: float) -> None:
-            """Stop a run whose parameters have changed since."""
             if self.changed.is_set():
                 raise LateError
 
@@ -149,7 +148,6 @@ class Explorer:
 
 
 def _in_unit(value: float, unit: str, factor: float) -> float | str:
-    """Write a number as the file has it."""
     return value if factor == 1.0 else f"{value / factor:.12g} {unit}"
 
 
@@ -221,7 +219,6 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 
 def _serve(options: argparse.Namespace, file: Opened) -> int:
-    """Serve the page until Ctrl-C."""
     free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
     document, usual = (file.document, ()) if free else varied_numbers(file, OMITTED)
     explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(usual), file.measures)

@@ -35,7 +35,6 @@ def describe(mechanism: Mechanism) -> str:
 
 
 def _links(mechanism: Mechanism) -> Table:
-    """Tabulate the links: points, kind, length and mass."""
     rows = []
     for link in mechanism.links:
         length = mechanism.length(link.name)

@@ -21,7 +21,6 @@ from .verbs import Opened, count, file_command
 
 
 def _read_time(text: str) -> float:
-    """Read a time [s], for argparse."""
     try:
         return parse_quantity(text, "s")
     except ValueError as error:
@@ -71,7 +70,6 @@ def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argpar
 
 
 def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
-    """Follow a path, or a response, and draw it if asked for."""
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
     names = ("load", "drive", "parameter", "steps", "branches", "degree", "settle")
@@ -84,7 +82,6 @@ def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
 
 
 def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
-    """Read the end of a path or a response, in SI."""
     if options.parameter:
         unit = standing(mechanism.to_dict(), options.parameter).unit
     elif options.load:

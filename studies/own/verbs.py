@@ -63,7 +63,6 @@ def file_command(
     """Make a command on a file: FILE and --set, with `runs` also --duration, then its own options. A failed run is exit 1."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
-        """Declare the arguments and options of the command."""
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
         add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
         if runs:
@@ -72,7 +71,6 @@ def file_command(
         declare(parser)
 
     def answer_all(options: argparse.Namespace) -> int:
-        """Run the command within its time limit and return its exit status."""
         seconds = None if options.timeout is None else OPTIONS["timeout"].spec.read("--timeout", options.timeout)
         try:
             with time_limit(seconds):

@@ -36,7 +36,6 @@ def bars(
     """
 
     def play(point: str, first: str, second: str) -> Clearance:
-        """Make a joint with clearance."""
         pair = (second, first) if point in turned else (first, second)
         return Clearance(point, *pair, pin, gap, law, friction)
 

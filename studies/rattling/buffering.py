@@ -232,7 +232,6 @@ def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
 
 
 def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
-    """Make the table of the overall verdicts."""
     rows = [[c.text, overall([_verdict(metrics, f"{cell_name(*cell)}.{c.name}") for cell in p.cells()])] for c in CLAIMS]
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "

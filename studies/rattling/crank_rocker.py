@@ -152,7 +152,6 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     kept = result.time >= settle
 
     def curve(values: Array) -> Curve:
-        """Make a curve of the samples after settling."""
         return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
     for name, joint in FORCES.items():
@@ -255,7 +254,6 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 
 def _variants(result: StudyResult) -> list[str]:
-    """Return the runs with clearance, in their order."""
     return [name for name in ("rigid", "flexible") if f"{name}.time" in result.signals]
 
 
@@ -282,7 +280,6 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
 
 
 def _name(case: str) -> str:
-    """Return a curve's label."""
     return "ideal joints" if case == "ideal" else f"{case} rocker"
 
 

@@ -158,7 +158,6 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
 
     @cache
     def off(log_stop: float) -> float:
-        """Compute the deviation of the impact force at a stiffness."""
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
         force = forces[log_stop] = read(run).impact_peak
         if run.status not in ("OK", "SUSPECT") or not force:

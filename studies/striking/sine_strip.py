@@ -82,7 +82,6 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.lasts
 
         def leaves(t: float, y: Array) -> float:
-            """Compute the distance from the stop."""
             return float(y[0] - PAPER_STOP)
 
         leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]

@@ -138,7 +138,6 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
 
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
-    """Run each model for one turn."""
     stops = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
     lasts = p.lasts(p.until / p.speed)
     runs = [run_model(model, p, stops[model], p.speed, lasts) for model in progress(p.models, label="models")]
@@ -181,7 +180,6 @@ def _force_error(run: ModelRun, reading: Reading, p: Parameters) -> float:
 
 
 def _run_ramp(p: Parameters, progress: Progress) -> StudyResult:
-    """Calibrate each model, run it up the ramp and read every turn."""
     fits = [calibrate(model, p) for model in progress(p.models, label="calibration")]
     runs = [run_model(fit.model, p, fit.stop, p.ramp, p.duration) for fit in progress(fits, label="models")]
     readings = {run.model: [read(run, turn) for turn in range(p.turns)] for run in runs}
@@ -225,7 +223,6 @@ def _heaviest(p: Parameters) -> float:
     """Bisect for the largest mass [kg] of a stitched slider that rests at the dead centre in every turn, to 1 %; nan: none."""
 
     def rests(mass: float) -> bool:
-        """Check that a slider rests at the dead centre in every turn."""
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop, p.ramp, p.duration)
         return all(read(run, turn).settling_time >= 0 for turn in range(p.turns))  # nan is not

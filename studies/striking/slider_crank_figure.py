@@ -72,7 +72,6 @@ def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
 
 
 def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
-    """Draw the impact force of each case over the voltage."""
     fig, ax = subplots(height=100)
     voltages = result.signals["voltage"]
     order, strokes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))

@@ -158,7 +158,6 @@ class _Crank(NamedTuple):
     duration: float
 
     def along(self, times: Array) -> Array:
-        """Compute angle, speed and acceleration at times, shape (3, times)."""
         m = self.motion
         return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
 
@@ -239,7 +238,6 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     within = np.diff(number_of, prepend=-1) == 0
 
     def since_start(increments: Array, where: Array | bool = True) -> Array:
-        """Add up increments within a phase."""
         return np.cumsum(np.where(within & where, increments, 0.0))
 
     kinetic, push = model.mass * speed**2 / 2, model.strip_force(shortening)

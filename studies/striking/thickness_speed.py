@@ -109,7 +109,6 @@ def read(given: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
     """
 
     def column(name: str) -> Array:
-        """Return a metric of all rows."""
         return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(given, rows, strict=True)])
 
     fine = np.array([row.status == "OK" for row in rows])
@@ -147,7 +146,6 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
 
 
 def _off_the_cube(p: Parameters, found: Mapping[str, Metric]) -> list[str]:
-    """List the thicknesses whose force is not that of the cube."""
     lines = []
     for name, metric in found.items():
         if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:

@@ -139,7 +139,6 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
     strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
-        """Compute the load of the engine's beam."""
         try:
             return engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         except ArithmeticError as error:
@@ -147,7 +146,6 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
             return np.full(u.shape, np.nan)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        """Compute a load above `STRAIGHTEST`, nan below."""
         p, bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
         if bent.any():
             p[bent] = load(u[bent])
@@ -182,7 +180,6 @@ def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
 
 
 def _friction_metrics(thickness: float, p: Parameters) -> dict[str, Metric]:
-    """Compute the interval of the force at dead centre."""
     exact = float(Press(thickness, PAPER_STOP).force(pinned.load, np.pi)[0])
     low, high = friction_interval(exact, p.static_friction * p.mass * GRAVITY)
     return {f"friction_h{_mm(thickness)}.{end}": Metric(float(x), "N") for end, x in (("low", low), ("high", high))}

@@ -53,7 +53,6 @@ class Hoff:
             return float(self.rate - y[0] * y[1] / 2)
 
         def rates(tau: float, y: Array) -> tuple[float, float]:
-            """Compute the right-hand side of (1)."""
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow
 
         turns.terminal, turns.direction = True, -1.0  # type: ignore[attr-defined]

@@ -80,7 +80,6 @@ def _sigterm_as_interrupt() -> Iterator[None]:
     """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
 
     def interrupt(*_: object) -> None:
-        """Raise a KeyboardInterrupt."""
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)
@@ -160,7 +159,6 @@ def read(name: str, argv: Sequence[str], prog: str) -> Sweep:
 
 
 def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
-    """Make the cases that the options ask for."""
     axes = [parse(text, kind) for text in options.vary]
     if not axes:
         raise ValueError("nothing varies: give --vary; see --help")

@@ -66,7 +66,6 @@ def _family(ax: Any, x: Array, y: Array, error: Array, found: Sequence[Point], l
 
 
 def _scale(ax: Any, axis: Axis, units: Mapping[str, str]) -> None:
-    """Name and scale the axis of a varied number."""
     ax.set_xlabel(label_with_unit(axis.name.replace("_", " "), axis.label(units)))
     if axis.log:
         ax.set_xscale("log")
@@ -99,7 +98,6 @@ def _colour(i: int, count: int) -> Any:
 
 
 def _label(axis: Axis, value: object, unit: str) -> str:
-    """Write `beam`, or `speed = 6.58 rad/s`."""
     return (
         str(value)
         if isinstance(value, str)

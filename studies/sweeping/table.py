@@ -53,7 +53,6 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
 
 
 def _unpack(value: object) -> Any:
-    """Take a value out of a tuple of one."""
     return value[0] if isinstance(value, tuple) else value
 
 
@@ -88,7 +87,6 @@ def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: M
 
 
 def _units(found: Sequence[Point]) -> dict[str, str]:
-    """Units of every metric, in the order of appearance."""
     return {name: metric.unit for point in found for name, metric in point.row.metrics.items()}
 
 
