@@ -54,7 +54,6 @@ PAGES = (
         Page(f"elastica-{name}", f"The exact strip: {name}", f"buckler.elastica.{name}", ())
         for name in _names("pinned law rod strip")
     ),
-    Page("sweep", "Sweeps of a mechanism", "buckler.studies.own.sweep", ("sweep",)),
     Page("sweeps", "Sweeps of studies", "buckler.studies.sweeping.sweep", ("sweep", "read", "Part", "Row")),
 )
 

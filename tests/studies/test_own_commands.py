@@ -7,11 +7,7 @@ from pathlib import Path
 import pytest
 from own_file import metrics
 
-from buckler.mbs import slider_crank
-from buckler.mbs.elements import Rigid, Section
-from buckler.mbs.laws import CarvalhoMartins
 from buckler.studies.kit.cli import main
-from buckler.studies.own.sweep import sweep
 from buckler.studies.sweeping.sweep import read
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -76,15 +72,6 @@ def test_a_sweep_of_a_file_is_stored_and_resumed(pendulum, capsys):
     (pendulum / "pendulum.json").write_text(json.dumps(document))
     assert main(argv=["sweep", "pendulum.json", *VARY]) == 2
     assert "holds a sweep of pendulum" in capsys.readouterr().err
-
-
-def test_a_sweep_from_python():
-    mechanism = slider_crank(Rigid(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=1.0, stop=-0.5)
-    rows = sweep(mechanism, {"guides.B.mass": [0.1, "200 g"]}, measure="max(abs(drive.torque))", duration=0.2)
-    assert [row.parameters["guides.B.mass"] for row in rows] == [0.1, 0.2]
-    assert rows[1].value("max(abs(drive.torque))") > rows[0].value("max(abs(drive.torque))")
-    with pytest.raises(ValueError, match=r"guides.B.mas: 'mas' is not known there"):
-        sweep(mechanism, {"guides.B.mas": [1]}, measure="max(B.x)", duration=0.2)
 
 
 def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
