@@ -2,8 +2,7 @@
 
 The exact elastica and the closed-form peak of the stop's law give the design (`inverse`); one simulated turn checks it. `strut`,
 the coupler a massless exact elastica, is the model of the closed form. `beam` gives the coupler its inertia: nearly straight,
-it buckles late and strikes far harder. Of thickness and width, and of speed, mass and stop stiffness, one each is 0: the one
-that is solved for.
+it buckles late and strikes far harder.
 
 References
 ----------
@@ -34,11 +33,8 @@ AFTER_RELEASE = np.radians(2.0)
 BARS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
 """Largest relative error of the simulated turn: the closed form errs by 1 % in the impact, the rest is exact."""
 
-UNITS = {
-    "thickness": "m", "width": "m", "stop": "m", "speed": "rad/s", "mass": "kg", "stiffness": "N/m", "impact_speed": "m/s",
-    "shortening": "1", "euler_load": "N",
-}  # fmt: skip
-"""Units of what makes the mechanism."""
+UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
+"""Units of what is solved for."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +44,14 @@ class Parameters(StrikeParameters):
     contact_force: float = quantity(2.0, "N", 1e-3, 1e4, "largest force of the buckled strip, crank at 180 deg", "wish")
     impact_force: float = quantity(30.0, "N", 1e-3, 1e5, "largest force of the first impact", "wish")
     contact_angle: float = quantity(2 * pi / 3, "rad", 0.1, 6.0, "angle the crank turns from contact to release", "wish")
-    thickness: float = quantity(0, "m", 0, 0.1, "thickness of the strip; 0: solved for", "strip")
-    width: float = quantity(0.030, "m", 0, 1, "width of the strip; 0: solved for", "strip")
+    width: float = quantity(0.030, "m", 1e-4, 1, "width of the strip", "strip")
     yield_strength: float = quantity(1e9, "Pa", 1e5, 1e11, "stress at which the strip yields; spring steel", "strip")
-    mass: float = quantity(0.3, "kg", 0, 100, "mass of the slider; 0: solved for", "slider and stop")
+    mass: float = quantity(0.3, "kg", 1e-3, 100, "mass of the slider", "slider and stop")
     friction_force: float = quantity(0.3, "N", 0, 1e3, "Coulomb friction of the slider in its guide", "slider and stop")
-    stop_stiffness: float = quantity(7.2e4, "N/m", 0, 1e9, "stiffness of the stop; 0: solved for", "slider and stop")
+    stop_stiffness: float = quantity(7.2e4, "N/m", 1, 1e9, "stiffness of the stop", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
-    speed: float = quantity(0, "rad/s", 0, 1e3, "speed of the crank; 0: solved for", "drive")
     fastest: float = quantity(10, "rad/s", 1e-3, 1e3, "fastest the drive can run", "drive")
     model: str = choice("strut", MODELS[1:], "model that the design is checked with", "check")
-
-    def check(self) -> None:
-        """One of each group is 0."""
-        self.given_numbers  # noqa: B018 - refuses any other number
 
     @property
     def wish(self) -> Wish:
@@ -72,17 +62,17 @@ class Parameters(StrikeParameters):
     def given_numbers(self) -> Given:
         """Numbers fixed."""
         return Given(
-            self.thickness or None, self.width or None, self.speed or None, self.mass or None, self.stop_stiffness or None,
-            self.restitution, self.friction_force, self.yield_strength, fastest=self.fastest,
+            self.width, self.mass, self.stop_stiffness, self.restitution, self.friction_force, self.yield_strength,
+            fastest=self.fastest,
         )  # fmt: skip
 
 
 def check(model: str, chosen: Design, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
     given = chosen.given
-    section = Section(chosen.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
+    section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
     made = striking(
-        model, section, p, stiffness=chosen.stiffness, restitution=given.restitution, mass=chosen.mass, friction=given.friction,
+        model, section, p, stiffness=given.stiffness, restitution=given.restitution, mass=given.mass, friction=given.friction,
         speed=chosen.speed, elements=p.elements, stop=chosen.stop, lengths=given.lengths,
     )  # fmt: skip
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
@@ -126,8 +116,8 @@ def figure(result: StudyResult) -> Figure:
     fig, ax = subplots(height=90)
     h, turned = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
     u = np.clip(d.given.lengths.shortening(pi, d.given.lengths.slider(pi - turned / 2)), 0.0, 1.0)
-    force = law.fast(u) * d.given.modulus * d.width * h**3 / 12 / d.given.coupler**2
-    kept = feasible(design(Wish(force, p.impact_force, turned), replace(d.given, thickness=None, width=d.width)))
+    force = law.fast(u) * d.given.modulus * p.width * h**3 / 12 / d.given.coupler**2
+    kept = feasible(design(Wish(force, p.impact_force, turned), d.given))
     ax.contourf(1e3 * h, np.degrees(turned), kept, levels=[-0.5, 0.5], colors=["#dddddd"])
     lines = ax.contour(1e3 * h, np.degrees(turned), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")
     ax.clabel(lines, fmt="%.3g N", fontsize=7)

@@ -39,12 +39,10 @@ from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
 
-GROUPS = ("thickness", "width"), ("speed", "mass", "stiffness")
-"""Numbers of which one each is solved for."""
 Floats = Any
 """A float, or an array that broadcasts with the others."""
 PASSES = 14
-"""Passes of the fixed point for what (2) and (3) hold implicitly: each takes off two digits or more."""
+"""Passes of the fixed point for the speed, which (4) holds implicitly: each takes off two digits or more."""
 SWUNG = 0.8
 """Most compression on the way over the Euler load: a load that comes suddenly, as at the start, swings over."""
 HARD = 0.4
@@ -54,9 +52,9 @@ PLACES = 33
 
 
 def _refuse(spec: object) -> None:
-    """Raise a ValueError at a number that is not positive; friction may be 0, and what is solved for is None."""
+    """Raise a ValueError at a number that is not positive; friction may be 0."""
     for name, value in vars(spec).items():
-        if value is not None and not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
+        if not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
             raise ValueError(f"{name} = {value}: must be positive")
 
 
@@ -74,16 +72,11 @@ class Wish:
 
 @dataclass(frozen=True)
 class Given:
-    """Numbers fixed beforehand, in SI units: of the strip, the crank, the slider, the stop and the linkage.
+    """Numbers fixed beforehand, in SI units: of the strip, the slider, the stop and the linkage."""
 
-    One of thickness and width, and one of speed, mass and stiffness, is None: it is solved for.
-    """
-
-    thickness: Floats | None = None
-    width: Floats | None = 0.030
-    speed: Floats | None = None
-    mass: Floats | None = 0.3
-    stiffness: Floats | None = 7.2e4
+    width: Floats = 0.030
+    mass: Floats = 0.3
+    stiffness: Floats = 7.2e4
     restitution: Floats = 0.8
     friction: Floats = 0.3
     yield_strength: Floats = 1e9
@@ -94,9 +87,6 @@ class Given:
 
     def __post_init__(self) -> None:
         _refuse(self)
-        for group in GROUPS:
-            if len([name for name in group if getattr(self, name) is None]) != 1:
-                raise ValueError(f"exactly one of {', '.join(group)} must be None, to be solved for")
         if not np.all(np.less(self.crank, self.coupler)):
             raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
 
@@ -122,11 +112,8 @@ class Design:
     wish: Wish
     given: Given
     thickness: Floats
-    width: Floats
     stop: Floats
     speed: Floats
-    mass: Floats
-    stiffness: Floats
     angle: Floats
     shortening: Floats
     euler_load: Floats
@@ -136,7 +123,7 @@ class Design:
 
 
 def design(wish: Wish, given: Given | None = None) -> Design:
-    """Solve equations (1) to (4) by fixed-point iteration for everything that is not given.
+    """Solve equations (1) to (4) for thickness, stop and, by fixed-point iteration, speed.
 
     Where a wish cannot be had the numbers stay finite, and one of `limits` says so.
     """
@@ -146,30 +133,20 @@ def design(wish: Wish, given: Given | None = None) -> Design:
     stop = lengths.slider(angle)
     lean, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))
     c0, c1 = peak_factors(given.chi)
-    stiffness = 1e5 if given.stiffness is None else given.stiffness
-    speed = 1.0 if given.speed is None else given.speed
-    mass = 0.1 if given.mass is None else given.mass
+    mass, stiffness = given.mass, given.stiffness
+    u = 1 - (wish.contact_force / stiffness - stop - r) / L
+    bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
+    thickness = np.cbrt(12 * bending / (given.modulus * given.width))
+    euler = np.pi**2 * bending / L**2
+    push = euler * lean - given.friction
+    strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
+    axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
     for _ in range(PASSES):
-        u = 1 - (wish.contact_force / stiffness - stop - r) / L
-        bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
-        if given.width is not None:
-            thickness, width = np.cbrt(12 * bending / (given.modulus * given.width)), given.width
-        else:
-            thickness, width = given.thickness, 12 * bending / (given.modulus * np.asarray(given.thickness) ** 3)
-        euler = np.pi**2 * bending / L**2
-        push = euler * lean - given.friction
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
-        axial = given.modulus * thickness * width * lean**2 / L
         lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D without (K/m)^(1/6)
-        strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
         hit = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)
-        if given.speed is None:
-            speed = hit / (rate * np.sqrt(stiffness * mass))
-        elif given.mass is None:
-            mass = (hit / (rate * speed)) ** 2 / stiffness
-        else:
-            stiffness = (hit / (rate * speed)) ** 2 / mass
-    found = (thickness, width, stop, speed, mass, stiffness, angle, u, euler, rate * speed, push, strength)
+        speed = hit / (rate * np.sqrt(stiffness * mass))
+    found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
     return Design(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
 
@@ -225,5 +202,5 @@ def _compression(chosen: Design) -> Floats:
     """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
     angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
-    inertia = chosen.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
+    inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
     return np.maximum(((chosen.given.friction - inertia) / lean).max(axis=0), 0.0)

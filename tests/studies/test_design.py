@@ -29,13 +29,13 @@ WISH = Wish(2.0, 30.0, np.radians(120.0))
 def test_contact_force_is_static_equilibrium_of_strip_and_stop():
     """From the other end: given the strip and the stop, find how far the stop gives way, with the elliptic integrals."""
     d = design(WISH)
-    unit = Section(d.width, d.thickness).bending_stiffness / PAPER.coupler**2
+    unit = Section(d.given.width, d.thickness).bending_stiffness / PAPER.coupler**2
 
     def unbalanced(depth):
-        return unit * pinned.load(float(PAPER.shortening(np.pi, d.stop - depth))) - d.stiffness * depth
+        return unit * pinned.load(float(PAPER.shortening(np.pi, d.stop - depth))) - d.given.stiffness * depth
 
     depth = brentq(unbalanced, 0.0, 1e-3, xtol=1e-18)
-    assert d.stiffness * depth == pytest.approx(2.0, rel=1e-9)
+    assert d.given.stiffness * depth == pytest.approx(2.0, rel=1e-9)
     assert d.shortening == pytest.approx(float(PAPER.shortening(np.pi, d.stop - depth)), rel=1e-9)
 
 
@@ -56,20 +56,23 @@ def late_push(d):
     given, lean = d.given, PAPER.lean_cosine(d.angle, d.stop)
     h = 1e-4
     speeding = -(PAPER.slider(d.angle + h) - 2 * PAPER.slider(d.angle) + PAPER.slider(d.angle - h)) / h**2 * d.speed**2
-    rigidity, chi = Section(d.width, d.thickness).axial_stiffness / PAPER.coupler, CarvalhoMartins.hysteresis(given.restitution)
-    before = (given.friction + d.mass * speeding) / lean  # what the strip carries as the slider arrives
+    rigidity, chi = (
+        Section(d.given.width, d.thickness).axial_stiffness / PAPER.coupler,
+        CarvalhoMartins.hysteresis(given.restitution),
+    )
+    before = (given.friction + d.given.mass * speeding) / lean  # what the strip carries as the slider arrives
 
     def motion(t, state):
         x, v = state
         behind = (d.impact_speed * t + speeding * t**2 / 2 - x) * lean
         push = min(max(rigidity * behind + before, 0.0), d.euler_load) * lean
-        return v, (push - given.friction - max(d.stiffness * x * (1 + chi * v / d.impact_speed), 0.0)) / d.mass
+        return v, (push - given.friction - max(d.given.stiffness * x * (1 + chi * v / d.impact_speed), 0.0)) / d.given.mass
 
-    end = 2 * np.pi * np.sqrt(d.mass / d.stiffness)
+    end = 2 * np.pi * np.sqrt(d.given.mass / d.given.stiffness)
     time = np.linspace(0, end, 4001)
     run = solve_ivp(motion, (0, end), (0, d.impact_speed), method="LSODA", rtol=1e-9, atol=1e-13, t_eval=time)
     x, v = run.y
-    force = d.stiffness * x * (1 + chi * v / d.impact_speed)
+    force = d.given.stiffness * x * (1 + chi * v / d.impact_speed)
     return force[np.argmax(np.diff(force) < 0)]
 
 
@@ -130,7 +133,7 @@ def picked(spec, index):
 def test_compression_on_the_way_is_that_of_the_rigid_mechanism_and_stress_that_of_the_strip():
     d = design(WISH)
     found = {limit.name: limit for limit in limits(d)}
-    rigid = Stitched(d.mass, 0.8, d.given.friction, 1.0, 1.0, stop=d.stop)
+    rigid = Stitched(d.given.mass, 0.8, d.given.friction, 1.0, 1.0, stop=d.stop)
     largest = rigid.compression(np.linspace(1e-6, d.angle, 20001), d.speed).max()
     assert found["buckling"].value * d.euler_load == pytest.approx(largest, rel=1e-3)
     exact = pinned.surface_stress(d.shortening, d.thickness, PAPER.coupler, 210e9)
@@ -166,10 +169,7 @@ def test_each_limit_can_be_broken_and_says_so_in_one_line(name):
         (lambda: Wish(np.array([1.0, -2.0]), 30.0, 2.0), "contact_force = "),
         (lambda: Given(mass=-1.0), "mass = -1.0"),
         (lambda: Given(friction=-0.1), "friction = -0.1"),
-        (lambda: Given(thickness=1e-3), "exactly one of thickness, width must be None"),
-        (lambda: Given(mass=None), "exactly one of speed, mass, stiffness must be None"),
         (lambda: Given(crank=0.4), "crank = 0.4 m: must be shorter than the coupler, 0.31 m"),
-        (lambda: study.Parameters(speed=2), "exactly one of speed, mass, stiffness must be None"),
         (lambda: study.Parameters(contact_angle="400deg"), "contact_angle = 400deg"),
     ],
 )
@@ -212,7 +212,7 @@ def test_strut_does_what_was_asked(result):
     for name, wished, bar in (("contact_force", 2.0, 5e-3), ("impact_force", 30.0, 2e-2), ("contact_angle", 120.0, 5e-3)):
         assert result.metrics[name].exact == pytest.approx(wished) and result.metrics[name].error < bar
     d = design(study.Parameters().wish, study.Parameters().given_numbers)
-    assert (value(result, "thickness"), value(result, "speed"), value(result, "width")) == (d.thickness, d.speed, 0.030)
+    assert (value(result, "thickness"), value(result, "speed")) == (d.thickness, d.speed)
     (ax,) = inked(study, result).axes
     assert "[mm]" in ax.get_xlabel() and "[deg]" in ax.get_ylabel()
 
