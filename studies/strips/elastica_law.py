@@ -9,7 +9,6 @@ Euler load. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import nan
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.published import STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, subplots
-from ..kit.work_precision import work_precision
 
 ROD_LIMIT = 1e-10
 """Largest relative difference of the inextensible rod from the closed form: it is rounding, 2e-15 as a rule."""
@@ -38,8 +36,6 @@ class Parameters(StudyParameters):
     thickness: float = quantity(3e-4, "m", 5e-5, 5e-3, "thickness of the strip, for the extensible rod", "strip")
     imperfection: float = quantity(1e-3, "1", 0, 0.05, "bow of the stress-free strip over its length, one rod", "strip")
     points: int = integer(201, 11, 10_001, "shortenings between 0 and 1", "numerics")
-    values: int = integer(1_000_000, 1000, 100_000_000, "values for the timing", "numerics")
-    repeats: int = integer(15, 1, 1000, "repetitions of the timing", "numerics")
 
     @property
     def section(self) -> Section:
@@ -48,19 +44,17 @@ class Parameters(StudyParameters):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Compare the four laws on 0 <= u <= 1, then time two of them."""
+    """Compare the laws on 0 <= u <= 1."""
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
     loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in _rods(p).items()}
     errors = {name: load / exact - 1 for name, load in loads.items()}
     metrics = _metrics(u, exact, errors)
-    metrics["fast_cost"] = Metric(_cost(p, progress), "1")
     wrong = [name for name, limit in (("rod", ROD_LIMIT), ("fast", FAST_LIMIT)) if not _largest(errors[name]) <= limit]
     notes = (
         "p = P L^2/(E I) over u = end shortening over length; errors relative to the closed form, 0 <= u <= 1.\nrod: boundary "
-        f"value problem; strip: extension and shear at {1e3 * p.thickness:g} mm; bow of {p.imperfection:g} L, from u = 0.05;\n"
-        "fast_cost: time of the fast law over that of the quartic."
+        f"value problem; strip: extension and shear at {1e3 * p.thickness:g} mm; bow of {p.imperfection:g} L, from u = 0.05."
     )
     table = replace(metrics_table(metrics), title="Load of the pinned strip", notes=notes)
     checks = status_of([f"{' and '.join(wrong)} off the closed form"] if wrong else [])
@@ -106,15 +100,6 @@ def _metrics(u: Array, exact: Array, errors: dict[str, Array]) -> dict[str, Metr
     if "bowed" in errors:
         found["bow_difference_from_5pc"] = Metric(_largest(errors["bowed"][u >= 0.05]), "1")
     return found
-
-
-def _cost(p: Parameters, progress: Progress) -> float:
-    """Measure the time of the fast law over that of the quartic in plain NumPy."""
-    u = np.linspace(0.0, 1.0, p.values)
-    a, b, c, d, e = law.QUARTIC
-    runs = {"quartic": lambda: (((a * u + b) * u + c) * u + d) * u + e, "fast": lambda: law.fast(u)}
-    found = work_precision(runs, dict.fromkeys(runs, nan), p.repeats, progress=lambda names: progress(names, label="timing"))
-    return found["quartic"].speedup(found["fast"])
 
 
 STYLES = {

@@ -14,7 +14,7 @@ from buckler.studies.strips import contact_force_table, elastica_law
 
 @pytest.fixture(scope="module")
 def laws():
-    return elastica_law.run(elastica_law.Parameters(points=21, values=20_000, repeats=3))
+    return elastica_law.run(elastica_law.Parameters(points=21))
 
 
 def test_each_law_is_as_far_from_the_closed_form_as_it_may_be(laws):
@@ -36,16 +36,6 @@ def test_bow_takes_the_load_away_where_the_strip_is_nearly_straight(laws):
     error = np.abs(laws.signals["bowed.error"])
     assert np.all(np.diff(error[1:]) < 0)  # and the less so the further it is bent
     assert error[-1] < 2e-3
-
-
-def test_fast_law_costs_a_few_quartics():
-    found = []
-    for _ in range(3):
-        result = elastica_law.run(elastica_law.Parameters(points=11, values=300_000, repeats=7, imperfection=0))
-        found.append(result.metrics["fast_cost"].value)
-        if found[-1] < 5:
-            break
-    assert 0.5 < min(found) < 5
 
 
 # --- contact-force-table ----------------------------------------------------------------------------------------------
