@@ -17,7 +17,6 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
-from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
@@ -73,14 +72,11 @@ class Parameters(PlayParameters, Assumptions):
     seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
-    accuracy: float = quantity(0, "1", 0, 0.1, "error asked for over the first 10 ms, instead of elements, tolerance", "numerics")
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
     def check(self) -> None:
         """Check parameters against each other; build what will be run."""
-        if 0 < self.accuracy < FINEST:
-            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
         if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
@@ -112,8 +108,7 @@ class Parameters(PlayParameters, Assumptions):
             return self.modal()
         if rocker == "rigid":
             return Rigid(self.section)
-        damped_section = self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker)
-        return Beam(damped_section) if self.accuracy else Beam(damped_section, elements=self.elements)
+        return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
 
     def modal(self) -> Modal:
         """Make the rocker of a solid's modes."""
@@ -142,8 +137,8 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism, energy ledger included."""
     longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)
     rattling, ideal = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
-    solver, made = None if p.accuracy else rattling if with_play else ideal, p.mechanism(rocker, with_play)
-    return mbs.simulate(made, p.duration, p.accuracy or None, solver=solver, ledger=True, timeout=p.timeout)
+    solver = rattling if with_play else ideal
+    return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
 
 
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
@@ -189,9 +184,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for v in first:
         for name, (_, unit) in found[0][v.name].items():
             metrics[f"{v.name}.{name}"] = mean(unit, [each[v.name][name][0] for each in found])
-        if p.accuracy:
-            metrics[f"{v.name}.error"] = Metric(v.result.error.motion, "1")
-            metrics[f"{v.name}.wall_s"] = Metric(v.result.work["wall_s"], "s")
     bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
     return StudyResult(
         parameters=p,

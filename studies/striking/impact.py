@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 from buckler.mbs import Section
-from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.sensitivity.curve import spells
@@ -39,12 +38,6 @@ class ImpactParameters(StrikeParameters):
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
     friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
-    accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
-
-    def check(self) -> None:
-        """Raise a ValueError at an accuracy that cannot be asked for."""
-        if 0 < self.accuracy < FINEST:
-            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
 
     @property
     def section(self) -> Section:

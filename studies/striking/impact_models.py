@@ -49,7 +49,7 @@ def striking(
     mass: float,
     friction: float,
     speed: float | Ramp,
-    elements: int | None,
+    elements: int,
     stop: float = PAPER_STOP,
     lengths: SliderCrank = PAPER,
 ) -> Mechanism:
@@ -71,19 +71,17 @@ def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | 
     """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
     return striking(
         model, p.section, p, stiffness=stiffness, restitution=p.restitution, mass=p.mass, friction=p.friction_force, speed=speed,
-        elements=None if p.accuracy else p.elements,
+        elements=p.elements,
     )  # fmt: skip
 
 
-def simulate_model(
-    model: str, made: Mechanism, duration: float, solver: mbs.Exudyn | None, timeout: float, accuracy: float = 0.0
-) -> ModelRun:
-    """Run a mechanism for a time [s] by a solver, or without one to an accuracy."""
-    result = mbs.simulate(made, duration, accuracy or None, solver=solver, ledger=True, timeout=timeout)
+def simulate_model(model: str, made: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
+    """Run a mechanism for a time [s] by a solver."""
+    result = mbs.simulate(made, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
     shortening = signals["coupler.end_shortening"] / (made.points["A"][0] - made.points["B"][0])
-    work = {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error.motion} if accuracy else {})
+    work = {name: result.work[name] for name in ("wall_s", "steps")}
     return ModelRun(
         model, str(result.status), result.message, result.time, crank_angle(signals), signals["B.contact_force"],
         -signals["B.vx"], shortening, push, shortening / BUCKLED_FROM, result.energy_balance, work,
@@ -104,8 +102,8 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     if model == "stitched":
         return _run_stitched(parameters, stop, speed, duration)
     p, fastest = parameters, max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    solver = None if p.accuracy else mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
-    return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout, p.accuracy)
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
+    return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout)
 
 
 def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:

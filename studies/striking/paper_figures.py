@@ -23,9 +23,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, wo
 from ..kit.style import Figure, subplots
 from .impact import MODELS, ImpactParameters, read
 from .impact_models import NotCalibratedError, calibrate, run_model
-
-REFERENCE = 2.7
-"""Voltage [V] at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""
+from .slider_crank import REFERENCE_VOLTAGE
 
 
 class Printed(NamedTuple):
@@ -42,8 +40,8 @@ class Printed(NamedTuple):
 PRINTED = {
     "5": Printed("1.25 rad/s", 15.0, 30.0, 5.0, IMPACT_SPEED, IMPACT_FORCE),
     "6": Printed("0.75 to 6.58 rad/s", 15.0, 140.0, 20.0, Ramp(0.75, 6.58, 15.0), None),
-    "10": Printed("2.5 V", 15.0, 30.0, 5.0, IMPACT_SPEED * 2.5 / REFERENCE, VOLTAGE_FORCES[2.5]),
-    "11": Printed("3 V", 12.0, 35.0, 5.0, IMPACT_SPEED * 3.0 / REFERENCE, VOLTAGE_FORCES[3.0]),
+    "10": Printed("2.5 V", 15.0, 30.0, 5.0, IMPACT_SPEED * 2.5 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[2.5]),
+    "11": Printed("3 V", 12.0, 35.0, 5.0, IMPACT_SPEED * 3.0 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[3.0]),
 }
 """Figures by their number."""
 

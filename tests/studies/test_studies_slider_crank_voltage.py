@@ -65,13 +65,6 @@ def test_what_a_straight_beam_contradicts_and_the_causes_explain(voltage):
     assert len(voltage.tables) == 1 and "44.18 N, the range of the sensor" in str(voltage)
 
 
-def test_a_dead_band_turns_the_same_voltage_into_another_speed():
-    p = slider_crank.Parameters(dead_band=1.43)
-    assert p.speed_at(2.7) == pytest.approx(1.25) and p.speed_at(3.7) - p.speed_at(2.7) == pytest.approx(1.25 / 1.27)
-    with pytest.raises(ValueError, match="must lie below every voltage"):
-        slider_crank.Parameters(dead_band=2.4, voltages="2.3,3")
-
-
 # --- ramp -------------------------------------------------------------------------------------------------------------
 
 
