@@ -8,8 +8,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import airy
 
-from buckler.studies.strips.dynamic_buckling import Parameters, figure, run
-from buckler.studies.strips.hoff import Hoff
+from buckler.studies.strips.dynamic_buckling import Hoff, Parameters, figure, run
 
 FAST = Parameters(rates=(0.3, 1.0), bows=(0.1,), elements=8)
 
