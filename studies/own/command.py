@@ -17,9 +17,9 @@ from ..kit.options import add_options, add_output
 from ..kit.parameters import Cases
 from ..kit.words import Parser, add_repeated
 from . import study
-from .places import OPTIONS, name_errors, read_changes, read_file, spec, to_json
 from .solver import options as solver_options
 from .study import Parameters, digest, target_signals
+from .verbs import OPTIONS, name_errors, read_changes, read_file, spec, to_json
 
 PROBED = 1e-6
 """Duration of the run that shows which signals there are [s]: a step or two of any solver."""

@@ -22,10 +22,9 @@ from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import finish
 from ..kit.style import house_style
 from ..kit.words import Parser, print_error
-from .figure import figures
 from .store import Row
 from .sweep import Part, SweepError, sweep
-from .table import choose, points, table, to_csv
+from .table import choose, figures, points, table, to_csv
 from .vary import Plan, parse, plan
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
