@@ -16,6 +16,11 @@ from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
 from .rest import equilibrium
 from .spectrum import Spectrum
 
+NEAR = 1e-4
+"""Distance from rest, of the mechanism's size, within which a user's law must have one tangent: a vibration is about as large."""
+KINKED = 0.05
+"""Relative change of a frequency within that distance from which the law has a kink at rest; smooth laws change it by 1e-3."""
+
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
@@ -134,7 +139,22 @@ def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
         before = relative
         if stalled or relative <= PLACES or (change <= rounding).all() or problem.scene.degree > max(HIGHEST, 3 * count):
             break
-    return _frequencies(problem.scene, rest.q, found, errors, count)
+    kinked = _kinks(problem, rest, found, count)
+    return _frequencies(problem.scene, rest.q, found, np.maximum(errors, kinked), count, bool(kinked.any()))
+
+
+def _kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
+    """Compute how much eigenvalues change beside the state, where a law of the user has a kink there; else 0."""
+    values = _eigenvalues(found)[:count]
+    changes = np.zeros(len(values))
+    scene = problem.scene.source
+    given = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
+    for k, shape in enumerate(np.real(found.shapes[:, :count]).T if given else ()):
+        step = NEAR * problem.scene.length * shape / max(np.abs(shape / problem.units).max(), 1e-300)
+        for sign in (1, -1):
+            beside = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
+            changes[k] = max(changes[k], np.abs(beside - values[: len(beside)])[k] if k < len(beside) else 0.0)
+    return np.where(changes > KINKED * np.abs(values), changes, 0.0)
 
 
 def _eigenvalues(found: Spectrum) -> Array:
@@ -142,7 +162,12 @@ def _eigenvalues(found: Spectrum) -> Array:
     return np.where(found.neutral, 0.0, found.values)
 
 
-def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int) -> Frequencies:
+def _cure(kinked: bool) -> str:
+    """Say what to do about frequencies that are not known."""
+    return "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
+
+
+def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int, kinked: bool) -> Frequencies:
     names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
@@ -153,7 +178,7 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
             names.append("vibration" if value.imag else "decay")
     wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
     said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
-    said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; give a higher degree"] if wrong else []
+    said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {_cure(kinked)}"] if wrong else []
     said += list_omissions(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from buckler.mbs import (
     Beam,
+    Force,
     Link,
     Mechanism,
     Revolute,
@@ -24,6 +25,7 @@ from buckler.mbs import (
     equilibrium,
     frequencies,
 )
+from buckler.mbs.functions import Table
 from buckler.mbs.statics.problem import Problem, Rest, loads_of
 
 
@@ -159,3 +161,19 @@ def test_a_strip_that_creeps_keeps_its_vibrations_first():
     assert found.names[0] == "vibration"
     assert found.damping[0] == pytest.approx(share, rel=1e-3)
     assert found.angular[0] == pytest.approx(plain * np.sqrt(1 - share**2), rel=1e-3)
+
+
+@pytest.mark.parametrize(("gap", "force", "known"), [(0.01, 0.0, False), (0.01, 2.0, True), (0.0, 2.0, True)])
+def test_a_law_with_a_kink_at_rest_has_no_frequency(gap, force, known):
+    """Beside a dead zone the spring's own frequency; at its edge the tangent differs from side to side."""
+    law = Table((-0.1 - gap, -gap, gap, 0.1 + gap) if gap else (-0.1, 0.1), (-40.0, 0.0, 0.0, 40.0) if gap else (-40.0, 40.0))
+    mechanism = Mechanism(
+        {"O": (0, 0), "A": (0.25, 0), "B": (0.35, 0)},
+        [Link("block", "A", "B", Rigid.of(mass=0.5, inertia=1e-3))],
+        [Slider("A", "block", "ground", along=(1, 0))],
+        loads=[Spring("ground:O", "block:A", stiffness=0.0, free_length=0.2, law=law), Force("A", (force, 0.0))],
+    )
+    found = frequencies(mechanism, count=1)
+    assert (found.status == "OK") is known and ("kink" in found.message) is not known
+    assert not known or found.hertz[0] == pytest.approx((400.0 / 0.5) ** 0.5 / (2 * np.pi), rel=1e-9)
+    assert known or found.errors[0] > 1.0
