@@ -53,13 +53,7 @@ def _run_compiled(*arguments: object, **known: object) -> Run:
 
 
 def _on_engine(*arguments: object) -> Run:
-    """Run with the engine, which is loaded only where it runs.
-
-    Raises
-    ------
-    ImportError
-        If it cannot be loaded, with the cure.
-    """
+    """Run with the engine, which is loaded only where it runs; ImportError with the cure if it cannot be."""
     try:
         run = find_offer("run_engine")
     except ImportError as error:
@@ -273,19 +267,9 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
     record = run.record
     status, message = run.failure or (Status.OK, "")
-    result = Result(
-        status,
-        message,
-        record.time,
-        run.values,
-        run.units,
-        run.work,
-        run.ledger if ledger else {},
-        shapes_at(record, times) if len(times) else {},
-        _provenance(run),
-        film=Film(record),
-        traits=run.traits,
-    )
+    shapes, energies = shapes_at(record, times) if len(times) else {}, run.ledger if ledger else {}
+    known = (run.values, run.units, run.work, energies, shapes, _provenance(run))
+    result = Result(status, message, record.time, *known, film=Film(record), traits=run.traits)
     if complete is not None:
         result = complete(result)
     result = replace(result, provenance=result.provenance | {IDLE: idle(run, result)})

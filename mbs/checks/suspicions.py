@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from ..record.result import Result
 from ..record.run import Run
 from .check import Check
-from .driven import off_dead_centres
-from .gaps import together
 from .linear import linear
+from .linkages import off_dead_centres, together
 from .signals import check_balance, check_crossing, clock, finite, pushing, shallow
 from .unbuckled import check_buckled
 

@@ -12,7 +12,7 @@ from simulations import STRIP, pendulum
 from spoilt import CHECK, bent, linear, pressed_by, pressed_strip, right, said, stretched, unbalanced
 
 from buckler import mbs
-from buckler.mbs.checks import driven
+from buckler.mbs.checks import linkages
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import Hertz
@@ -207,7 +207,7 @@ def _(wrong):
     run, result = right("rocker")
     size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driven, "determinant", lambda _jacobian: size)
+        patch.setattr(linkages, "determinant", lambda _jacobian: size)
         return said("BRANCH", run, result)
 
 
