@@ -13,14 +13,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..elements import Link, Motion, Ramp
+from ..elements import Motion, Ramp
 from ..elements.load import Stateful
 from ..functions import numbers_of
 from ..functions.values import has_user_code
 from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
 from ..mechanism import Mechanism
-from ..scene.start import Start
 from . import tables as k
 
 Pair = tuple[float, float]
@@ -28,18 +27,10 @@ GROUND = "ground"
 
 
 class Body(Protocol):
-    """Body of a link in the arrays: it has markers, and knows how it moves as if it were rigid."""
-
-    offset: int
+    """Body of a link in the arrays."""
 
     def marker(self, builder: Builder, point: str) -> int:
         """Marker of a point on it."""
-
-    def rigid_motion(self, builder: Builder) -> Array:
-        """Rates of all coordinates for unit rates (vx, vy at its start, turn), shape (n, 3)."""
-
-    def bending_rates(self, builder: Builder, start: Start, link: Link, /) -> Array:
-        """Rates of all coordinates with which it gives way at the start, where it must."""
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,8 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = np.where(h[:, None] > 0, way / h[:, None], out.v[step])
     n, r = scene.size, len(scene.tables.rows)
-    given = map(np.ascontiguousarray, (times, places, rates))
-    found = Output(*given, np.empty((len(times), n)), np.empty((len(times), r)), memory)
+    time, q, v = map(np.ascontiguousarray, (times, places, rates))
+    found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)
     flight = dormand_prince_state(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     look(DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight), found)
     return found

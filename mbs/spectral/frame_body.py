@@ -11,7 +11,6 @@ import numpy as np
 from ..elements import Link, Modal
 from ..geometry import Array
 from ..modal.planar import STATIONS, PlanarModel
-from ..scene.start import Start
 from . import tables as k
 from .builder import Attached, Builder
 
@@ -64,10 +63,6 @@ class FrameBody:
         arm = self.centre - self.start
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
         return out
-
-    def bending_rates(self, builder: Builder, _start: Start, _link: Link) -> Array:
-        """None at the start: the modes of a modal link are at rest, or moved by the constraints."""
-        return np.zeros(len(builder.q))
 
 
 def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:

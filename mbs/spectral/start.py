@@ -11,7 +11,8 @@ from .doors import place
 from .frame_body import FrameBody
 from .output import DormandPrinceState, RadauState
 from .scene import CompiledScene
-from .tables import BRISTLE, Tables
+from .strip_body import StripBody
+from .tables import BRISTLE, ROW_OF, Tables
 
 ROUNDING = 1e-12
 
@@ -36,10 +37,9 @@ def start_rates(scene: CompiledScene) -> Array:
     found = scene.source.start
     v = np.zeros(scene.size)
     for name, body in scene.builder.bodies.items():
-        motion = body.rigid_motion(scene.builder)
-        if motion.shape[1]:
-            v += motion @ found.rates[found.linkage.index[name]]
-        if name in found.bends:
+        if isinstance(body, FrameBody | StripBody):
+            v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
+        if isinstance(body, StripBody) and name in found.bends:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
     for offset, link, point, turns in scene.builder.loose:
         if turns:
@@ -73,14 +73,9 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
         acceleration, new = scene.accelerate(q, out.force, out.change)
         done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
         lam = new
-        if done or not _rubs(scene):
+        if done or not (scene.tables.forces[:, ROW_OF] >= 0).any():  # no force depends on a constraint's own
             break
     return Balance(acceleration, lam)
-
-
-def _rubs(scene: CompiledScene) -> bool:
-    """Return True if a force depends on a constraint's own."""
-    return bool((scene.tables.forces[:, 5] >= 0).any())
 
 
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import cast
 
-import numpy as np
-
 from ..elements import Link, Strut
 from ..elements.strut import StrutLaw
 from ..functions import numbers_of
-from ..geometry import Array
 from ..laws.compiled import function_pointer
-from ..scene.start import Start
 from . import tables as k
 from .builder import GROUND, Builder
 
@@ -22,7 +18,6 @@ class StrutBody:
     """A strut: it has no coordinates; its ends are markers of its neighbours, or blocks of their own."""
 
     link: Link
-    offset: int = -1
     hosts: dict[str, int] = field(default_factory=dict)
 
     def marker(self, builder: Builder, point: str) -> int:
@@ -30,14 +25,6 @@ class StrutBody:
         if point not in self.hosts:
             raise ValueError(f"link '{self.link.name}': a Strut is massless, so '{point}' must be pinned to a body")
         return self.hosts[point]
-
-    def rigid_motion(self, builder: Builder) -> Array:
-        """None: it has no coordinates."""
-        return np.zeros((len(builder.q), 0))
-
-    def bending_rates(self, builder: Builder, _start: Start, _link: Link) -> Array:
-        """None: it has no coordinates."""
-        return np.zeros(len(builder.q))
 
 
 def add_strut(builder: Builder, link: Link) -> StrutBody:
