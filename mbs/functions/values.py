@@ -55,8 +55,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
     if found is not None:
         return tuple(t for t in found if 0 < t < duration) if duration < inf else found
-    looked = callable(function) and 0 < duration < inf
-    return looks_or(Looks()).of_time(function, duration).times if looked else ()
+    return looks_or(Looks()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
 
 
 class Given:
