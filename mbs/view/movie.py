@@ -7,7 +7,7 @@ processes it is the movie alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import pi
 from typing import Any
 
@@ -55,15 +55,6 @@ class Movie:
         places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
-
-    def rows(self, rows: Array) -> Movie:
-        """Return the movie at some of its times, by index."""
-        frames = {name: frame[rows] for name, frame in self.frames.items()}
-        bands = {
-            name: replace(band, points=band.points[rows], bending=band.bending[rows], axial=band.axial[rows])
-            for name, band in self.bands.items()
-        }
-        return replace(self, time=self.time[rows], frames=frames, bands=bands)
 
 
 def to_ground(frame: Array, points: ArrayLike) -> Array:

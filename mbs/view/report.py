@@ -178,12 +178,9 @@ def _short(result: Result) -> Movie:
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
-    if len(movie.time) <= room:
+    if len(movie.time) <= room or result.film.record is None:
         return movie
-    if result.film.record is not None:
-        return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
-    rows = np.unique(np.linspace(0, len(movie.time) - 1, room).round().astype(int))
-    return movie.rows(rows)
+    return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
 
 
 def _round(mark: Any) -> Any:
