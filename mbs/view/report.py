@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..record.result import Result
 from .drawing import INKS, Arrow, pack
 from .movie import Movie, make_movie
 from .shell import fill_page
-from .verdicts import IDLE, verdicts
+from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
 """Bytes for the motion, before base64 adds a third."""
@@ -261,56 +261,3 @@ def first_shown(result: Result, wanted: Sequence[str] = ()) -> list[str]:
         if ending in FIRST and len(inside) and np.ptp(inside) > best.get(ending, (0.0, ""))[0]:
             best[ending] = (float(np.ptp(inside)), name)
     return ([best[ending][1] for ending in FIRST if ending in best] or list(result.signals))[:3]
-
-
-# --- words ------------------------------------------------------------------------------------------------------------
-
-
-def summary(result: Result) -> str:
-    """Summarise the run in a line."""
-    span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
-    return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
-
-
-def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Tables of the page: heading, then rows of name and value."""
-    error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
-    if result.asked > 0 or result.error.known:
-        error = [("estimated error of the motion", share(result.error.motion))]
-        error += [("asked for", share(result.asked))] if result.asked > 0 else []
-    if result.error.kind:
-        error.append(("estimated by", result.error.kind))
-    if result.verified >= 0:
-        error.append(("difference from the other solver", share(result.verified)))
-    if result.energy:
-        error.append(("error of the energy balance", share(result.energy_balance)))
-    spent = {**result.work, "share_of_the_run_shown": result.work["share"]} if "share" in result.work else result.work
-    work = [
-        (name.replace("_", " ").replace("wall s", "wall time [s]"), f"{value:.6g}")
-        for name, value in spent.items()
-        if name != "share"
-    ]
-    versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
-    groups = [("Error", error), ("Work", work)]
-    if notes := result.provenance.get("notes"):
-        groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
-    for name, value in result.provenance.items():
-        if isinstance(value, dict) and name != IDLE:  # that stands among the checks
-            groups.append((name.capitalize(), list(flat(value))))
-    return [*groups, ("Run on", versions)]
-
-
-def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
-    """Rows of nested settings; what is not set is left out."""
-    for name, inner in value.items():
-        if name == "kind":
-            yield before.removesuffix(".") or "solver", str(inner)
-        elif isinstance(inner, dict):
-            yield from flat(inner, f"{before}{name}.")
-        elif inner is not None:
-            yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)
-
-
-def share(value: float) -> str:
-    """Write a relative error for people."""
-    return f"{100 * value:.2g} %" if isfinite(value) else "not known"

@@ -1,9 +1,11 @@
-"""Verdicts of the checks of a run, one row each, for pages and tables."""
+"""Verdicts of the checks of a run, one row each, and tables of its errors, work and settings, for pages."""
 
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections.abc import Iterator
+from math import isfinite
+from typing import Any, NamedTuple
 
 from ..record.result import Result
 
@@ -60,3 +62,53 @@ def verdicts(result: Result) -> list[Verdict]:
         said = idle[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
         rows.append(Verdict(name, question, verdict, said))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
+
+
+def summary(result: Result) -> str:
+    """Summarise the run in a line."""
+    span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
+    return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
+
+
+def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Tables of the page: heading, then rows of name and value."""
+    error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
+    if result.asked > 0 or result.error.known:
+        error = [("estimated error of the motion", share(result.error.motion))]
+        error += [("asked for", share(result.asked))] if result.asked > 0 else []
+    if result.error.kind:
+        error.append(("estimated by", result.error.kind))
+    if result.verified >= 0:
+        error.append(("difference from the other solver", share(result.verified)))
+    if result.energy:
+        error.append(("error of the energy balance", share(result.energy_balance)))
+    spent = {**result.work, "share_of_the_run_shown": result.work["share"]} if "share" in result.work else result.work
+    work = [
+        (name.replace("_", " ").replace("wall s", "wall time [s]"), f"{value:.6g}")
+        for name, value in spent.items()
+        if name != "share"
+    ]
+    versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
+    groups = [("Error", error), ("Work", work)]
+    if notes := result.provenance.get("notes"):
+        groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
+    for name, value in result.provenance.items():
+        if isinstance(value, dict) and name != IDLE:  # that stands among the checks
+            groups.append((name.capitalize(), list(flat(value))))
+    return [*groups, ("Run on", versions)]
+
+
+def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """Rows of nested settings; what is not set is left out."""
+    for name, inner in value.items():
+        if name == "kind":
+            yield before.removesuffix(".") or "solver", str(inner)
+        elif isinstance(inner, dict):
+            yield from flat(inner, f"{before}{name}.")
+        elif inner is not None:
+            yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)
+
+
+def share(value: float) -> str:
+    """Write a relative error for people."""
+    return f"{100 * value:.2g} %" if isfinite(value) else "not known"
