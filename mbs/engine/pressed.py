@@ -64,14 +64,19 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
         if not found:
             raise ArithmeticError(f"no equilibrium found at u = {u[k]:g}")
         load[k] = abs(float(data.GetAECoordinates()[row])) / unit
-    section = body.section
+    _check_branch(body, length, u, load)
+    return load
+
+
+def _check_branch(body: Beam | Cable, length: float, u: Array, load: Array) -> None:
+    """Raise an ArithmeticError unless all loads are those of the buckled branch, but for shear and compression."""
+    section, exact = body.section, pinned.load(u)
     thick = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
-    exact = pinned.load(u)
-    error, k = np.abs(load / exact - 1), int(np.argmax(np.abs(load / exact - 1)))
+    error = np.abs(load / exact - 1)
+    k = int(np.argmax(error))
     if error[k] > MESH + thick:
         why = "off the buckled branch" if error[k] > OFF_BRANCH else "too few elements"
         raise ArithmeticError(f"at u = {u[k]:g} the force is {load[k]:.4g}, exact {exact[k]:.4g}: {why}")
-    return load
 
 
 def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:

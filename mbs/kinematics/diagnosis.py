@@ -11,7 +11,7 @@ from ..geometry import Array
 from ..record.errors import Status
 from ..record.record import Record
 from ..scene.linkage import Linkage, involved_elements
-from ..scene.redundancy import independent_rows
+from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 FLAT = 0.05

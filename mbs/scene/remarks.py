@@ -1,4 +1,4 @@
-"""Remarks on a mechanism: redundant constraints, too many drives, and what looks forgotten."""
+"""Remarks on a mechanism: redundant constraints, forces that no equation determines, too many drives, what looks forgotten."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.element import GROUND
+from ..geometry import Array
 from ..mechanism import Mechanism
 from .linkage import ROUNDING, Linkage, rank
-from .start import name_surplus_drives
+from .start import jacobian, name_surplus_drives
+
+SHARE = 1e-6
+"""Part of a row in a vector that no force balances, above which its force counts as shared."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -50,10 +54,10 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
     if not mechanism.drives:
         return
-    jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
-    free = jacobian.shape[1] - rank(jacobian)
+    rows = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
+    free = rows.shape[1] - rank(rows)
     if free:
-        ways = np.abs(np.linalg.svd(jacobian)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
+        ways = np.abs(np.linalg.svd(rows)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, way in zip(mechanism.links, ways, strict=True) if way > ROUNDING]
         count = "1 way" if free == 1 else f"{free} ways"
         driven = len(mechanism.drives)
@@ -73,3 +77,41 @@ def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str
         for name in together:
             groups[name] = together
     return groups
+
+
+def find_redundant(linkage: Linkage) -> list[str]:
+    """Find the elements whose rows depend on those of others in general position; flexible links are flexible."""
+    names, matrix = _constraints(linkage)
+    kept = independent_rows(matrix)
+    return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
+
+
+def find_undetermined(linkage: Linkage) -> list[str]:
+    """Find the elements whose forces no equation determines: redundant ones share them, in poses in general position."""
+    names, matrix = _constraints(linkage)
+    left, values, _ = np.linalg.svd(matrix)
+    shares = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
+    free = np.abs(shares).max(axis=1, initial=0.0) > SHARE
+    return list(dict.fromkeys(name for name, each in zip(names, free, strict=True) if each))
+
+
+def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
+    """Names and derivatives of all lasting rows in general position; rows of drives come first."""
+    rigid, loose = jacobian(linkage, linkage.general_pose)
+    unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
+    order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
+    matrix = np.hstack([rigid / unit, loose / (np.abs(loose).max(initial=0.0) or 1.0)])[order]
+    return [linkage.names[k] for k in order], matrix
+
+
+def independent_rows(matrix: Array) -> list[int]:
+    """Rows that say what those before do not."""
+    kept: list[int] = []
+    basis = np.empty((0, matrix.shape[1]))
+    for k, row in enumerate(matrix):
+        rest = row - basis.T @ (basis @ row)
+        rest = rest - basis.T @ (basis @ rest)
+        if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, float(np.linalg.norm(row))):
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+            kept.append(k)
+    return kept

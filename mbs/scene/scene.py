@@ -14,9 +14,8 @@ from ..elements.clearance import Clearance, clearances
 from ..elements.element import Burden, Element
 from ..functions import edges_along, has_user_code
 from ..mechanism import Mechanism
-from . import redundancy
 from .linkage import Linkage
-from .remarks import remarks
+from .remarks import find_redundant, find_undetermined, remarks
 from .start import Start, start
 
 STIFF = 1e5
@@ -98,12 +97,12 @@ class Scene:
     @cached_property
     def redundant(self) -> list[str]:
         """Elements whose rows say nothing that others do not, in poses in general position; flexible links being flexible."""
-        return redundancy.find_redundant(self.linkage)
+        return find_redundant(self.linkage)
 
     @cached_property
     def undetermined(self) -> list[str]:
         """Elements whose forces no equation determines: redundant ones share them."""
-        return redundancy.find_undetermined(self.linkage)
+        return find_undetermined(self.linkage)
 
     @cached_property
     def remarks(self) -> list[str]:
