@@ -17,12 +17,12 @@ def describe_failure(t: float, what: str, error: BaseException, out_of_range: St
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
 
-def watch(scene: EngineScene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
+def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
 
     Parameters
     ----------
-    scene : EngineScene or None
+    scene : EngineScene
     what : str
         What raises, in words.
     function : callable
@@ -35,7 +35,7 @@ def watch(scene: EngineScene | None, what: str, function: Callback, out_of_range
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
-            if scene is not None and scene.stopped is None:
+            if scene.stopped is None:
                 scene.stopped = describe_failure(t, what, error, out_of_range)
             raise
 

@@ -105,7 +105,7 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
 
 
 def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
-    """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
+    """Add a torque of (t, t, angle, speed), or a force along a travel: connectors, unlike loads, enter the Jacobian."""
 
     def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
         """Return the torque with the engine's sign, against the turn [N m]."""
@@ -219,7 +219,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
             scene.reads(name, "effort", partial(_effort, drive))
         else:
             coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
-            scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground, scene)
+            scene.constraints[name] = _add_drive(scene, drive, coordinate)
             scene.reads(name, "effort", scene.multiplier(name))
 
 
@@ -233,16 +233,13 @@ def _effort(drive: Drive, _run: History, record: Record) -> Array:
     return total[:, None]
 
 
-def add_drive(system: System, drive: Drive, coordinate: int, ground: int, scene: EngineScene | None = None) -> int:
-    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity.
-
-    A scene, if there is one, is told what the motion raises.
-    """
-    markers = [ground, coordinate]
+def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
+    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity."""
+    markers = [scene.ground, coordinate]
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
         motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
         asked = [watch(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)]
         item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=asked[0], offsetUserFunction_t=asked[1])
-    return int(system.AddObject(item))
+    return int(scene.system.AddObject(item))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import exudyn as exu
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,7 +54,8 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
         drives=[Drive("B", Motion(lambda _t: travel[0], lambda _t: 0.0))],
     )
     scene = build(mechanism)
-    engine, settings, data = exu.MainSolverStatic(), _static_settings(scene), scene.system.systemData
+    engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
+    settings, data = _static_settings(scene), scene.system.systemData
     unit, row, load = body.section.bending_stiffness / length**2, int(scene.multipliers("drive")[0]), np.empty(len(u))
     for k, guess in enumerate(_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length

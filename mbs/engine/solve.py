@@ -15,11 +15,11 @@ from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
 from ..record.errors import Status
 from ..record.run import Run
-from ..solvers import MIN_STEP, Equal, Exudyn, position_error
+from ..solvers import MIN_STEP, Controlled, Equal, Exudyn, position_error
 from .build import build
 from .recording import Recorder
 from .scene import SPARSE_FROM, EngineScene
-from .stepping import StepControl, implicit_control
+from .stepping import StepControl
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
@@ -152,7 +152,10 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
 def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
     """Generalized-alpha."""
     engine = exu.MainSolverImplicitSecondOrder()
-    control = implicit_control(scene, solver, duration, engine, timeout, progress)
+    if isinstance(solver.steps, Controlled):
+        control: Recorder = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
+    else:
+        control = Recorder(scene, solver, duration, timeout, progress)
     settings = implicit_settings(scene, solver, duration)
     return control, engine, run_engine(scene, control, engine, settings)
 

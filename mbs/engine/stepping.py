@@ -50,6 +50,7 @@ class StepControl(Recorder):
     ) -> None:
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
+        scene.system.SetPostNewtonUserFunction(self.after_newton)
         self.weights = _position_weights(scene)
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
@@ -106,17 +107,6 @@ class StepControl(Recorder):
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
         return self.kinks[0] - now
-
-
-def implicit_control(
-    scene: EngineScene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder, *limits: Any
-) -> Recorder:
-    """The callbacks of an implicit run; with equal steps nothing is to be controlled."""
-    if not isinstance(solver.steps, Controlled):
-        return Recorder(scene, solver, duration, *limits)
-    control = StepControl(scene, solver, solver.steps, duration, engine, *limits)
-    scene.system.SetPostNewtonUserFunction(control.after_newton)
-    return control
 
 
 class _StopWatch:

@@ -15,6 +15,7 @@ from ..record.record import Record
 from . import System
 from .forces import End, FreeContact, StopContact
 from .guarded import watch
+from .loads import add_torque
 from .placed import History
 from .scene import EngineScene
 
@@ -46,7 +47,7 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
         if isinstance(contact, FreeContact):
             _add_free(scene, contact)
         else:
-            add_stop(scene, contact, scene.coordinate(stop.point, 0), scene.ground)
+            _add_guided(scene, contact)
         scene.reads(name, "force", partial(_force, k))
 
 
@@ -54,30 +55,21 @@ def _force(k: int, run: History, _record: Record) -> Array:
     return run.contact[:, k : k + 1]
 
 
-def add_stop(scene: EngineScene, contact: StopContact, coordinate: int, ground: int) -> int:
-    """Add a stop on a slider's coordinate marker."""
+def _add_guided(scene: EngineScene, contact: StopContact) -> None:
+    """Add a stop on the coordinate of its guide's block."""
 
-    def spring_force(_system: System, _time: float, _item: int, travel: float, speed: float, *_: float) -> float:
-        return contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
+    def push(_system: System, _time: float, travel: float, speed: float) -> float:
+        """Return the force along the guide [N]."""
+        return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
-    return int(
-        scene.system.AddObject(
-            eii.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[ground, coordinate],
-                stiffness=1.0,
-                springForceUserFunction=watch(scene, f"the law of the stop of '{contact.stop.point}'", spring_force),
-            )
-        )
-    )
+    push_or_stop = watch(scene, f"the law of the stop of '{contact.stop.point}'", push)
+    add_torque(scene, scene.coordinate(contact.stop.point, 0), push_or_stop)
 
 
-def _add_free(scene: EngineScene, contact: FreeContact) -> int:
+def _add_free(scene: EngineScene, contact: FreeContact) -> None:
     """Add a stop as a user element without mass."""
     nodes = [end.node for end in (contact.first, contact.second) if end.size]
     size = contact.first.size + contact.second.size
     forces = watch(scene, f"the law of the stop of '{contact.stop.point}'", contact.forces)
-    return int(
-        scene.system.AddObject(
-            eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
-        )
-    )
+    item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
+    scene.system.AddObject(item)
