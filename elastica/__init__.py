@@ -1,7 +1,7 @@
 """The exact elastic strip: closed form, boundary value problem, fast law.
 
 pinned : closed form by elliptic integrals, both ways
-rod : the same strip as a boundary value problem, extensible, shearable and imperfect
+rod : the same strip as a boundary value problem, extensible and shearable
 law : the published quartic fit, and a fast law with a stated error
 strip : any ends, clamped or pinned, and any stress-free shape, under dead loads and displacements
 

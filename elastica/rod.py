@@ -1,4 +1,4 @@
-"""The strip between two pins as a boundary value problem: a second solver beside `elastica.pinned`, extensible and imperfect.
+"""The strip between two pins as a boundary value problem: a second solver beside `elastica.pinned`, extensible and shearable.
 
 A rod is half a `Strip`, clamped at mid-span, its other end free to move across the chord; normalised by E I and by the whole
 stress-free arc length L: p = P L^2/(E I), axial = E A L^2/(E I), shear = G A L^2/(E I). Newton's method begins with a one-term
@@ -38,18 +38,16 @@ class RodSolution(NamedTuple):
 
 @dataclass(frozen=True)
 class Rod:
-    """A rod on two pins: axial and shear stiffness, positive; half a sine of this amplitude over L when free of stress.
+    """A straight rod on two pins: axial and shear stiffness, positive.
 
     `nodes` are collocation points of each of the two pieces of the half. A ValueError names what lies outside its range.
     """
 
     axial: float = inf
     shear: float = inf
-    imperfection: float = 0.0
     nodes: int = 24
 
     def __post_init__(self) -> None:
-        require("imperfection", self.imperfection, abs(self.imperfection) <= 0.3, "-0.3 to 0.3 (amplitude/L)")
         require("axial, shear", (self.axial, self.shear), self.axial > 0.0 and self.shear > 0.0, "above 0")
 
     @property
@@ -70,19 +68,15 @@ class Rod:
         Raises
         ------
         ValueError
-            If the rod has that shortening without buckling, or none.
+            If the rod has that shortening without buckling.
         NewtonDivergedError, WrongBranchError
             If no buckled equilibrium was found.
         """
-        rise = -self.imperfection * pi
-        half = Strip(
-            "clamped", "rail", lambda s: np.arcsin(rise * np.sin(pi / 2 * s)), self.axial / 4, self.shear / 4, nodes=self.nodes
-        )
-        free = 1.0 - half.rest[0]
-        lowest = free if self.imperfection else self.critical_load / self.axial
+        half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
+        lowest = self.critical_load / self.axial
         require("shortening", shortening, lowest < shortening <= 1.5, f"above {lowest:.12g}, to 1.5 (end shortening/L)")
         guess = self._guess(half, shortening)
-        found = half.equilibrium(APPROACH, shortening - free, guess)
+        found = half.equilibrium(APPROACH, shortening, guess)
         end, expected = float(found.theta[-1]), float(guess[-4])
         if np.any(found.theta[1:] * expected <= 0.0) or end / expected < 0.5:
             raise WrongBranchError(f"end angle {-end:.3g} rad where about {-expected:.3g} was expected; the rod is {self}")
@@ -91,15 +85,13 @@ class Rod:
     def _guess(self, half: Strip, shortening: float) -> Array:
         """Solve theta = alpha cos(pi s) by Galerkin's method for the alpha that has this shortening: unknowns of the half."""
         whole, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
-        start = abs(np.arcsin(pi * self.imperfection))
-        angles = start + np.geomspace(1e-6, 3.0 - start, 200)
+        angles = np.geomspace(1e-6, 3.0, 200)
         sin, cos = np.sin(np.outer(angles, mode)), np.cos(np.outer(angles, mode))
-        bending = (angles - start) * pi**2  # = linear * p + quadratic * p^2
+        bending = angles * pi**2  # = linear * p + quadratic * p^2
         linear, quadratic = 2.0 * (sin * mode) @ whole, 2.0 * self.softness * (sin * cos * mode) @ whole
         discriminant = linear**2 + 4.0 * quadratic * bending
         known = np.logical_and.accumulate(discriminant >= 0.0)  # beyond it bending can balance no load
         angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
         shortened = 1.0 - cos[known] @ whole + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ whole)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
-        sense = -1.0 if self.imperfection < 0.0 else 1.0
-        return np.concatenate((-sense * alpha * mode, (-sense * (alpha - start) * pi / 2, -load / 4, 0.0)))
+        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0)))

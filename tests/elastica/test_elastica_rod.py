@@ -83,42 +83,13 @@ def test_load_correction_is_the_derivative_of_the_relaxed_energy(kind, u):
     assert abs(2 * change - half - first_order) < 1e-2 * abs(half - change)  # what remains is of second order
 
 
-def test_imperfection_chooses_the_side():
-    up, down = (Rod(imperfection=a).at_shortening(0.2) for a in (0.01, -0.01))
-    assert np.all(shape(up)[2][:-1] > 0.0) and up.load == pytest.approx(down.load, rel=1e-14)
-    np.testing.assert_allclose(shape(up)[2], -shape(down)[2], atol=1e-14)
-    assert np.all(shape(Rod(imperfection=-0.0).at_shortening(0.2))[2][:-1] > 0.0)
-
-
-@pytest.mark.parametrize("grown", [1.25, 2.0, 10.0])
-@pytest.mark.parametrize("a", [1e-3, -1e-3])
-def test_small_imperfection_is_amplified_as_young_found(grown, a):
-    """y_mid = a/(1 - p/pi^2), to relative order a^2, where the bow has shortened the rod by pi^2 y_mid^2/4."""
-    solution = Rod(imperfection=a).at_shortening((np.pi * grown * a) ** 2 / 4)
-    mid = shape(solution)[2][0]
-    assert mid == pytest.approx(a / (1.0 - solution.load / np.pi**2), rel=5e-3)
-    assert mid == pytest.approx(grown * a, rel=5e-3)
-
-
-def test_imperfect_rod_is_free_of_load_in_its_stress_free_shape():
-    a = 0.05
-    s = (np.polynomial.legendre.leggauss(40)[0] + 1.0) / 2.0
-    chord = 0.5 * np.polynomial.legendre.leggauss(40)[1] @ np.sqrt(1.0 - (a * np.pi * np.cos(np.pi * s)) ** 2)
-    solution = Rod(imperfection=a).at_shortening(1.0 - chord + 1e-7)
-    assert 0.0 < solution.load < 1e-3
-    arc, _, y, _ = shape(solution)
-    np.testing.assert_allclose(y, a * np.sin(np.pi * arc), atol=1e-5)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: Rod(axial=0.0), r"axial, shear = \(0\.0, inf\) must be above 0"),
-        (lambda: Rod(imperfection=0.31), r"imperfection = 0\.31 must be -0\.3 to 0\.3 \(amplitude/L\)"),
         (lambda: Rod(axial=30.0).critical_load, r"axial = 30\.0 must be large enough to buckle"),
         (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
         (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
-        (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0251"),
     ],
 )
 def test_wrong_input_is_named(call, message):
