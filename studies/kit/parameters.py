@@ -43,17 +43,6 @@ class _Listed(Repeated):
         return super().read(name, given.split(",") if isinstance(given, str) else given)
 
 
-class _Count(Quantity):
-    """Whole number, in any notation such as 5e3."""
-
-    def read(self, name: str, given: object) -> int:
-        """Return it as an int."""
-        value = super().read(name, given)
-        if value != int(value):
-            raise ValueError(f"{name} = {value:g}: must be a whole number")
-        return int(value)
-
-
 def _several(item: Spec) -> Spec:
     return _Listed(item, least=1, distinct=True)
 
@@ -72,8 +61,8 @@ def quantities(default: tuple[float, ...], unit: str, low: float, high: float, h
 
 
 def counts(default: tuple[int, ...], low: int, high: int, help: str, group: str = PLAIN) -> Any:
-    """Declare one or more whole numbers: `4,8`, `5e3`."""
-    return field(_several(_Count("1", low, high)), help, default, group=group)
+    """Declare one or more whole numbers: `4,8`."""
+    return field(_several(Whole(low, high)), help, default, group=group)
 
 
 def integer(default: int, low: int, high: int, help: str, group: str = PLAIN) -> Any:
