@@ -39,6 +39,19 @@ class Grid(NamedTuple):
     beyond: Array
 
 
+class Fields(NamedTuple):
+    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
+
+    sin: Array
+    cos: Array
+    nx: Array
+    ny: Array
+    dx: Array
+    dy: Array
+    m: Array
+    phi: float
+
+
 @cache
 def integration(nodes: int) -> tuple[Array, Array]:
     """Chebyshev-Lobatto points on [0, 1], from 2 upwards, and the matrix that integrates from 0 to each of them."""

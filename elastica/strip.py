@@ -27,11 +27,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite
-from typing import NamedTuple
 
 import numpy as np
 
-from .collocation import Angle, Array, Grid, NewtonDivergedError, newton, require, resample, two_pieces
+from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
 HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Indices of x, y and the rotation that each support at s = 1 holds."""
@@ -185,7 +184,7 @@ class Strip:
         """
         require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:
-            return self._solve(load, factor, guess)
+            return self.at_unknowns(load, factor, self._newton(load, factor, guess))
         reached, step, state = 0.0, 1.0, self.stress_free()
         while reached < 1.0:
             there = self._nearby(load, factor * reached, factor * min(reached + step, 1.0), state)
@@ -195,7 +194,7 @@ class Strip:
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0
-        return self._solve(load, factor, state)
+        return self.at_unknowns(load, factor, self._newton(load, factor, state))
 
     def stress_free(self) -> Array:
         """Unknowns of the stress-free shape."""
@@ -261,9 +260,6 @@ class Strip:
             matrix[n + k, -1] -= load.move[k] if k in HELD[self.end] else asked[k]
         return matrix
 
-    def _solve(self, load: Load, factor: float, guess: Array) -> Equilibrium:
-        return self.at_unknowns(load, factor, self._newton(load, factor, guess))
-
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
         def step(unknowns: Array) -> Array:
             return np.linalg.solve(self.jacobian(load, factor, unknowns)[:, :-1], self.defect(load, factor, unknowns))
@@ -286,19 +282,6 @@ class Strip:
         fine = self.finer
         pieces = [resample(piece, fine.nodes) for piece in (unknowns[: self.nodes], unknowns[self.nodes : -3])]
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))
-
-
-class Fields(NamedTuple):
-    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
-
-    sin: Array
-    cos: Array
-    nx: Array
-    ny: Array
-    dx: Array
-    dy: Array
-    m: Array
-    phi: float
 
 
 def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
