@@ -34,8 +34,9 @@ STICKING = 1 / 128
 """First tolerance of guides whose friction bends bristles, over `FIRST`: coarser runs miss when they slip."""
 DEGREE = 6
 """Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 would do."""
-FINEST = 1e-10
-"""Least tolerance over the longest link: at a fifth of it rounding adds up to more (double pendulum, 10 s: 1e-4, not 4e-6)."""
+FINEST = 5e-10
+"""Least tolerance over the longest link. A double pendulum of 10 s is still better at 1e-10 (4e-6), but pins that rattle on a
+modal rocker are then followed for longer than their peaks are known."""
 RESTING = 1e-3
 """Deflection, over the thickness, below which a strip needs no further degrees: it is straight to the eye."""
 MOST_DEGREES = 8
