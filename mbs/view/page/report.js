@@ -684,7 +684,7 @@ function makeSpeeds() {
   const usual = round((end - start) / 8) || 1;
   const speeds = [...new Set([0.02, 0.1, 0.5, 1, 2, 10].map((factor) => Number((usual * factor).toPrecision(2))).concat(1))];
   for (const speed of speeds.sort((a, b) => a - b)) {
-    const option = element("option", speed === 1 ? "real time" : `${words4(speed)} \u00d7 real time`, $("speed"));
+    const option = element("option", speed === 1 ? "real time" : speed < 1e-3 ? `real time / ${words4(Math.round(1 / speed))}` : `${words4(speed)} \u00d7 real time`, $("speed"));
     option.value = speed; option.selected = speed === usual;
   }
   clock.speed = usual;
