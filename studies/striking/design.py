@@ -19,6 +19,7 @@ import numpy as np
 from buckler.elastica import law
 from buckler.mbs import Controlled, Exudyn, Material, Section
 from buckler.mbs.elements.section import STEEL
+from buckler.mbs.laws import CarvalhoMartins
 
 from ..kit.parameters import choice, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
@@ -71,10 +72,9 @@ def check(model: str, chosen: Design, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
-    made = striking(
-        model, section, p, stiffness=given.stiffness, restitution=given.restitution, mass=given.mass, friction=given.friction,
-        speed=chosen.speed, elements=p.elements, stop=chosen.stop, lengths=given.lengths,
-    )  # fmt: skip
+    stop = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
+    sizes = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
+    made = striking(model, section, p, stop, given.friction, given.lengths, **sizes)
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     return simulate_model(model, made, p.lasts((2 * pi - chosen.angle + AFTER_RELEASE) / chosen.speed), solver, p.timeout)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cache
 from math import exp, log, pi
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import root_scalar
@@ -40,20 +40,10 @@ TRIALS = 12
 
 
 def striking(
-    model: str,
-    section: Section,
-    p: StrikeParameters,
-    *,
-    stiffness: float,
-    restitution: float,
-    mass: float,
-    friction: float,
-    speed: float | Ramp,
-    elements: int,
-    stop: float = PAPER_STOP,
-    lengths: SliderCrank = PAPER,
-) -> Mechanism:
-    """Make the slider-crank with a linear stop, in SI units; friction is that of the slider [N].
+    model: str, section: Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, lengths: SliderCrank = PAPER,
+    **given: Any,
+) -> Mechanism:  # fmt: skip
+    """Make the slider-crank of a model, in SI units; friction is that of the slider [N], the rest as of `slider_crank`.
 
     A strut is damped along its axis, a beam is bowed to the side to which its inertia bends it.
     """
@@ -61,18 +51,15 @@ def striking(
         body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
     else:
         damped = section.damped(p.damping, lengths.coupler)
-        body = Beam(damped, elements=elements, imperfection=-p.imperfection * lengths.coupler)
-    law = CarvalhoMartins(stiffness, restitution, exponent=1.0)
+        body = Beam(damped, elements=p.elements, imperfection=-p.imperfection * lengths.coupler)
     guide = GuideFriction(friction) if friction else None
-    return p.under(slider_crank(body, law=law, mass=mass, speed=speed, friction=guide, stop=stop, lengths=lengths))
+    return p.under(slider_crank(body, law=law, friction=guide, lengths=lengths, **given))
 
 
 def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
     """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
-    return striking(
-        model, p.section, p, stiffness=stiffness, restitution=p.restitution, mass=p.mass, friction=p.friction_force, speed=speed,
-        elements=p.elements,
-    )  # fmt: skip
+    law = CarvalhoMartins(stiffness, p.restitution, exponent=1.0)
+    return striking(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
 
 
 def simulate_model(model: str, made: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
