@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import log
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,8 +79,11 @@ class Levels:
     orders = (1 / 4, 3 / 4)
     """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
     finest = 0.0
-    damping: ClassVar[Factor | None] = None
-    """Factor of the amplitude of a vibration in one step, where all levels have the same."""
+
+    @property
+    def damping(self) -> Factor | None:
+        """Factor of the amplitude of a vibration in one step, where all levels have the same."""
+        return None
 
     def first(self) -> Level:
         """The coarsest level."""
@@ -129,8 +132,12 @@ class Levels:
 class SpectralLevels(Levels):
     """Levels of the compiled solver."""
 
-    damping = staticmethod(radau)
     degrees = 2
+
+    @property
+    def damping(self) -> Factor | None:
+        """Factor of the amplitude of a vibration in one step."""
+        return radau
 
     @property
     def clearance(self) -> float:
