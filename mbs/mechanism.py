@@ -48,9 +48,11 @@ class Places(Named):
     """Places of points; what follows from them is left to follow, when they are read again or written."""
 
     def read(self, name: str, given: object) -> dict[str, Any]:
+        """Return those that are given."""
         return super().read(name, given.given if isinstance(given, Placed) else given)
 
     def write(self, name: str, value: Any) -> dict[str, Any]:
+        """Return the places that were given."""
         return super().write(name, value.given)
 
 
@@ -60,6 +62,7 @@ class Links(Several):
     words = "a list of links, in files tables by name"
 
     def read(self, name: str, given: object) -> tuple[Any, ...]:
+        """Return a tuple."""
         if not isinstance(given, Mapping):
             return super().read(name, given)
         for key, each in given.items():
@@ -69,10 +72,12 @@ class Links(Several):
         return tuple(self.item.read(f"{name}.{key}", each) for key, each in tables.items())
 
     def write(self, name: str, value: Any) -> Any:
+        """Tables by name."""
         tables = {link.name: self.item.write(f"{name}.{link.name}", link) for link in value}
         return {key: {k: v for k, v in table.items() if k != "name"} for key, table in tables.items()}
 
     def schema(self) -> Schema:
+        """Tables by name."""
         return {"type": "object", "additionalProperties": self.item.schema()}
 
 
@@ -125,6 +130,7 @@ class Mechanism(Parts):
     )
 
     def agree(self) -> None:
+        """Names that are there, once; elements that fit."""
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
         object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))

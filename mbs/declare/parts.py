@@ -28,6 +28,7 @@ class Part(Spec):
 
     @property
     def words(self) -> str:  # type: ignore[override]
+        """Kinds of the part, for messages."""
         names = sorted(self.kinds_by_name())
         files = f" (in files a table{' with its kind' if len(names) > 1 else ''})" if names else ""
         return (self.example or " or ".join(names or [kind.__name__ for kind in self.kinds])) + files
@@ -37,11 +38,13 @@ class Part(Spec):
         return {key: kind for key, kind in known_kinds().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a part, or a table of one, of a kind allowed."""
         if isinstance(given, Mapping):
             return "kind" not in given or given["kind"] in self.kinds_by_name()
         return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
 
     def read(self, name: str, given: object) -> Any:
+        """Return a part, built if the input is a table."""
         if isinstance(given, Mapping):
             return build(name, given, self.kinds_by_name())
         if not self.fits(given):
@@ -54,6 +57,7 @@ class Part(Spec):
         return given
 
     def write(self, name: str, value: object) -> Any:
+        """Return a part as a table with its kind."""
         kinds = self.kinds_by_name()
         if type(value) not in kinds.values():
             raise nameless(name, value)
@@ -64,6 +68,7 @@ class Part(Spec):
         return content if plain else {"kind": type(value).__name__, **content}
 
     def schema(self) -> Schema:
+        """Return references to the JSON schemas of the kinds."""
         return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.kinds_by_name())])
 
     def _lacking(self, given: object) -> str:

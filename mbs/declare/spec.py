@@ -96,9 +96,11 @@ class Quantity(Spec):
             self.allowed = "not zero"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a number, or a text of one with its unit."""
         return is_measured(given) if isinstance(given, str) else isinstance(given, Real) and not isinstance(given, bool)
 
     def read(self, name: str, given: object) -> float:
+        """Return a number in SI units, within its bounds."""
         if type(given) is float and self.low < given < self.high and 1 / LARGEST < abs(given) < LARGEST:
             return given
         if not isinstance(given, str | Real) or isinstance(given, bool):
@@ -118,9 +120,11 @@ class Quantity(Spec):
         return found
 
     def write(self, name: str, value: Any) -> float:
+        """Return the number in SI units."""
         return int(value) if isinstance(value, Integral) else float(value)
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a number within its bounds."""
         plain: Schema = {"type": "number"}
         if self.low > -inf:
             plain["exclusiveMinimum" if self.open_low else "minimum"] = self.low
@@ -142,14 +146,17 @@ class Whole(Spec):
         self.allowed = f"{self.low} to {self.high}"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a whole number, or a text of one."""
         if isinstance(given, str):
             return bool(re.fullmatch(r"\s*[+-]?\d+\s*", given))
         return isinstance(given, Integral) and not isinstance(given, bool)
 
     def read(self, name: str, given: object) -> int:
+        """Return a whole number within its bounds."""
         return whole(name, int(given) if isinstance(given, str) and self.fits(given) else given, self.low, self.high)
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a whole number."""
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
@@ -160,14 +167,17 @@ class Flag(Spec):
     allowed = "true or false"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is true or false."""
         return isinstance(given, bool) or given in ("true", "false")
 
     def read(self, name: str, given: object) -> bool:
+        """Return true or false."""
         if not self.fits(given):
             raise self.refusal(name, given)
         return given is True or given == "true"
 
     def schema(self) -> Schema:
+        """Return the JSON schema of true or false."""
         return {"type": "boolean"}
 
 
@@ -177,12 +187,15 @@ class Name(Spec):
     words, metavar = "a name", "NAME"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a text."""
         return isinstance(given, str)
 
     def read(self, name: str, given: object) -> str:
+        """Return a checked name."""
         return word(name, given)
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a text."""
         return {"type": "string"}
 
 
@@ -192,6 +205,7 @@ class Text(Name):
     words, allowed, metavar = "text", "any text", "TEXT"
 
     def read(self, name: str, given: object) -> str:
+        """Return a text without blanks around it."""
         if not isinstance(given, str):
             raise self.refusal(name, given)
         return given.strip()
@@ -208,14 +222,17 @@ class Choice(Spec):
         self.words, self.allowed = f"one of {', '.join(map(repr, self.options))}", ", ".join(self.options)
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a text."""
         return isinstance(given, str)
 
     def read(self, name: str, given: object) -> str:
+        """Return one of the options."""
         if not isinstance(given, str) or given.strip() not in self.options:
             raise self.refusal(name, given)
         return given.strip()
 
     def schema(self) -> Schema:
+        """Return the JSON schema of the options."""
         return {"enum": list(self.options)}
 
 
@@ -225,15 +242,19 @@ class Nothing(Spec):
     words = "'none'"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is None or 'none'."""
         return given is None or (isinstance(given, str) and given.strip() == "none")
 
     def read(self, name: str, given: object) -> None:
+        """Return None."""
         return None
 
     def write(self, name: str, value: Any) -> str:
+        """Return 'none'."""
         return "none"
 
     def schema(self) -> Schema:
+        """Return the JSON schema of None."""
         return {"enum": [None, "none"]}
 
 
@@ -241,9 +262,11 @@ class Anything(Spec):
     """Any value, unchanged: for fields without a declaration."""
 
     def fits(self, given: object) -> bool:
+        """Return True: every input will do."""
         return True
 
     def read(self, name: str, given: object) -> Any:
+        """Return the input unchanged."""
         return given
 
 

@@ -44,6 +44,7 @@ class Flexible(Body):
     shape: Shape | None
 
     def agree(self) -> None:
+        """One stress-free shape."""
         if self.imperfection and self.shape is not None:
             raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
 
@@ -64,6 +65,7 @@ class Flexible(Body):
         return _spline(chord, self.shape)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
+        """Place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of its ends, m."""
         if not self.imperfection and self.shape is None:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]

@@ -51,9 +51,11 @@ class Clearance(Joint):
 
     @property
     def rubs(self) -> str:
+        """Point of the joint, where it has friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
+        """Check that the clearance is smaller than what it joins."""
         super().check(mechanism)
         lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
         if self.gap >= min(lengths):
@@ -66,14 +68,17 @@ class Clearance(Joint):
         return meets(self.point, self.first, self.second, start_only=True)
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
+        """Yield its depth, and the clearance or a share of the pin, whichever is more."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its normal force and its depth."""
         yield f"{self.point}.normal_force", f"{self.point}.penetration"
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
+        """Yield that the pin is deeper than its clearance, where the theory of two cylinders has ended."""
         deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))
         if deepest > self.gap:
             yield (
@@ -103,6 +108,7 @@ class Clearance(Joint):
         return found
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the contact's force on both bodies, with its moment about the centres of pin and bush."""
         pin, bush = states(self, record)
         found = self._touch(name, record)
         force, n = np.column_stack([found.fx, found.fy]), np.column_stack([found.nx, found.ny])

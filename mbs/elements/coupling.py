@@ -28,6 +28,7 @@ class Coupling(Element):
         yield from (self.first, self.second)
 
     def check(self, mechanism: Parts) -> None:
+        """Two bodies, each with its point, that can take a moment; the carrier another one."""
         carrier = self.carrier
         if carrier != GROUND:
             known_link(mechanism, carrier, self.where)
@@ -64,6 +65,7 @@ class Gear(Coupling):
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def check(self, mechanism: Parts) -> None:
+        """Two links about two centres with a pitch point between or beside them."""
         super().check(mechanism)
         if self.ratio == 1 and distance(mechanism, self.first, self.second) > 0:
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
@@ -191,6 +193,7 @@ class Rope(Coupling):
         yield from ()
 
     def check(self, mechanism: Parts) -> None:
+        """Points of bodies that are apart, not all of them on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
         if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
@@ -206,6 +209,7 @@ class Rope(Coupling):
         yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its tension."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

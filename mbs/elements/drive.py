@@ -47,6 +47,7 @@ class Ramp(Declared):
         return (self.end - self.start) / self.duration if t < self.duration else 0.0
 
     def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration), s, at which the acceleration jumps."""
         return (self.duration,) if self.duration < duration and self.start != self.end else ()
 
     def check_run(self, duration: float, where: str) -> None:
@@ -71,6 +72,7 @@ class Motion(Declared):
     speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative by t")
 
     def agree(self) -> None:
+        """Raise a ValueError if the motion does not start at 0."""
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
 
     def check_run(self, duration: float, where: str) -> None:
@@ -117,6 +119,7 @@ class Motion(Declared):
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration), s, at which it jumps, has a kink or changes quickly."""
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 
@@ -141,6 +144,7 @@ class Speed(Either):
     """A speed; a motion that was made from it is written as it."""
 
     def write(self, name: str, value: object) -> Any:
+        """Return the formula or table it was made from."""
         return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
 
 
@@ -164,21 +168,25 @@ class Drive(Driven):
     )
 
     def agree(self) -> None:
+        """Raise a ValueError for a mere function: a motion has an integral."""
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         elif callable(self.speed):
             raise ValueError(f"{self.where}: speed = {short(self.speed)}: must be a Motion, a Ramp, a formula or a Table")
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless the target is a rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         check_known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
         if sum(drive.target == self.target for drive in mechanism.drives) > 1:
             raise ValueError(f"{self.where}: it is driven twice")
 
     def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which its acceleration jumps."""
         return self.motion.kinks(duration)
 
     def check_run(self, duration: float, name: str) -> None:
+        """Raise a ValueError if its motion is inconsistent within the run."""
         self.motion.check_run(duration, name)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
@@ -209,6 +217,7 @@ class Drive(Driven):
         yield Signal(f"{name}.position", self._coordinate(record)[0], "rad" if turns else "m", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
         power = record.channel(name, "effort")[:, 0] * self._coordinate(record)[1]
         yield Energy("given", "drive", record.work(power))
 

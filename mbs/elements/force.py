@@ -55,6 +55,7 @@ class Force(Stateful):
     )
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless it acts on a point of a body and follows a link that turns."""
         where = self.where
         refers(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
@@ -68,6 +69,7 @@ class Force(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
+        """Time, place, and the velocity that is not known yet."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
     def initial_force(self, mechanism: Parts) -> Pair:
@@ -78,6 +80,7 @@ class Force(Stateful):
         return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """Place and velocity."""
         at, velocity = record.point(holder_reference(record.mechanism, self.point))
         return *at.T, *velocity.T
 
@@ -92,6 +95,7 @@ class Force(Stateful):
         return values if at is None else rotate(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
+        """Return the force, and its moment where its line of action goes through a place."""
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
@@ -103,6 +107,7 @@ class Force(Stateful):
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
         if callable(self.value) or self.follows is not None or self.through is not None:
             yield Energy("given", "load", self.work_of(name, record))
             return
@@ -133,13 +138,16 @@ class Torque(Stateful):
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its link has an angle."""
         check_turning(mechanism, self.link, self.where)
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
+        """Time, angle turned, and the speed that is not known yet."""
         return [0.0, 0.0, 0.0]
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """Angle and speed."""
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
@@ -151,6 +159,7 @@ class Torque(Stateful):
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
+        """Return the torque."""
         return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -159,6 +168,7 @@ class Torque(Stateful):
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
         if callable(self.value):
             yield Energy("given", "load", self.work_of(name, record))
         else:
@@ -186,6 +196,7 @@ class LineLoad(Load):
     turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
         known_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):
@@ -196,6 +207,7 @@ class LineLoad(Load):
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the resultant at the strip's start, with its moment about it."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         lengths, fields, _ = record.links[self.link].stations_of()
         force = self.acting(fields[..., 2])
@@ -214,6 +226,7 @@ class LineLoad(Load):
             yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
         if self.turns:
             yield Energy("given", "load", record.work(self.power(record)))
             return

@@ -87,6 +87,7 @@ class Guide(Guided):
     )
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless it guides a point of its link that has no other guide."""
         check_known("point", self.point, mechanism.points, self.where)
         reaches(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
@@ -108,13 +109,16 @@ class Guide(Guided):
 
     @property
     def rubs(self) -> str:
+        """Its point, where it has friction."""
         return self.point if self.friction is not None else ""
 
     @property
     def rubs_on_reaction(self) -> bool:
+        """True if its friction is a law of the reaction."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
+        """Return its friction; None if that follows the reaction, which is unknown before."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
@@ -123,6 +127,7 @@ class Guide(Guided):
         return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the block's kinetic energy and weight, and what friction took."""
         block = record.blocks[self.point]
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)

@@ -20,6 +20,7 @@ class Joint(Joined):
     label: ClassVar[str] = "{point}.{first}-{second}"
 
     def check(self, mechanism: Parts) -> None:
+        """Two different bodies that reach the point, not joined there already."""
         check_known("point", self.point, mechanism.points, self.where)
         self.check_ends(mechanism)
         for name in (self.first, self.second):
@@ -81,6 +82,7 @@ class Weld(Joint):
     second: str = names(doc="a link or 'ground'; a Strut has no moment to be clamped by")
 
     def check(self, mechanism: Parts) -> None:
+        """Two different bodies that reach the point and can take a moment there."""
         super().check(mechanism)
         takes_moments(mechanism, (self.first, self.second), self.where)
 
@@ -119,6 +121,7 @@ class Slot(Joint):
     along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its point is on the first body and a line can be fixed in the second."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.first == GROUND:

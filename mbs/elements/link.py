@@ -49,6 +49,7 @@ class Carried(Spec):
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
     def read(self, name: str, given: object) -> Frozen:
+        """Return a mapping; None where a name stands alone."""
         if isinstance(given, Mapping):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
             return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
@@ -57,11 +58,13 @@ class Carried(Spec):
         return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
 
     def write(self, name: str, value: Any) -> Any:
+        """Return a list where no point has a place of its own."""
         if all(each is None for each in value.values()):
             return list(value)
         return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
 
     def schema(self) -> Schema:
+        """Return a list or a table."""
         return any_of([Several(Name()).schema(), Named(Either((Quantity("1", 0.0, 1.0), Vector("m")))).schema()])
 
 
@@ -99,6 +102,7 @@ class Link(Linked):
     )
 
     def agree(self) -> None:
+        """Only points that its body can carry."""
         along: Any = self.carries
         kind = type(self.body).__name__
         if along and not self.body.carrying:
@@ -107,6 +111,7 @@ class Link(Linked):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
+        """Known points, some distance apart."""
         for point in self.points:
             check_known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
@@ -146,6 +151,7 @@ class Link(Linked):
         yield from self.body.signals(self, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield kinetic energy, weight, and those of the body."""
         if name in record.links:
             motion = record.links[name]
             yield Energy("held", "kinetic", motion.kinetic())

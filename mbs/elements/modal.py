@@ -110,6 +110,7 @@ class BarModes(Declared):
     )
 
     def agree(self) -> None:
+        """Raise a ValueError unless there is a mode."""
         if not self.bending + self.axial:
             raise ValueError("bending + axial = 0: must be one mode at least")
 
@@ -143,6 +144,7 @@ class Interfaces(Part):
     """A kind of interface, or a function."""
 
     def fits(self, given: object) -> bool:
+        """Return True for any function."""
         return super().fits(given) or (callable(given) and not isinstance(given, type))
 
 
@@ -177,6 +179,7 @@ class Modal(Body):
     )
 
     def agree(self) -> None:
+        """Raise a ValueError unless each mode has a ratio and the solid can be meshed."""
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")

@@ -53,9 +53,11 @@ class Motor(Load):
     dead_band: float = quantity("V", low=0, doc="the voltage acts less this, and not at all below it", default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which it jumps, has a kink or changes quickly."""
         return kinks(self.voltage, duration)
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless its link has an angle."""
         check_turning(mechanism, self.link, self.where)
 
     def at(self, mechanism: Parts) -> str:
@@ -63,11 +65,13 @@ class Motor(Load):
         return turning(mechanism, self.link)
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
+        """Yield the rotor's inertia as the link feels it."""
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
     @property
     def rubs(self) -> str:
+        """Its link, where the rotor has friction."""
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:
@@ -92,6 +96,7 @@ class Motor(Load):
         return given, record.turn(self.at(record.mechanism))[1]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the torque; the rotor's own inertia is left to the link."""
         yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._run(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -102,6 +107,7 @@ class Motor(Load):
         yield Signal(f"{name}.voltage", voltage, "V", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield kinetic energy of the rotor, electric work behind the dead band, heat of the resistance, and friction."""
         voltage, speed = self._run(record)
         current = self.current(voltage, speed)
         yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)

@@ -38,6 +38,7 @@ class Rigid(Body):
     carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def agree(self) -> None:
+        """Refuse a section beside a mass, and a mass without an inertia."""
         given = [self.mass is not None, self.inertia is not None]
         if given != [self.section is None] * 2 or (self.section and self.centre):
             raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
@@ -52,6 +53,7 @@ class Rigid(Body):
         return cls(None, mass, inertia, centre)
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass [kg], moment of inertia about the centre of mass [kg m^2], and its place in the link's frame [m]."""
         if self.mass is None or self.inertia is None:
             return super().mass_properties(length)
         return self.mass, self.inertia, self.centre or (length / 2, 0.0)
@@ -85,6 +87,7 @@ class Mass(Element):
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless it is at a point of a body, one that turns if the mass has an inertia."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
@@ -101,9 +104,11 @@ class Mass(Element):
         return f"{holder(mechanism, reference)}:{self.point}"
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
+        """Yield itself."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield kinetic energy and weight."""
         at, gravity = self.at(record.mechanism), record.mechanism.gravity
         (places, velocity), (_, spin) = record.point(at), record.turn(at)
         yield Energy("held", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)

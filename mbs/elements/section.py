@@ -47,9 +47,11 @@ class ByName(Part):
     """A material, by its name or its numbers."""
 
     def fits(self, given: object) -> bool:
+        """Accept a material, or the name of one."""
         return isinstance(given, str) or super().fits(given)
 
     def read(self, name: str, given: object) -> Any:
+        """Return the material of a name or a table."""
         if not isinstance(given, str):
             return super().read(name, given)
         if given not in MATERIALS:
@@ -58,6 +60,7 @@ class ByName(Part):
         return MATERIALS[given]
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a name or a table."""
         return any_of([{"enum": list(MATERIALS)}, super().schema()])
 
 

@@ -77,6 +77,7 @@ class Elastic(Load):
             yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
         value, rate = self.state(record)
         yield Energy("held", "spring", self.stored_energy(value))
         yield Energy("taken", "damping", record.work(self.lost(value, rate)))
@@ -108,6 +109,7 @@ class Spring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
+        """Two points of different bodies, apart where the spring has a length."""
         where = self.where
         for at in (self.a, self.b):
             refers(mechanism, at, where)
@@ -127,9 +129,11 @@ class Spring(Elastic):
         return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
+        """Elongation, m, and its rate, m/s, each (times,)."""
         return self.stretch(record)[:2]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the tension on both ends."""
         value, rate, along = self.stretch(record)
         ends = [holder_reference(record.mechanism, at) for at in (self.a, self.b)]
         yield from on_both(ends, self.tension(value, rate)[:, None] * along, np.zeros_like(value))
@@ -172,6 +176,7 @@ class TorsionSpring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
+        """Two different bodies with an angle."""
         where = self.where
         bodies = [at.partition(":")[0] for at in (self.first, self.second)]
         if bodies[0] == bodies[1] and ":" not in self.first + self.second:
@@ -187,10 +192,12 @@ class TorsionSpring(Elastic):
         return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
+        """Angle from the free one, rad, and its rate, rad/s, each (times,)."""
         (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the torque on both."""
         none = np.zeros((len(record.time), 2))
         yield from on_both(self.ends(record.mechanism), none, self.tension(*self.state(record)))
 

@@ -57,6 +57,7 @@ class Stop(Element):
 
     @property
     def rubs(self) -> str:
+        """Its point, where its face has friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
@@ -70,6 +71,7 @@ class Stop(Element):
         return place(self.on).body or self.on
 
     def check(self, mechanism: Parts) -> None:
+        """Raise a ValueError unless it has a guided point, or a point of a link and a direction, and a body for the face."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
@@ -101,6 +103,7 @@ class Stop(Element):
         reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
+        """Yield that nothing was struck, which may be meant."""
         if not (signals[f"{name}.penetration"] > 0).any():
             near = ""
             if self.along is not None and self.on == GROUND:
@@ -178,6 +181,7 @@ class Stop(Element):
         return travel, ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield its force and friction on the point, and the same there on what carries the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
         across = rotate(angle, self.across(mechanism))
@@ -195,6 +199,7 @@ class Stop(Element):
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
+        """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""
         way = abs(self.face(mechanism))
         size = max(
             way, *(mechanism.length(link.name) for link in mechanism.links), *np.ptp(list(mechanism.points.values()), axis=0)
@@ -202,6 +207,7 @@ class Stop(Element):
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its force and its depth."""
         yield f"{name}.contact_force", f"{name}.penetration"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -216,6 +222,7 @@ class Stop(Element):
             yield Signal(f"{name}.sliding_speed", sliding, "m/s", Kind.RATE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the elastic potential, and what damping and friction took."""
         depth, rate = self.approach(record)
         potential = self.law.potential(depth)
         work = record.work(record.channel(name, "force")[:, 0] * rate)

@@ -51,6 +51,7 @@ class Strut(Body):
         yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
+        """Yield strain energy and what damping took."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
         yield Energy("held", "strain", spring.stored_energy(elongation))

@@ -21,11 +21,13 @@ class Callables(Spec):
     words = "a formula such as '2*sin(3*t)'"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a function, a formula or a table of one."""
         if isinstance(given, Mapping):
             return given.get("kind") in _callable_kinds()
         return (callable(given) and not isinstance(given, type)) or (isinstance(given, str) and not is_measured(given))
 
     def read(self, name: str, given: object) -> Any:
+        """Return a function, built from a formula or a table if need be."""
         if isinstance(given, Mapping):
             return build(name, given, _callable_kinds())
         if isinstance(given, str):
@@ -38,6 +40,7 @@ class Callables(Spec):
         return given
 
     def write(self, name: str, value: object) -> Any:
+        """Return a function as its formula or its table."""
         if isinstance(value, Expression) and self.fits(value.text):
             return value.text
         if type(value) not in _callable_kinds().values():
@@ -45,6 +48,7 @@ class Callables(Spec):
         return {"kind": type(value).__name__, **fields_written(name, value)}
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a formula or a table."""
         refs: list[Schema] = [{"$ref": f"#/$defs/{kind}"} for kind in sorted(_callable_kinds())]
         return any_of([{"type": "string", "description": "A formula such as '2*sin(3*t)'."}, *refs])
 
@@ -74,14 +78,17 @@ class Function(Callables):
 
     @property
     def words(self) -> str:  # type: ignore[override]
+        """Arguments of the function and its form in files, for messages."""
         return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a function, or a list with one for each component."""
         if self.size > 1 and is_list(given) and len(given) == self.size:
             return any(super(Function, self).fits(part) for part in given)
         return super().fits(given)
 
     def read(self, name: str, given: object) -> Any:
+        """Return the function, by its name if it has one."""
         if isinstance(given, str) and given in self.named:
             return self.named[given]
         found = self.make(name, given)
@@ -107,6 +114,7 @@ class Function(Callables):
         return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
 
     def write(self, name: str, value: object) -> Any:
+        """Return the name of a function, else its formula or table."""
         for key, function in self.named.items():
             if value is function:
                 return key
@@ -120,9 +128,11 @@ class Law(Function):
 
     @property
     def words(self) -> str:  # type: ignore[override]
+        """Arguments of the law, for messages."""
         return f"{super().words}, where the load has states of them, too"
 
     def read(self, name: str, given: object) -> Any:
+        """Return the law, built from a formula or a table if need be."""
         return self.make(name, given)
 
 
@@ -132,12 +142,15 @@ class Rates(Function):
     words = "a function, or a list of them, in files formulas"
 
     def fits(self, given: object) -> bool:
+        """Return whether an input is a function or a list of them."""
         return Callables.fits(self, given) or (is_list(given) and len(given) > 0)
 
     def read(self, name: str, given: object) -> Any:
+        """Return the rates of the states."""
         return self.make(name, given)
 
     def schema(self) -> Schema:
+        """Return the JSON schema of a function or a list of them."""
         return any_of([super().schema(), _PARTS.schema()])
 
 

@@ -41,12 +41,15 @@ class _System:
         self.ground = self.marker(self.system.AddNode(eii.NodePointGround()), 0)
 
     def add(self, item: object) -> int:
+        """Add an item and return its number."""
         return int(self.system.AddObject(item))
 
     def marker(self, node: int, coordinate: int) -> int:
+        """Add a marker of a node's coordinate."""
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
     def at_node(self, node: int) -> int:
+        """Add a marker at a node."""
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
     def on_body(self, body: int, x: float) -> int:
@@ -59,9 +62,11 @@ class _System:
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def pin(self, *markers: int) -> None:
+        """Pin two markers together."""
         self.add(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
 
     def weigh(self, body: int, gravity: tuple[float, float]) -> None:
+        """Let gravity [m/s^2] act on a body."""
         if any(gravity):
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
@@ -76,6 +81,7 @@ class _System:
             self.weigh(self.add(cable), gravity)
 
     def watch(self, node: int) -> int:
+        """Record the place of a node."""
         return int(self.system.AddSensor(eii.SensorNode(nodeNumber=node, outputVariableType=POSITION, **STORED)))
 
     def solve(self, duration: float, steps: int, relative: float, absolute: float) -> None:
