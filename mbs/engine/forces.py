@@ -1,4 +1,4 @@
-"""Forces of stops as callbacks of the engine, and their memory of its last step."""
+"""Forces of stops and struts as callbacks of the engine, and their memory of its last call or step."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from math import cos, sin
 import numpy as np
 
 from ..elements.stop import Striking
+from ..elements.strut import Strut, StrutLaw
 from ..geometry import Array
 from . import System
 from .placed import Placed
@@ -125,3 +126,16 @@ class FreeContact(StopContact):
         _, speed, along = self.way(q, q_t, (-self.along[1], self.along[0]))
         drag = float(self.stop.friction.coefficient(speed)) * force
         return [-force * across - drag * each for across, each in zip(slope, along, strict=True)]
+
+
+class StrutSpring(StrutLaw):
+    """Callback of one strut, with elongation [m] and rate [m/s] of the engine's last call."""
+
+    def __init__(self, strut: Strut, length: float) -> None:
+        super().__init__(strut, length)
+        self.elongation = self.rate = 0.0
+
+    def __call__(self, _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float) -> float:
+        """Tension, N."""
+        self.elongation, self.rate = elongation, rate
+        return self.force(elongation, rate)

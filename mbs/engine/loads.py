@@ -13,13 +13,13 @@ import numpy as np
 from ..elements import Drive, Force, LineLoad, Link, Motor, Spring, Torque, TorsionSpring
 from ..elements.element import Burden, place
 from ..elements.references import holder, holder_reference
-from ..elements.strut import StrutLaw
 from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
 from ..record.strips import shares
 from ..scene.scene import Scene
 from . import Callback, System
+from .forces import StrutSpring
 from .guarded import guard, watch
 from .placed import History
 from .scene import EngineScene
@@ -177,20 +177,14 @@ def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
 def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
     """Add each strut between position markers of its neighbours."""
     for name, link in links.items():
-        law = StrutLaw(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
-
-        def tension(
-            _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float, law: StrutLaw = law
-        ) -> float:
-            """Return the tension [N]."""
-            return law.force(elongation, rate)
-
+        spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
+        scene.struts[name] = spring
         scene.system.AddObject(
             eii.ObjectConnectorSpringDamper(
                 markerNumbers=[_end_marker(scene, link, link.start), _end_marker(scene, link, link.end)],
-                referenceLength=law.length,
+                referenceLength=spring.length,
                 stiffness=1.0,
-                springForceUserFunction=watch(scene, f"strut '{name}'", tension, Status.STRUT_OUT_OF_RANGE),
+                springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
             )
         )
 

@@ -19,7 +19,7 @@ from ..record.record import Record
 from ..scene.scene import Scene
 from ..scene.start import Start
 from . import System
-from .forces import StopContact
+from .forces import StopContact, StrutSpring
 from .placed import History, Placed, Remembering, States
 
 Reader = Callable[[History, Record], Array]
@@ -45,6 +45,7 @@ class EngineScene:
     ground: int = -1
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
+    struts: dict[str, StrutSpring] = field(default_factory=dict)
     remembering: list[Remembering] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None

@@ -17,7 +17,7 @@ from ..geometry import Array
 from ..laws import contact_time
 from ..solvers import MIN_STEP, Controlled, Exudyn, position_error, subdivide
 from . import System
-from .forces import StopContact
+from .forces import StopContact, StrutSpring
 from .recording import Recorder
 from .scene import EngineScene
 
@@ -54,7 +54,9 @@ class StepControl(Recorder):
         self.weights = _position_weights(scene)
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
-        self.watched = [_StopWatch(contact, steps) for contact in self.stops]
+        stops = [_StopWatch(contact, steps) for contact in self.stops]
+        struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
+        self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
@@ -140,6 +142,34 @@ class _StopWatch:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
         return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.pressing)
+
+
+class _StrutWatch:
+    """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
+
+    def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
+        self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
+        link = scene.mechanism.link(name)
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        self.accepted = 0.0
+        self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
+
+    def step_limit(self, _places: Array, _q_t: Array, wanted: float) -> float:
+        """Come up to the kink in short steps when straightening; resolve the ringing of a strut that snapped taut."""
+        self.accepted = self.spring.elongation
+        gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
+        resolved = self.half_period / self.resolution
+        if gap > 0:
+            return _landing(gap, speed, resolved, wanted)
+        ringing = abs(speed) * self.half_period > self.limit
+        return min(wanted, resolved) if ringing else wanted
+
+    def excess(self, h: float, _errors: Array, _places: Array) -> float:
+        """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
+        before, now = self.accepted, self.spring.elongation
+        if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
+            return 0.0
+        return abs(now - before) / -self.spring.kink
 
 
 def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
