@@ -55,12 +55,12 @@ def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
 
 
 def test_sections_of_a_motion_that_repeats_are_one_point_near_that_of_ideal_joints():
-    """Heavily damped, each turn is the one before."""
+    """Heavily damped at 0.1 mm each turn is the one before; at 0.12 mm, by explicit steps at 1e-7 too, it takes two turns."""
     p = parameters(damping_unit="N.s/mm", sections=2, settle=2)
     ideal_joints = p.bars(gap=0.0, rocker=None)
     free = simulate(ideal_joints, period(ideal_joints))["B.vx"][-1]
     found = sections(p, np.array([1e-4, 1.2e-4]))
-    assert found.shape == (2, 2) and np.ptp(found, axis=1).max() < 2e-3 * abs(free)
+    assert found.shape == (2, 2) and np.ptp(found[0]) < 1e-3 * abs(free)
     assert found == pytest.approx(free, rel=0.06)  # B moves in its bush
 
 
