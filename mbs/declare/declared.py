@@ -20,13 +20,7 @@ DECLARED = "declared"
 
 
 class RefusalError(ValueError):
-    """Error of one field, or of a part that is named by its place, of something larger.
-
-    Attributes
-    ----------
-    place : str
-        From the whole: `point`, or `joints[1].point`; '' for the whole.
-    """
+    """Error of one field or part; `place` is its way from the whole, as `joints[1].point`, or '' for the whole."""
 
     def __init__(self, message: str, place: str = "") -> None:
         super().__init__(message)
@@ -34,13 +28,7 @@ class RefusalError(ValueError):
 
 
 class Declared:
-    """A class whose fields are declared.
-
-    Attributes
-    ----------
-    in_files : bool
-        Whether a mechanism's file may name it.
-    """
+    """A class whose fields are declared; a mechanism's file may name it if `in_files` is true."""
 
     in_files: ClassVar[bool] = True
 

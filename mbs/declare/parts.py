@@ -169,13 +169,7 @@ def _construct(name: str, kind: Callable[..., object], values: Mapping[str, obje
 
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:
-    """Fields of an object that differ from their defaults, as a document has them.
-
-    Raises
-    ------
-    ValueError
-        If a file has no name for something in it; names the place.
-    """
+    """Return the fields that differ from their defaults, as a document has them; ValueError where a file has no name for one."""
     kind = type(found)
     content = {}
     for key, declaration in declarations(kind).items():

@@ -21,16 +21,8 @@ Schema = dict[str, Any]
 class Spec:
     """Specification of the values of a field.
 
-    Attributes
-    ----------
-    unit : str
-        Unit of a quantity; '' if the value has none.
-    allowed : str
-        Its range in words.
-    words : str
-        Values that are expected, in words of a message.
-    metavar : str
-        Placeholder of a value in the help of the command line.
+    `unit` is that of a quantity, `allowed` its range, `words` the values that messages expect; `metavar` stands for a value in
+    the help of the command line.
     """
 
     unit: str = ""
@@ -63,15 +55,8 @@ class Spec:
 class Quantity(Spec):
     """A number with a unit; the bounds `low` and `high` are allowed values unless they are open.
 
-    Parameters
-    ----------
-    unit : str
-        '1' of a plain number, '' of any; several as 'rad/s or m/s'.
-    low, high : float
-    open_low, open_high : bool
-    nonzero : bool
-    hint : str
-        Advice in the message about a number out of the range.
+    The unit is '1' of a plain number, '' of any; several as 'rad/s or m/s'. Messages about a number out of the range end in
+    `hint`.
     """
 
     unit: str = "1"

@@ -20,13 +20,7 @@ WIDTH = 100
 
 
 def dumps(content: Mapping[str, object]) -> str:
-    """Write a document as text.
-
-    Parameters
-    ----------
-    content : mapping
-        Of names to strings, numbers, truth values, lists and mappings of these.
-    """
+    """Write a document as TOML: a mapping of names to strings, numbers, truth values, lists and mappings of these."""
     lines: list[str] = []
     _write(content, (), lines)
     return "\n".join(lines).lstrip("\n") + "\n"
@@ -83,13 +77,7 @@ ENDINGS = (".toml", ".json")
 
 
 def write(content: Mapping[str, object], path: Path) -> Path:
-    """Write a document as TOML or JSON, by the ending of the file's name.
-
-    Raises
-    ------
-    ValueError
-        If the ending is another.
-    """
+    """Write a document as TOML or JSON, by the ending of the file's name; ValueError if that is another."""
     path.write_text(text(content, _ending(path)), encoding="utf-8")
     return path
 
@@ -145,26 +133,14 @@ def _no_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def get(content: Any, path: str) -> Any:
-    """Return the value at a path, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
-
-    Raises
-    ------
-    KeyError
-        If nothing does.
-    """
+    """Return the value at a path, as `links.coupler.body.section.thickness` or `joints[1].gap`; KeyError if there is none."""
     for step in steps(content, path):
         content = content[step]
     return content
 
 
 def change(content: object, changes: Mapping[str, object]) -> Any:
-    """Return a copy of a document with other values at some paths.
-
-    Raises
-    ------
-    ValueError
-        If a path leads nowhere; names the neighbours.
-    """
+    """Return a copy of a document with other values at some paths; ValueError if one leads nowhere, with its neighbours."""
     found = json.loads(json.dumps(content))
     for path, value in changes.items():
         *way, last = steps(found, path)

@@ -21,13 +21,7 @@ QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za
 
 
 def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document without its parameters, their values in all places that name them.
-
-    Raises
-    ------
-    ValueError
-        In one line that begins with the place.
-    """
+    """Return a document without its parameters, their values in all places that name them; a ValueError begins with the place."""
     rest = {key: each for key, each in content.items() if key != PARAMETERS}
     values = _read(content.get(PARAMETERS, {}), names := _names(rest))
     return {key: _fill(each, values, names, key) for key, each in rest.items()} if values else rest

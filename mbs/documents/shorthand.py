@@ -16,13 +16,7 @@ KINDS = ("section", "body", "joint")
 
 
 def expand(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document without its short forms.
-
-    Raises
-    ------
-    ValueError
-        In one line that begins with the place.
-    """
+    """Return the document without its short forms; a ValueError begins with the place."""
     found = {key: each for key, each in content.items() if key not in SHORT}
     if isinstance(content.get("links"), list) and not all("name" in each for each in content["links"]):
         raise ValueError("links = [...]: must be tables by name, as [links.crank]")

@@ -59,15 +59,7 @@ class Edges(NamedTuple):
 
 
 def breaks(function: Callable[..., object], duration: float) -> Edges:
-    """Find the edges of a function of time in (0, duration); none where it raises or is not finite.
-
-    Parameters
-    ----------
-    function : callable
-        Of time [s]; values are numbers or sequences of numbers. Further arguments, as an angle and a speed, are zero.
-    duration : float
-        Length of the run [s].
-    """
+    """Find the edges of a function of time in (0, duration) [s], other arguments zero; none where it raises or is not finite."""
     try:
         others = others_of(function)
     except (Exception, SystemExit):

@@ -58,17 +58,9 @@ _PARTS = Several(Either((Quantity(""), Callables())))
 
 @dataclass(eq=False, repr=False)
 class Function(Callables):
-    """A function of some variables that returns a number, or as many as `size`; it is called once, all variables zero.
+    """A function of the variables `of` that returns a number of a unit, or as many as `size`.
 
-    Parameters
-    ----------
-    of : str
-        Variables, as "t" or "t, angle, speed".
-    unit : str
-        Of what it returns.
-    size : int
-    named : mapping of str to callable
-        Functions that files know by a name.
+    It is called once, all variables zero. Files know those of `named` by a name.
     """
 
     of: str

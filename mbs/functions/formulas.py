@@ -53,13 +53,7 @@ OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
-    """Read a formula.
-
-    Raises
-    ------
-    ValueError
-        If it is none, or holds what is not allowed; says what.
-    """
+    """Read a formula; a ValueError says what is not allowed in it."""
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")
     if len(text) > LONGEST:

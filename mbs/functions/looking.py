@@ -74,13 +74,7 @@ Called = tuple[Callable[..., object], Sequence[Argument]]
 
 
 class Looks:
-    """Edges found in one run, or in the runs of one call.
-
-    Attributes
-    ----------
-    edges, stops : array
-        Times [s] of edges along the last run, and shortly before and after them.
-    """
+    """Edges [s] found in one run, or in the runs of one call, along the last run, and stops shortly before and after them."""
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)

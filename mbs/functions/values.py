@@ -37,14 +37,9 @@ EXACT = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Find the kinks of a function of time, s: the points of tables joined by straight lines; of others what is found.
+    """Find the kinks [s] of a function of time: the points of tables joined by straight lines; of others what is found.
 
-    Parameters
-    ----------
-    function : callable or float
-        Of time. One that names neither its kinks nor its parts is sampled by `breaks`, if there is a duration.
-    duration : float
-        s.
+    One that names neither its kinks nor its parts is sampled by `breaks`, if there is a duration [s].
     """
     if isinstance(function, Integral) and duration < inf:
         function.span(duration)
@@ -93,13 +88,7 @@ class Expression(Given, Declared):
         object.__setattr__(self, "_on_arrays", function_of(self.text, variables, arrays=True))
 
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
-        """Make it a plain function of these variables, of which it has some; always the same one, so that it compiles once.
-
-        Raises
-        ------
-        ValueError
-            If it has others.
-        """
+        """Make it a plain function of these variables, always the same, so that it compiles once; ValueError if it has others."""
         if unknown := self.used - set(variables):  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
         return _function_of(self.text, tuple(variables))
@@ -263,10 +252,7 @@ class Components(Given, Declared):
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
     """Return functions of these variables, one for each number that a function returns: `size` of them, where it does not say.
 
-    Raises
-    ------
-    ValueError
-        If a formula has other variables.
+    A formula of other variables is a ValueError.
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]

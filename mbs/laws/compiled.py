@@ -29,20 +29,10 @@ class Pointer(NamedTuple):
 
 
 def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
-    """Compile a law's method as a function of floats: `self` becomes a tuple of the numbers and methods it uses.
+    """Compile a law's method by Numba's decorator `jit`: `self` becomes a tuple of the numbers and methods it uses.
 
-    Parameters
-    ----------
-    law : object
-    name : str
-        Of the method.
-    jit : callable
-        Numba's decorator with its options.
-
-    Raises
-    ------
-    numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError
-        If the method does more than arithmetic on its arguments and the law's numbers.
+    A method that does more than arithmetic on its arguments and the law's numbers raises NumbaError, AttributeError, TypeError or
+    RecursionError.
     """
     function = inspect.unwrap(getattr(type(law), name))
     used = [n for n in function.__code__.co_names if hasattr(law, n)]

@@ -41,15 +41,8 @@ FRICTION = 1
 class Kernel:
     """Forces and report of joints that share a pair of laws.
 
-    Attributes
-    ----------
-    forces, report : callable
-        Of time, coordinates and their rates, memory, the two tables, and what is to be filled.
-    compiled : bool
-    constants : array
-        Numbers that follow the geometry in each joint's row.
-    owners : tuple
-        Objects that keep the machine code alive whose addresses are among the constants.
+    Both are functions of time, coordinates, rates, memory, the two tables and what is to be filled. `constants` follow the
+    geometry in each joint's row; `owners` keep the machine code alive whose addresses are among them.
     """
 
     forces: Callable[..., None]
@@ -60,10 +53,7 @@ class Kernel:
 
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Build the functions for a normal and a friction law: compiled if Numba is there and can, else plain Python.
-
-    Plain Python is some twenty times slower and gives the same result.
-    """
+    """Build the functions for a normal and a friction law: compiled if Numba can, else in plain Python, twenty times slower."""
     return (compiler() and compile_kernel(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
 
 

@@ -40,16 +40,9 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: which coordinates move it.
+    """One side of a joint: the first of its coordinates (x, y, theta), or -1 for ground, and its reference configuration [m].
 
-    Attributes
-    ----------
-    offset : int
-        First of its coordinates (x, y, theta), or -1 for ground.
-    place : (float, float)
-        Reference position of the body's node, or of the point for ground, m.
-    arm : (float, float)
-        From the node to the joint's centre in the reference configuration, m.
+    `place` is that of the body's node, or of the point for ground; `arm` goes from the node to the joint's centre.
     """
 
     offset: int
@@ -69,12 +62,7 @@ def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: A
 def meet(radius: float, gap: float, place: Both, speed: Both, spins: Both) -> tuple[Reals, ...]:
     """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (x, y) of the contact, of floats or arrays alike.
 
-    Parameters
-    ----------
-    place, speed : pair
-        Of the pin's centre in the bush [m], and its rate [m/s].
-    spins : pair
-        Of pin and bush [rad/s].
+    Place [m] and speed [m/s] are those of the pin's centre in the bush, spins [rad/s] those of pin and bush.
     """
     (ex, ey), (ux, uy) = place, speed
     e = np.sqrt(ex * ex + ey * ey)

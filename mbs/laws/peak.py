@@ -33,20 +33,7 @@ _NODES, _WEIGHTS = ((x + 1.0) / 2.0 if i == 0 else x / 2.0 for i, x in enumerate
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
-    """Factors c0 and c1 of the largest force on a linear stop, equation (4), S = v0 sqrt(K m) and a push Q behind the mass.
-
-    Parameters
-    ----------
-    chi : float or array >= 0, hysteresis factor [1] of F = K d (1 + chi d'/v0)
-
-    Returns
-    -------
-    c0, c1 : float or array of the same shape, both 1 for chi = 0
-
-    Raises
-    ------
-    ValueError
-        If chi is negative or not a number.
+    """Return c0 and c1 of the largest force on a linear stop, equation (4), for chi >= 0 [1]; ValueError for others.
 
     References
     ----------

@@ -45,16 +45,7 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
 
 
 def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate by the cubics that have the values and the speeds of the samples; return values and speeds there.
-
-    Parameters
-    ----------
-    time : array, shape (samples,), samples > 1
-        Increasing.
-    values, speeds : array, shape (samples, ...)
-    times : array, shape (times,) or a float
-        Within those of the samples.
-    """
+    """Interpolate between samples, two at least, by the cubics with their values and speeds; return values and speeds."""
     from scipy.interpolate import CubicHermiteSpline  # it takes a while to load
 
     spline = CubicHermiteSpline(time, values, speeds)
@@ -64,12 +55,7 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
     """Values, and their rates times h, a share s into steps of length h, by polynomials of fifth degree.
 
-    Parameters
-    ----------
-    ends : two of (values, rates, second rates)
-        At both ends of the steps.
-    h, s : arrays
-        That go with these.
+    `ends` are (values, rates, second rates) at both ends of the steps.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
     v, a, drift = h * q_t, 0.5 * h**2 * q_tt, end - q
@@ -81,18 +67,7 @@ def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> t
 
 
 def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:
-    """Values at other times by cubics between the samples: by their rates, or where there are none by `slopes`.
-
-    Parameters
-    ----------
-    time : array, shape (samples,)
-        Increasing.
-    values, rates : arrays, shape (samples, ...)
-    times : array, shape (times,) or a float
-        Within those of the samples.
-    smooth : bool
-        Whether values without rates are smooth.
-    """
+    """Values at times within those of the samples by cubics: by their rates, or where there are none by `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
     if len(time) == 2 and rates is None:

@@ -14,16 +14,9 @@ from .lookup import hermite
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """A rigid link.
+    """A rigid link of a mass [kg] and an inertia about its centre [kg m^2].
 
-    Attributes
-    ----------
-    mass, inertia : float
-        kg; kg m^2 about the centre of mass.
-    arms : mapping of str to (float, float)
-        From the centre of mass to any point of the mechanism at t = 0, m.
-    q, q_t, q_tt : arrays, shape (times, 3)
-        Place of the centre of mass, m, and angle turned since t = 0, rad, with their rates.
+    `arms` go from the centre of mass to any point at t = 0 [m]. `q` has place [m] and angle turned since t = 0 [rad], (times, 3).
     """
 
     mass: float
@@ -53,17 +46,7 @@ class RigidMotion:
 
 @dataclass(frozen=True, eq=False)
 class BlockMotion:
-    """A guide's block.
-
-    Attributes
-    ----------
-    mass : float
-        kg.
-    origin, along : (float, float)
-        Place at t = 0, m, and direction of the guide.
-    q, q_t, q_tt : arrays, shape (times,)
-        Travel along the guide since t = 0 and its rates.
-    """
+    """A guide's block: mass [kg], place at t = 0 [m], direction, and travel along the guide since then with its rates."""
 
     mass: float
     origin: tuple[float, float]
@@ -105,15 +88,6 @@ def select(motion: Any, rows: Any) -> Any:
 
 
 def between(motion: Any, time: Array, times: Array) -> Any:
-    """Return the same motion at other times within its own, by cubic Hermite interpolation; accelerations are left out.
-
-    Parameters
-    ----------
-    motion : RigidMotion, BlockMotion, StripMotion or ModalHistory
-    time : array, shape (samples,), samples > 1
-        Of the motion, increasing, s.
-    times : array, shape (times,)
-        s.
-    """
+    """Return the same motion at other times [s] within its own, by cubic Hermite interpolation; accelerations are left out."""
     q, q_t = hermite(time, motion.q, motion.q_t, times)
     return replace(motion, q=q, q_t=q_t, q_tt=np.zeros_like(q))

@@ -47,13 +47,7 @@ class Record(Recorded):
             yield from element.user_functions(name, self)
 
     def at(self, times: Array) -> Record:
-        """Places and velocities at other times, s, within the run; without channels.
-
-        Raises
-        ------
-        ValueError
-            If the record has fewer than two times.
-        """
+        """Return places and velocities at other times [s] within the run, no channels; ValueError of fewer than two times."""
         if len(self.time) < 2:
             raise ValueError(f"a record of {len(self.time)} times has nothing between them")
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}

@@ -17,24 +17,10 @@ from .signals import collect
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One pass of a solver.
+    """One pass of a solver: its record, failure, work, and the numbers of what the scene was made of.
 
-    Attributes
-    ----------
-    solver : Exudyn
-        The solver it was made with.
-    record : Record
-    failure : (Status, str) or None
-    work : dict
-        wall_s (the solver's), steps, newton_iterations, jacobians, rejected.
-    summary : dict
-        What the scene was made of.
-    notes : sequence of str
-        What is worth knowing of the mechanism: redundant constraints that were left out, and the like.
-    unseen : str
-        Edges of a user's function that the run passed, in a sentence; '' without.
-    asked : str
-        A text that names the signals that are wanted; '' where all are.
+    `notes` hold what is worth knowing of the mechanism, as redundant constraints left out; `unseen` the edges of a user's
+    function that the run passed. `asked` is a text that names the signals wanted; '' for all.
     """
 
     solver: Any

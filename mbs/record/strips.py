@@ -69,17 +69,8 @@ def _stack(parts: list[Array]) -> Array:
 class StripMotion:
     """A flexible link of finite elements: what those of beams and of cables share.
 
-    Attributes
-    ----------
-    body : Beam or Cable
-    pieces : array, shape (elements,)
-        Stress-free length of each element, m.
-    reference : array, shape (nodes, coordinates a node)
-        Stress-free coordinates: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables.
-    nodes : mapping of str to int
-        Node of each of the link's points.
-    q, q_t, q_tt : array, shape (times, nodes, coordinates a node)
-        Total coordinates and their rates.
+    `pieces` are the stress-free lengths of the elements [m], `nodes` those of the link's points. `reference` has the stress-free
+    coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q` holds them over time, (times, nodes, n).
     """
 
     body: Flexible

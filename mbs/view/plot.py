@@ -39,21 +39,7 @@ def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool =
 
 
 def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> Axes:
-    """Draw picture number k of a movie.
-
-    Parameters
-    ----------
-    movie : Movie
-    k : int
-    axes : matplotlib Axes, optional
-        Where to draw; a new figure by default.
-    names : bool
-        Write the names of links and points.
-
-    Returns
-    -------
-    axes : matplotlib Axes
-    """
+    """Draw picture number k of a movie on axes, by default new ones; with the names of links and points, or without."""
     with house_style():
         axes = _axes(axes, movie)
         for mark in movie.marks:

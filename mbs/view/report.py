@@ -220,20 +220,9 @@ def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, An
 
 
 def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """Return values at the edges of bins, and the least and largest in each bin, its edges among them.
+    """Return values (signals, bins + 1) at the edges of bins, and the least and largest (signals, bins), edges among them.
 
-    Parameters
-    ----------
-    time : array, shape (samples,)
-        Increasing, s.
-    values : array, shape (signals, samples)
-    edges : array, shape (bins + 1,)
-        From the first to the last time.
-
-    Returns
-    -------
-    at : array, shape (signals, bins + 1)
-    low, high : array, shape (signals, bins)
+    Values are (signals, samples); edges reach from the first to the last time [s].
     """
     k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
     share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)

@@ -12,15 +12,10 @@ HERE = "buckler.mbs.view"
 
 
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
-    """Return a page as text.
+    """Return a page as text, of `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
 
-    Parameters
-    ----------
-    package, name : str
-        Whose `page/name.html`, `.css` and `.js` make it; styles and script of the run's report come before its own, and the
-        report's body stands where its own has `{{report}}`.
-    content : dict
-        Its data, with `title` and `status`, which the title of the window tells unless it is OK.
+    Styles and script of the run's report come before its own; the report's body stands where its own has `{{report}}`. The title
+    of the window tells the status unless it is OK.
     """
     mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
     both = [(HERE, "report"), *([] if (package, name) == (HERE, "report") else [(package, name)])]

@@ -48,22 +48,7 @@ def house_style() -> AbstractContextManager[None]:
 
 
 def subplots(rows: int = 1, columns: int = 1, height: float = 90.0, **options: Any) -> tuple[Figure, Any]:
-    """Make a figure and its axes.
-
-    Parameters
-    ----------
-    rows, columns : int
-        How many axes.
-    height : float, mm
-        Height of the whole figure; it is `WIDTH` wide.
-    **options
-        Passed on to `Figure.subplots`, such as `sharex=True`.
-
-    Returns
-    -------
-    figure : Figure
-    axes : Axes, or array of Axes where there are several
-    """
+    """Make a figure, `WIDTH` wide and of a height [mm], and its axes; further options are those of `Figure.subplots`."""
     from matplotlib.figure import Figure
 
     with house_style():
