@@ -16,16 +16,14 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kit.options import Subject, parser_of, subject, writable
+from ..kit.cli import Parser, print_error
 from ..kit.parameters import Cases, StudyParameters, specs
 from ..kit.report import Metric, Progress, StudyResult
-from ..kit.running import finish
+from ..kit.running import Study, finish, parser_of, subject, writable
 from ..kit.style import house_style
-from ..kit.words import Parser, print_error
 from .store import Row
 from .sweep import Part, SweepError, sweep
-from .table import choose, figures, points, table, to_csv
-from .vary import Plan, parse, plan
+from .table import Plan, choose, figures, parse, plan, points, table, to_csv
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
 """Names of options: a parameter of the study with one of them is given by --vary."""
@@ -36,7 +34,7 @@ PATIENCE = 60.0
 class Sweep(NamedTuple):
     """Sweep that the command line asks for; `stored_as` is the name of the subject in the store."""
 
-    subject: Subject
+    subject: Study
     options: argparse.Namespace
     plan: Plan
     units: Mapping[str, str]
@@ -120,7 +118,7 @@ def _workers(options: argparse.Namespace) -> int:
 # --- options ----------------------------------------------------------------------------------------------------------
 
 
-def parser(found: Subject, prog: str) -> Parser:
+def parser(found: Study, prog: str) -> Parser:
     """Declare the options of `sweep NAME`, a study or a file."""
     options = parser_of(found, prog, OPTIONS)
     add = options.add_argument_group("sweep").add_argument

@@ -1,24 +1,36 @@
-"""Tables and figures of a sweep: each number with its error; all cases as CSV or data frame."""
+"""Cases of a sweep from the words of `--vary`; their table and figures, each number with its error; all cases as CSV.
+
+`thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`, `models=strut,beam`: combined each with each.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import isnan, nan
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import Array
-from buckler.mbs.units import label_with_unit
+from buckler.mbs.declare import Declaration
+from buckler.mbs.units import label_with_unit, measured, parse_quantity, written_unit
 
-from ..kit.report import Table
+from ..kit.parameters import Cases, StudyParameters, specs
+from ..kit.registry import hint
+from ..kit.report import Metric, Table
 from ..kit.style import COLOURS, Figure, subplots
 from .store import Row
-from .vary import Axis, Plan
 
+DIGITS = 12
+"""Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
+MOST = 1_000_000
+"""Largest number of cases: more is a slip of the keyboard."""
+VALID = ("OK", "SUSPECT")
+"""Status of cases that give numbers."""
 MOST_LINES = 100
 """Lines of the table in the terminal; the CSV has all."""
 DEFAULT_SHOWN = 4
@@ -31,51 +43,146 @@ CONSTANT = 1e-9
 """Spread over size below which all values are one, as the rest is rounding."""
 
 
+class Axis(NamedTuple):
+    """Varied parameter and its values; `log` where they are spaced in the logarithm.
+
+    Tables and figures show it in `unit`, as it was written, whose size is `factor`; without one in the parameter's own unit.
+    """
+
+    name: str
+    values: tuple[Any, ...]
+    log: bool = False
+    unit: str = ""
+    factor: float = 1.0
+
+    def show(self, value: Any) -> Any:
+        """Return a value in the unit of tables and figures."""
+        return float(f"{value / self.factor:.12g}") if self.unit and isinstance(value, float) else value
+
+    def label(self, units: Mapping[str, str]) -> str:
+        """Return the unit of tables and figures."""
+        return self.unit or units[self.name]
+
+
+class Plan(NamedTuple):
+    """Cases of a sweep, and the parameters that vary."""
+
+    cases: Sequence[StudyParameters]
+    axes: Sequence[Axis]
+
+
+def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
+    """Read one `NAME=VALUES`."""
+    name, equals, values = text.partition("=")
+    known = specs(kind)
+    name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
+    if name not in known:
+        raise ValueError(f"--vary {text}: unknown parameter '{name}'; {hint(name, known) or 'see --help'}")
+    if not equals or not values.strip():
+        raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT or {name}=A,B,C")
+    try:
+        if ":" in values:
+            return _as_written(_range(name, values, known[name]), values, known[name].unit)
+        listed = tuple(_value(name, part, known[name]) for part in values.split(","))
+        if len(set(listed)) < len(listed):
+            raise ValueError("one of them given twice")
+        return _as_written(Axis(name, listed), values, known[name].unit)
+    except ValueError as reason:
+        raise ValueError(f"--vary {text}: {reason}") from None
+
+
+def _as_written(axis: Axis, text: str, unit: str) -> Axis:
+    """Return the axis with the unit that stands behind its first number."""
+    given = written_unit(re.split("[:,]", text)[0])
+    if not given or not isinstance(axis.values[0], float):
+        return axis
+    return axis._replace(unit=given, factor=parse_quantity(f"1 {given}", unit) if unit else float(measured(f"1 {given}")))
+
+
+def _value(name: str, text: str, spec: Declaration) -> Any:
+    """Read a value; one alone of a parameter that takes several."""
+    value = spec.spec.read(name, text)
+    return value[0] if isinstance(value, tuple) else value
+
+
+def _range(name: str, text: str, spec: Declaration) -> Axis:
+    start, stop, *rest = text.split(":")
+    log = rest[-1:] == ["log"]
+    low, high = _value(name, start, spec), _value(name, stop, spec)
+    if isinstance(low, str):
+        raise ValueError(f"words have no range; write {name}={start},{stop}")
+    if low == high:
+        raise ValueError("start and stop are the same")
+    if log and min(low, high) <= 0:
+        raise ValueError("log needs start and stop above 0")
+    counts = rest[:-1] if log else rest
+    if not counts:
+        raise ValueError("no count; write START:STOP:COUNT")
+    if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST:
+        raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST}, and `:log` behind it")
+    spaced = (np.geomspace if log else np.linspace)(low, high, int(counts[0]))
+    inner: list[Any] = [float(f"{x:.{DIGITS}g}") + 0.0 for x in spaced[1:-1]]
+    if isinstance(low, int):
+        if odd := [x for x in inner if not x.is_integer()]:
+            raise ValueError(f"gives {odd[0]:g}, which is not a whole number; choose another count or list them")
+        inner = [int(x) for x in inner]
+    return Axis(name, (low, *inner, high), log)
+
+
+def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
+    """Make every case, each value with each, or refuse the plan by a ValueError of one line; all cases share what is given."""
+    names = [axis.name for axis in axes]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise ValueError(f"--vary {name}: given twice")
+        if name in given:
+            raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
+    total = math.prod(len(axis.values) for axis in axes)
+    if total > MOST:
+        raise ValueError(f"{total} cases; allowed: up to {MOST}")
+    known, cases = specs(kind), []
+    for values in product(*(axis.values for axis in axes)):
+        varied = dict(zip(names, values, strict=True))
+        try:
+            cases.append(kind(**{**given, **varied}))
+        except ValueError as error:
+            shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
+            raise ValueError(f"{shown}: {error}") from None
+    return Plan(cases, axes)
+
+
+# --- table --------------------------------------------------------------------------------------------------------------
+
+
 class Point(NamedTuple):
     """Point of the design: its values, and its case that has ended."""
 
     values: tuple[Any, ...]
     row: Row
 
-    @property
-    def valid(self) -> bool:
-        """True if the case gives numbers."""
-        return self.row.status in ("OK", "SUSPECT")
-
-    @property
-    def suspect(self) -> bool:
-        """True if they are suspect."""
-        return self.row.status == "SUSPECT"
-
-    def read(self, metric: str) -> tuple[float, float]:
-        """Return the value of a metric and its error; nan where it has none."""
-        known = self.row.metrics.get(metric) if self.valid else None
-        return (nan, nan) if known is None else (known.value, nan if known.off is None else known.off)
+    def metric(self, name: str) -> Metric | None:
+        """Return a metric; None where the case gives none."""
+        return self.row.metrics.get(name) if self.row.status in VALID else None
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
-    """Gather the points; rows are those of the plan's cases, in their order."""
+    """Gather the points of the plan's cases, in their order; `strut.force` and `beam.force` are `force` where the word varies."""
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
-        values = tuple(axis.show(_unpack(getattr(case, axis.name))) for axis in plan.axes)
-        found.append(Point(values, _without([value for value in values if isinstance(value, str)], row)))
+        given = [getattr(case, axis.name) for axis in plan.axes]
+        pairs = zip(plan.axes, given, strict=True)
+        values = tuple(axis.show(value[0] if isinstance(value, tuple) else value) for axis, value in pairs)
+        metrics = {}
+        for name, metric in row.metrics.items():
+            word, _, rest = name.partition(".")
+            metrics[rest if rest and word in values else name] = metric
+        found.append(Point(values, replace(row, metrics=metrics)))
     return found
-
-
-def _unpack(value: object) -> Any:
-    return value[0] if isinstance(value, tuple) else value
-
-
-def _without(words: Sequence[str], row: Row) -> Row:
-    """Drop a varied word in front of a metric: `strut.force` and `beam.force` are `force` of two models."""
-    parts = {name: name.partition(".") for name in row.metrics}
-    names = {name: rest if first in words and rest else name for name, (first, _, rest) in parts.items()}
-    return replace(row, metrics={names[name]: metric for name, metric in row.metrics.items()})
 
 
 def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
     """Choose the metrics to show, with their units; a ValueError for one that no case has."""
-    known = _units(found)
+    known = _units([point.row for point in found])
     for name in wanted:
         if name not in known:
             raise ValueError(f"--metrics {name}: no such metric; there are: {', '.join(known) or 'none, no case has any'}")
@@ -88,20 +195,22 @@ def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: M
     headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
     lines = [
-        [*point.values, *(_cell(*point.read(name)) for name in shown)] + [point.row.status] * failing
+        [*point.values, *(_cell(point.metric(name)) for name in shown)] + [point.row.status] * failing
         for point in found[:MOST_LINES]
     ]
     notes = [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
-    others = [name for name in _units(found) if name not in shown]
+    others = [name for name in _units([point.row for point in found]) if name not in shown]
     return Table(headers, lines, notes="\n".join(notes + [f"--metrics takes also: {', '.join(others)}"] * bool(others)))
 
 
-def _units(found: Sequence[Point]) -> dict[str, str]:
-    return {name: metric.unit for point in found for name, metric in point.row.metrics.items()}
+def _units(rows: Sequence[Row]) -> dict[str, str]:
+    return {name: metric.unit for row in rows for name, metric in row.metrics.items()}
 
 
-def _cell(value: float, error: float) -> str | float | None:
-    return None if isnan(value) else value if isnan(error) else f"{value:.6g} ± {error:.2g}"
+def _cell(metric: Metric | None) -> str | float | None:
+    if metric is None or math.isnan(metric.value):
+        return None
+    return metric.value if metric.off is None or math.isnan(metric.off) else metric.format(".6g")
 
 
 # --- figures ------------------------------------------------------------------------------------------------------------
@@ -113,88 +222,68 @@ def figures(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units:
 
 
 def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw lines over the number with most values, one for each combination of the others."""
-    values = {axis: np.array([point.values[i] for point in found]) for i, axis in enumerate(plan.axes)}
-    numbers = [axis for axis in plan.axes if values[axis].dtype.kind != "U"]
+    """Draw lines over the number with most values, one for each combination of the others; hollow marks are suspect."""
+    from matplotlib import colormaps
+
+    numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
-    others = [axis for axis in plan.axes if axis is not across]
-    labels = [", ".join(_label(axis, values[axis][i], axis.label(units)) for axis in others) for i in range(len(found))]
-    mean, error = np.array([point.read(metric) for point in found]).T
-    mean = _flatten(mean)
+    others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
+    labels = np.array([", ".join(_label(axis, point.values[i], units) for i, axis in others) for point in found])
+    read = [(np.nan, None) if each is None else (each.value, each.off) for each in (point.metric(metric) for point in found)]
+    y, error = np.array(read, float).T
+    known = np.isfinite(y)
+    if known.any() and np.ptp(y[known]) <= CONSTANT * np.abs(y[known]).max():
+        y[known] = np.median(y[known])
     fig, ax = subplots(height=90)
+    ax.set_ylabel(label_with_unit(metric, unit))
     if across is None:
         x = np.arange(len(found))
         ax.set_xticks(x, [label or "all" for label in labels])
+        labels[:] = ""
     else:
-        x = values[across].astype(float)
-        _scale(ax, across, units)
-    families = dict.fromkeys(labels if across else [""])
+        x = np.array([point.values[plan.axes.index(across)] for point in found], float)
+        ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.label(units)))
+        if across.log:
+            ax.set_xscale("log")
+        else:
+            ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
+    status, families = np.array([point.row.status for point in found]), list(dict.fromkeys(labels.tolist()))
+    colours = COLOURS if len(families) <= FEW else colormaps["viridis"](np.linspace(0, 1, len(families)))
     for i, label in enumerate(families):
-        chosen = np.array([across is None or each == label for each in labels])
-        look = {"fmt": MARKS[i % len(MARKS)] + ("" if across is None else "-"), "color": _colour(i, len(families))}
-        own = [point for point, c in zip(found, chosen, strict=True) if c]
-        _family(ax, x[chosen], mean[chosen], error[chosen], own, label, look)
-    ax.set_ylabel(label_with_unit(metric, unit))
-    _legend(ax, found)
+        mark, colour = MARKS[i % len(MARKS)], colours[i]
+        family = np.flatnonzero(labels == label)
+        family = family[np.argsort(x[family], kind="stable")]
+        bars = None if np.isnan(error[family]).all() else np.nan_to_num(error[family])
+        fmt = mark if across is None else f"{mark}-"
+        ax.errorbar(x[family], y[family], bars, fmt=fmt, color=colour, label=label or None, capsize=2, elinewidth=0.8)
+        suspect = family[status[family] == "SUSPECT"]
+        ax.plot(x[suspect], y[suspect], mark, mfc="white", mec=colour, zorder=5)
+    failed = x[~np.isin(status, VALID)]
+    if failed.size:  # matplotlib lays figures out wrongly around an empty curve that is not clipped
+        ax.plot(failed, np.full(failed.size, 0.03), "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
+    _legend(ax, failed.size > 0, "SUSPECT" in status)
     return fig
 
 
-def _family(ax: Any, x: Array, y: Array, error: Array, found: Sequence[Point], label: str, look: Mapping[str, Any]) -> None:
-    """Draw marks with their errors, hollow where they are suspect, and crosses at the bottom for failed cases."""
-    order = np.argsort(x, kind="stable")
-    bars = None if np.isnan(error).all() else np.nan_to_num(error[order])
-    ax.errorbar(x[order], y[order], bars, label=label or None, capsize=2, elinewidth=0.8, **look)
-    suspect, failed = np.array([point.suspect for point in found]), np.array([not point.valid for point in found])
-    ax.plot(x[suspect], y[suspect], look["fmt"][0], mfc="white", mec=look["color"], zorder=5)
-    if failed.any():  # matplotlib lays figures out wrongly around an empty curve that is not clipped
-        ax.plot(x[failed], np.full(failed.sum(), 0.03), "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
-
-
-def _scale(ax: Any, axis: Axis, units: Mapping[str, str]) -> None:
-    ax.set_xlabel(label_with_unit(axis.name.replace("_", " "), axis.label(units)))
-    if axis.log:
-        ax.set_xscale("log")
-    else:
-        ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
-
-
-def _legend(ax: Any, found: Sequence[Point]) -> None:
+def _legend(ax: Any, failed: bool, suspect: bool) -> None:
     """Name the curves, or the first and the last of many, and the marks that occur."""
     from matplotlib.lines import Line2D
 
     handles, labels = ax.get_legend_handles_labels()
     if len(handles) > FEW:
         handles, labels = handles[:: len(handles) - 1], labels[:: len(labels) - 1]
-    for occurs, mark, text in (
-        (any(not p.valid for p in found), "x", "failed"),
-        (any(p.suspect for p in found), "o", "suspect"),
-    ):
-        if occurs:
-            handles.append(Line2D([], [], marker=mark, color="k", mfc="white", linestyle=""))
-            labels.append(text)
+    marks = {"failed": "x"} if failed else {}
+    marks |= {"suspect": "o"} if suspect else {}
+    handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
     if handles:
-        ax.legend(handles, labels)
+        ax.legend(handles, [*labels, *marks])
 
 
-def _colour(i: int, count: int) -> Any:
-    from matplotlib import colormaps
-
-    return COLOURS[i % len(COLOURS)] if count <= FEW else colormaps["viridis"](i / (count - 1))
-
-
-def _label(axis: Axis, value: object, unit: str) -> str:
-    return (
-        str(value)
-        if isinstance(value, str)
-        else f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if unit == '1' else unit}".rstrip()
-    )
-
-
-def _flatten(values: Array) -> Array:
-    """Return the values, or their median where they differ by rounding only."""
-    known = values[np.isfinite(values)]
-    flat = len(known) and np.ptp(known) <= CONSTANT * np.abs(known).max()
-    return np.where(np.isfinite(values), np.median(known), values) if flat else values
+def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
+    if isinstance(value, str):
+        return value
+    unit = axis.label(units)
+    return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if unit == '1' else unit}".rstrip()
 
 
 # --- all cases ----------------------------------------------------------------------------------------------------------
@@ -207,7 +296,7 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[obj
         values = [row.parameters.get(name) for row in rows]
         found[label_with_unit(name, units.get(name, ""))] = [",".join(map(str, v)) if isinstance(v, list) else v for v in values]
     found |= {"status": [row.status for row in rows], "message": [row.message for row in rows]}
-    for name, unit in {name: metric.unit for row in rows for name, metric in row.metrics.items()}.items():
+    for name, unit in _units(rows).items():
         metrics = [row.metrics.get(name) for row in rows]
         found[label_with_unit(name, unit)] = [None if each is None else each.value for each in metrics]
         if any(each is not None and each.error is not None for each in metrics):

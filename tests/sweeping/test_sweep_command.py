@@ -15,8 +15,7 @@ from sweep_runs import ENVIRONMENT, ROOT, same, start, stored
 from buckler.studies.kit.parameters import specs
 from buckler.studies.kit.style import house_style
 from buckler.studies.sweeping.sweep import sweep
-from buckler.studies.sweeping.table import choose, figures, points, to_dataframe
-from buckler.studies.sweeping.vary import parse, plan
+from buckler.studies.sweeping.table import choose, figures, parse, plan, points, to_dataframe
 
 
 def lines_of(out):
