@@ -22,7 +22,7 @@ WITHOUT_ENGINE = [
     "buckler.mbs.library",
     "buckler.mbs.documents.document",
     "buckler.mbs.schema",
-    "buckler.studies.kit.work_precision",
+    "buckler.studies.kit.statistics",
     "buckler.mbs.modal",
     "buckler.elastica",
     "buckler.elastica.law",

@@ -19,9 +19,8 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import StudyParameters, choices, integer
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
-from ..kit.statistics import exponent
+from ..kit.statistics import Point, exponent, fastest, footnote, work_precision
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
-from ..kit.work_precision import Point, fastest, footnote, work_precision
 from .ingredients import Ingredients, ingredients
 from .work import KNOWN, ONCE, PLAIN, Work
 from .works import WORKS

@@ -7,19 +7,21 @@ imported before a command is known by name, so that `list` and `--help` answer a
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import os
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple, NoReturn
 
 from . import registry
-from .words import Command, Parser, import_name, print_error, program
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "list": ("name every study, one a line", "kit.cli:listing"),
     "new": ("write an example file of a mechanism, to start from", "kit.cli:new"),
-    "show": ("draw the mechanism of a file and list its parts, masses, mobility and frequencies", "own.show:show"),
+    "show": ("draw the mechanism of a file and list its parts, masses, mobility and frequencies", "own.statics:show"),
     "run": ("run a file of a mechanism, or a study; `run NAME --help` lists its options", "kit.running:run"),
     "sweep": ("run a file or a study for many parameters; `sweep NAME --help` lists its options", "sweeping.command:sweep_study"),
     "equilibrium": ("find where the mechanism of a file rests, and whether that is stable", "own.statics:equilibrium"),
@@ -33,7 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.turning:sensitivity"),
     "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
     "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.turning:optimise"),
-    "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.ensemble:ensemble"),
+    "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.turning:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
 """Help of each command, and the place of its `Command`, or of its function (name, words, prog) for those of `BY_NAME`."""
@@ -41,8 +43,8 @@ BY_NAME = ("run", "sweep")
 """Commands whose options depend on the study or file that follows them."""
 OPTIONS = {
     "--version": ("print the versions of Buckler and of its dependencies", "kit.versions:print_versions"),
-    "--schema": ("print the JSON schema of mechanism files, for editors", "own.show:print_schema"),
-    "--compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compile_solver"),
+    "--schema": ("print the JSON schema of mechanism files, for editors", "own.statics:print_schema"),
+    "--compile": ("compile the solver for this machine, so that no run waits for it", "own.statics:compile_solver"),
 }
 """Options in place of a command: help of each, and the place of its function."""
 
@@ -116,6 +118,75 @@ def _parser() -> Parser:
 
 def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
+
+
+MECHANISMS = (".toml", ".json")
+"""Endings of a mechanism's file."""
+
+
+class Command(NamedTuple):
+    """A command: `declare` adds its options to a parser, `answer` takes their values and returns the exit status."""
+
+    declare: Callable[[argparse.ArgumentParser], Any]
+    answer: Callable[[argparse.Namespace], int]
+
+
+class Parser(argparse.ArgumentParser):
+    """Parser that raises a ValueError where argparse would end the program; no option may be shortened."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **settings})
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the message, to be printed as one line without the usage."""
+        if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
+            known = [name for action in self._actions for name in action.choices or ()]
+            meant = registry.hint(found[1], known) or f"there are: {', '.join(known)}"
+            message = f"unknown command '{found[1]}'; {meant}"
+        raise ValueError(message)
+
+    def read(self, argv: Sequence[str]) -> argparse.Namespace:
+        """Parse the words; a ValueError names the first that is wrong, and the closest option to an unknown one."""
+        options, unknown = self.parse_known_args(prepare(argv))
+        if unknown:
+            word = unknown[0].partition("=")[0]
+            known = [word for action in self._actions for word in action.option_strings]
+            kind = "parameter" if word.startswith("-") else "argument"
+            raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
+        return options
+
+
+def import_name(place: str) -> Any:
+    """Import `module:name` of the studies."""
+    module, _, name = place.partition(":")
+    return getattr(importlib.import_module(f"buckler.studies.{module}"), name)
+
+
+def program() -> str:
+    """Return the name under which the command line was called."""
+    return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
+
+
+def print_error(error: Exception | str) -> int:
+    """Print in one line what is wrong with the input; return the exit status."""
+    print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+    return 2
+
+
+def prepare(argv: Sequence[str]) -> list[str]:
+    """Join negative values to their options."""
+    words: list[str] = []
+    for word in argv:
+        if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
+            words[-1] += f"={word}"  # argparse would take the negative quantity for an option
+        else:
+            words.append(word)
+    return words
+
+
+def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about: str, **more: Any) -> None:
+    """Add an option that may be given again."""
+    parser.add_argument(name, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)
 
 
 # --- list, new --------------------------------------------------------------------------------------------------------

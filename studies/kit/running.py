@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+from buckler.mbs.declare import Declaration, Flag
 from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
+from . import registry
+from .cli import MECHANISMS, Parser, import_name, print_error
 from .files import write
-from .options import parser_of, subject, writable
-from .parameters import StudyParameters
+from .parameters import Cases, Repeated, StudyParameters, specs
 from .report import Progress, StudyResult
 from .style import Figure, house_style
-from .words import print_error
 
 INTERRUPTED = 130
 """Exit status of what Ctrl-C has ended, as in shells."""
@@ -99,3 +102,82 @@ def finish(
 def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[object]:
     """Redirect output of the study and the engine to stderr if --json is given."""
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
+
+
+EPILOG = (
+    "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
+    "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input."
+)
+
+
+class Study:
+    """Study by its name or file, as `run` and `sweep` see it; a mechanism's file is one, too."""
+
+    module: ModuleType
+
+    def __init__(self, name: str) -> None:
+        self.module = registry.load(name)
+        self.title = Path(name).stem if name.endswith(".py") else name
+        self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
+
+    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
+        """Declare one option a parameter but those whose names are taken, in the groups that the study declares."""
+        fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
+        texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
+        add_options(parser, fields, texts)
+
+    def parameters(self, options: argparse.Namespace) -> StudyParameters:
+        """Make the parameters of one run."""
+        kind, given = self.cases(options, ())
+        return kind(**given)
+
+    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
+        """Return the kind of cases of a sweep, and the parameters that all of them share."""
+        names = set(specs(self.module.Parameters)) - set(taken)
+        return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
+
+    def probe(self, parameters: StudyParameters) -> str:
+        """Try what no parameter shows; return the name for a store."""
+        return self.title
+
+
+def subject(name: str) -> Study:
+    """Find the study or the mechanism's file of this name."""
+    return import_name("own.command:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+
+
+def parser_of(found: Study, prog: str, taken: Collection[str] = ()) -> Parser:
+    """Make the parser of `run NAME`, or the part of `sweep NAME` that its own options leave."""
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description=found.about, epilog=EPILOG)
+    found.declare(parser, taken)
+    group = parser.add_argument_group("input and output")
+    group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")
+    group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
+    suspect = "accept a run that is SUSPECT, CHAOTIC, SENSITIVE, UNSTABLE or UNSEEN: exit 0, and metrics.json records it"
+    group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
+    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    return parser
+
+
+def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
+    """Add one option a declared field, in the groups that are declared."""
+    groups: dict[str, Any] = {}
+    for name, about in fields.items():
+        group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
+        how: dict[str, Any] = {"metavar": about.spec.metavar}
+        if isinstance(about.spec, Flag):
+            how = {"nargs": "?", "const": True, "metavar": "true"}
+        elif isinstance(about.spec, Repeated) and about.spec.repeats:
+            how |= {"action": "append", "metavar": about.spec.item.metavar}
+        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=texts[name].replace("%", "%%"), **how)
+
+
+def writable(folder: Path) -> Path:
+    """Make the folder and check that it takes files, before a long run."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"--out: cannot write to {folder}: {error.strerror}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ValueError(f"--out: cannot write to {folder}: not permitted, or a medium that is read only")
+    return folder

@@ -13,20 +13,19 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 
-from ..kit.options import add_options, add_output
+from ..kit.cli import Parser, add_repeated
 from ..kit.parameters import Cases
-from ..kit.words import Parser, add_repeated
+from ..kit.running import Study, add_options
 from . import study
-from .solver import options as solver_options
-from .study import Parameters, digest, target_signals
+from .study import Parameters, digest, solver_options, target_signals
 from .verbs import OPTIONS, name_errors, read_changes, read_file, spec, to_json
 
 PROBED = 1e-6
 """Duration of the run that shows which signals there are [s]: a step or two of any solver."""
 
 
-class File:
-    """Mechanism of a file, as `buckler.studies.kit.options.Subject`."""
+class File(Study):
+    """Mechanism of a file."""
 
     module, about = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
 
@@ -42,7 +41,6 @@ class File:
         about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
         add_options(parser, solver_options(), {name: each.doc for name, each in solver_options().items()})
-        add_output(parser)
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
         """Make the parameters of one run, and try its first microsecond."""
@@ -52,7 +50,7 @@ class File:
             self.probe(found)
         return found
 
-    def cases(self, options: argparse.Namespace, _taken: Collection[str]) -> tuple[Cases, dict[str, Any]]:
+    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[Cases, dict[str, Any]]:
         """Make cases from values at places of the file."""
         with name_errors(self.path):
             base, changes = self._settings(options)

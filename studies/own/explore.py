@@ -33,7 +33,7 @@ from buckler.mbs.validate import number
 from buckler.mbs.view.report import blank, content, with_ledger
 from buckler.mbs.view.shell import fill_page
 
-from ..kit.words import add_repeated
+from ..kit.cli import add_repeated
 from .verbs import VARIED, Opened, file_command, read_range, varied_numbers
 
 HOST = "127.0.0.1"

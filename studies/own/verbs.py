@@ -28,8 +28,8 @@ from buckler.mbs.sensitivity.runs import before_run
 from buckler.mbs.units import parse_quantity
 
 from ..kit import files
+from ..kit.cli import Command, add_repeated
 from ..kit.report import counting
-from ..kit.words import Command, add_repeated
 from .study import Parameters
 
 FIXED = ("elements", "points", "velocities", "gravity")

@@ -6,7 +6,7 @@ import shlex
 import evidence
 import pytest
 
-from buckler.studies.kit.options import parser_of, subject
+from buckler.studies.kit.running import parser_of, subject
 
 RESULT = {
     "status": "OK",

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate
 from buckler.studies.kit.cli import main
-from buckler.studies.own.solver import Settings
+from buckler.studies.own.study import Settings
 
 # --- measures -------------------------------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from made_up_study import Parameters, figure, metrics_of, run
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.cli import COMMANDS, main
-from buckler.studies.kit.options import parser_of, subject
+from buckler.studies.kit.running import parser_of, subject
 
 ROOT = Path(__file__).resolve().parents[2]
 

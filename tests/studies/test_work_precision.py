@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.work_precision import Point, fastest, work_precision
+from buckler.studies.kit import statistics as precision
+from buckler.studies.kit.statistics import Point, exponent, fastest, work_precision
 
 
 @pytest.fixture
