@@ -43,7 +43,8 @@ class Growth:
         """Coordinates of the scene at a sample."""
         q = self.scene.q0.copy()
         for name, motion in self.record.links.items():
-            body, made = self.scene.builder.bodies[name], self.record.mechanism.link(name)
+            body: Any = self.scene.builder.bodies[name]
+            made = self.record.mechanism.link(name)
             if made.body.meshed:
                 self._lay(q, name, body, k, forces.get(name, 0.0))
             else:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -76,6 +77,11 @@ class Critical:
     rounding: float = 0.0
 
 
+def _rate(arc: Arc, ahead: Array, rest: Rest) -> float:
+    """Compute the rate of the parameter along the curve of equilibria at one of them."""
+    return float(arc.direction(rest, ahead)[-1])
+
+
 def criticals(
     arc: Arc, step: Step, before: State, after: State, turned: Array, last: tuple[Step, State] | None
 ) -> list[Critical]:  # fmt: skip
@@ -87,7 +93,7 @@ def criticals(
     for part, one, other, way in _pieces(arc, step, before, after, turned, last):
         limits = list[Critical]()
         if part.direction[-1] * way[-1] < 0.0:  # the parameter turns back
-            rest = arc.root(part, lambda rest, ahead=part.direction: float(arc.direction(rest, ahead)[-1]))
+            rest = arc.root(part, partial(_rate, arc, part.direction))
             limits += [Critical("limit", rest, 1, arc.direction(rest, part.direction)[: len(rest.q), None])] if rest else []
         pairs = _pairs(arc.problem, part, one, other)
         found += [*limits, *_branchings(arc, part, pairs.shapes[:, pairs.crosses].T, limits)]
