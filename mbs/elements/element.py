@@ -299,7 +299,7 @@ class Recorded:
     time : array, shape (times,)
         s.
     links : mapping of str to motion
-        Of each link that has coordinates of its own: see `buckler.mbs.record.motion`.
+        Of each link that has coordinates of its own: see `buckler.mbs.record.record`.
     blocks : mapping of str to BlockMotion
         Of each guide, by its point.
     channels : mapping of str to mapping of str to array

@@ -14,8 +14,7 @@ from ..geometry import Array
 from ..laws import BristleLaw
 from ..laws.friction import remembering
 from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
-from ..record.motion import BlockMotion
-from ..record.record import Record
+from ..record.record import BlockMotion, Record
 from . import System
 from .guarded import watch
 from .placed import History, Placed, States

@@ -10,7 +10,7 @@ import numpy as np
 from ..elements.element import Pair, place
 from ..elements.link import Link
 from ..geometry import Array, rotate, rotate_left
-from ..record.motion import RigidMotion
+from ..record.record import RigidMotion
 from .placed import Placed, States
 from .scene import EngineScene
 

@@ -19,8 +19,7 @@ from ..mechanism import Mechanism
 from ..process import Progress
 from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
-from ..record.motion import BlockMotion, RigidMotion
-from ..record.record import Record
+from ..record.record import BlockMotion, Record, RigidMotion
 from ..scene.linkage import carried_masses, invert
 from ..scene.scene import Scene
 from .closing import Course, close_loops, decisive, passes

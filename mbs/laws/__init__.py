@@ -11,7 +11,6 @@ from .friction import (
     Stribeck,
     Threlfall,
 )
-from .hertz import effective_modulus, hertz_external, hertz_internal
 from .hysteresis import (
     CarvalhoMartins,
     ExactRestitution,
@@ -25,9 +24,8 @@ from .hysteresis import (
     LeeWang,
     ZhiyingQishao,
 )
-from .normal import Hertz, Impact, KelvinVoigt, PowerLaw
-from .pieces import step
-from .protocol import NormalLaw
+from .normal import Hertz, Impact, KelvinVoigt, PowerLaw, effective_modulus, hertz_external, hertz_internal
+from .pieces import NormalLaw, step
 from .rebound import (
     chi_exact,
     contact_time,

@@ -21,7 +21,7 @@ from . import journal
 from .compiled import Pointer, compile_cached, compile_plain, stamp_of
 from .friction import BristleLaw, FrictionLaw, remembering
 from .journal import spread
-from .protocol import NormalLaw
+from .pieces import NormalLaw
 from .rows import add_friction, add_normal
 from .table import CODES, NUMBERS, Laws, bristle_after, friction, normal_force
 
@@ -148,7 +148,7 @@ def _functions() -> tuple[Any, Any]:
 
     jit = numba.njit(error_model="numpy")
     report = compile_plain(journal.report_with(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
-    stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table", "calls")))
+    stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table")))
     vector, table, places = float64[::1], float64[:, ::1], int64[:, ::1]
     made = []
     for function, out in ((_forces, vector), (_rows, table)):

@@ -1,10 +1,10 @@
-"""Small functions the laws are made of.
+"""Protocol of normal contact laws, and small functions that laws are made of.
 
 ``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So one line of a law serves a Python float
 (without the overhead of a NumPy call), an array of any shape, and a compiler.
 """
 
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 Reals: TypeAlias = Any
 """Argument and value of a law: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
@@ -33,3 +33,28 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
     """
     fraction = saturate(ramp((x - x0) / (x1 - x0)))
     return h0 + (h1 - h0) * fraction * fraction * (3.0 - 2.0 * fraction)
+
+
+@runtime_checkable
+class NormalLaw(Protocol):
+    """Normal contact law of a stop or a clearance joint. Any object with these members will do.
+
+    Methods take floats or arrays that broadcast, and return the same.
+    """
+
+    @property
+    def stiffness(self) -> float:
+        """K in K d^n [N/m^n]."""
+
+    @property
+    def exponent(self) -> float:
+        """The power n in K d^n [1]."""
+
+    def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
+        """Contact force [N] >= 0, and 0 where depth <= 0."""
+
+    def elastic(self, depth: Reals) -> Reals:
+        """Return the part of the force that gives its work back [N]."""
+
+    def potential(self, depth: Reals) -> Reals:
+        """Energy held by that part, the integral of ``elastic`` from 0 to depth [J]."""

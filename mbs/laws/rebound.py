@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..validate import non_negative, number, positive
-from .protocol import NormalLaw
+from .pieces import NormalLaw
 
 _LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
 _ROUNDING = 4.0 * float(np.finfo(float).eps)

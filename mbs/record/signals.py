@@ -17,8 +17,7 @@ from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
-from .motion import between
-from .record import Record
+from .record import Record, between
 
 
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:

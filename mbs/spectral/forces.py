@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.calls import call
+from ..laws.table import call
 from . import tables as col
 from .compiling import draft, inline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope, slopes_along, value_along

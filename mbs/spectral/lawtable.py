@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws import table
-from ..laws.calls import call
-from ..laws.table import BRISTLE_CALLED, LUGRE
+from ..laws.table import BRISTLE_CALLED, LUGRE, call
 from . import tables as col
 from .compiling import compile_below, draft
 

@@ -11,8 +11,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
-from ..record.motion import BlockMotion, RigidMotion
-from ..record.record import Record
+from ..record.record import BlockMotion, Record, RigidMotion
 from . import tables as col
 from .compiling import copy, jit
 from .forces import add_forces

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.calls import call
+from ..laws.table import call
 from .compiling import draft
 from .markers import add_force, add_geometric
 from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X

@@ -13,8 +13,7 @@ from buckler.elastica import pinned
 from ..elements import Body, Link, Modal, Strut
 from ..elements.beam import Flexible
 from ..geometry import Array
-from ..record.motion import select
-from ..record.record import Record
+from ..record.record import Record, select
 
 STATIONS = 25
 """Places along a massless strip."""

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.motion import select
-from ..record.record import Record
+from ..record.record import Record, select
 from .bands import Band, bent_line
 from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip
 from .symbols import draw_marks

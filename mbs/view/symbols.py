@@ -22,7 +22,7 @@ from ..elements.section import Section
 from ..elements.stop import Stop
 from ..offers import extensions
 from ..scene.scene import Scene
-from . import couplings, loads
+from . import loads
 from .drawing import (
     FIXED,
     MIDDLE,
@@ -249,10 +249,10 @@ SYMBOLS: dict[str, Symbol] = {
     "Motor": loads.motor,
     "Drive": loads.drive,
     "Mass": loads.mass,
-    "Gear": couplings.gear,
-    "Rack": couplings.rack,
-    "Belt": couplings.belt,
-    "Rope": couplings.rope,
+    "Gear": loads.gear,
+    "Rack": loads.rack,
+    "Belt": loads.belt,
+    "Rope": loads.rope,
 }
 """Symbol of each kind of element or body, by the name of its class."""
 
