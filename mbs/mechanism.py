@@ -16,8 +16,7 @@ from .declare.compound import Either, Named, Several, Vector
 from .declare.spec import Schema
 from .documents import document as documents
 from .documents.document import PARAMETERS
-from .documents.parameters import substitute
-from .documents.shorthand import SHORT, expand
+from .documents.shorthand import SHORT, expand, substitute
 from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen

@@ -1,13 +1,109 @@
-"""Short forms of files: `[defaults]` of bodies, sections and joints, `pins`, materials by name, as the tables they stand for."""
+"""Short forms of files, as what they stand for: numbers of `[parameters]`, `[defaults]` of bodies and joints, `pins`."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..declare import declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, show
+from ..functions.formulas import CONSTANTS, FUNCTIONS, function_of, names_in, parse
+from ..functions.values import SIGNATURES
+from ..units import is_measured, measured
+from ..validate import LARGEST
 from .document import PARAMETERS
+
+VARIABLES = frozenset(name for names in SIGNATURES for name in names)
+"""Names that formulas have for what varies in a run: no parameter may take them."""
+WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
+QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za-z%]+)\b")
+"""Number with a unit inside a formula, as in `d + 5 mm`."""
+
+
+def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document without its parameters, their values in all places that name them; a ValueError begins with the place."""
+    rest = {key: each for key, each in content.items() if key != PARAMETERS}
+    values = _read(content.get(PARAMETERS, {}), names := _names(rest))
+    return {key: _fill(each, values, names, key) for key, each in rest.items()} if values else rest
+
+
+def free_parameters(content: Mapping[str, Any]) -> list[str]:
+    """List the paths of parameters that are numbers, neither zero nor formulas of others."""
+    given = content.get(PARAMETERS, {})
+    numbers = {name: measured(each) if isinstance(each, str) and is_measured(each) else each for name, each in given.items()}
+    return [f"{PARAMETERS}.{name}" for name, each in numbers.items() if isinstance(each, int | float) and each]
+
+
+def _read(given: object, names: set[str]) -> dict[str, Any]:
+    """Read the table: numbers, numbers with a unit as they are written, and formulas of the parameters above them."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f'{PARAMETERS} = {show(given)}: must be a table of numbers, as d = "40 mm"')
+    values: dict[str, Any] = {}
+    for name, each in given.items():
+        place = f"{PARAMETERS}.{name}"
+        taken = "a variable of formulas" if name in VARIABLES else "a name that formulas know"
+        taken = "the name of a point or link" if name in names else taken
+        if name in VARIABLES or name in CONSTANTS or name in FUNCTIONS or name in names:
+            raise ValueError(f"{place}: is {taken}, too; choose another name, as {name}_0")
+        if not WORD.fullmatch(name):
+            raise ValueError(f"{place}: no name for a formula; a name has letters, digits and _, and begins with a letter")
+        values[name] = found = _value(each, values, place) if isinstance(each, str) and not is_measured(each) else each
+        if isinstance(found, str) and is_measured(found):
+            _number(found, place)
+        elif isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) < LARGEST:
+            raise ValueError(f"{place} = {show(each)}: must be a number, one with a unit such as '40 mm', or a formula of others")
+    return values
+
+
+def _names(content: Mapping[str, Any]) -> set[str]:
+    """List the names of points and links, which are texts of their own."""
+    links = content.get("links", {})
+    tables = {str(name): link for name, link in links.items() if isinstance(link, Mapping)} if isinstance(links, Mapping) else {}
+    found = {*tables, *(content.get("points") or ())}
+    for link in tables.values():
+        found |= {each for each in (link.get("start"), link.get("end"), *link.get("carries", ())) if isinstance(each, str)}
+    return found
+
+
+def _fill(each: Any, values: Mapping[str, Any], names: set[str], place: str) -> Any:
+    """Fill in the values of parameters in a part of a document."""
+    if isinstance(each, Mapping):
+        return {key: inner if key == "kind" else _fill(inner, values, names, f"{place}.{key}") for key, inner in each.items()}
+    if isinstance(each, list):
+        return [_fill(inner, values, names, f"{place}[{k}]") for k, inner in enumerate(each)]
+    return _value(each, values, place) if isinstance(each, str) and each not in names else each
+
+
+def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
+    """Return the value of a text that names parameters: as they are written, a number, or a formula of further variables."""
+    if text.strip() in values:
+        return values[text.strip()]
+    if not set(WORD.findall(text)) & set(values) and not place.startswith(PARAMETERS):
+        return text
+    formula = QUANTITY.sub(lambda match: repr(_number(match[0], place)), text)
+    try:
+        used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
+    except ValueError as error:
+        if "is no formula" in str(error):
+            return text  # a name with other signs in it, say; the field there refuses what it does not know
+        raise ValueError(f"{place} = {show(text)}: {error}") from None
+    numbers = {name: _number(values[name], place) for name in used & set(values)}
+    if used - set(numbers):
+        return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
+    try:
+        return function_of(formula, tuple(numbers))(*numbers.values())
+    except (ArithmeticError, ValueError) as error:
+        raise ValueError(f"{place} = {show(text)}: {error}") from None
+
+
+def _number(value: Any, place: str) -> float:
+    """Return a parameter's value in SI."""
+    try:
+        return float(measured(value) if isinstance(value, str) else value)
+    except ValueError as error:
+        raise ValueError(f"{place} = {show(value)}: {error}") from None
+
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
@@ -27,7 +123,7 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(joints, list) and (joints or PINS in content):
         usual = defaults.get("joint", {})
         pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), found.get("links"))]
-        found["joints"] = [*(_fill(joint, usual) for joint in joints), *pins]
+        found["joints"] = [*(_fill_lacking(joint, usual) for joint in joints), *pins]
     return found
 
 
@@ -56,23 +152,18 @@ def _link(link: object, defaults: Mapping[str, Any]) -> Any:
     """Return a link with the body and the section that it leaves to the defaults."""
     if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
         return link
-    body = _fill(link.get("body", {}), defaults.get("body", {}))
+    given = link.get("body", {})
+    body = _fill_lacking(given, defaults.get("body", {}))
     if not body:
         return link
-    if "section" in defaults and _takes_section(link.get("body", {}), body):
-        body = {**body, "section": _fill(body.get("section", {}), defaults["section"])}
+    kind, section = known_kinds().get(str(body.get("kind"))), body.get("section", {})
+    takes_section = kind is not None and "section" in declarations(kind) and not {"mass", "inertia"} & set(given)
+    if "section" in defaults and takes_section and isinstance(section, Mapping):
+        body = {**body, "section": _fill_lacking(section, defaults["section"])}
     return {**link, "body": body}
 
 
-def _takes_section(given: Mapping[str, object], body: Mapping[str, object]) -> bool:
-    """Return True if a body has a section, and no mass in its place."""
-    kind = known_kinds().get(str(body.get("kind")))
-    if kind is None or "section" not in declarations(kind) or not isinstance(body.get("section", {}), Mapping):
-        return False
-    return not {"mass", "inertia"} & set(given)
-
-
-def _fill(given: Any, usual: Mapping[str, Any]) -> Any:
+def _fill_lacking(given: Any, usual: Mapping[str, Any]) -> Any:
     """Fill what a table lacks from another, unless it is of another kind."""
     if not isinstance(given, Mapping) or given.get("kind", usual.get("kind")) != usual.get("kind"):
         return given

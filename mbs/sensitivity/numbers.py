@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ..declare import Declaration, declarations
 from ..documents.document import PARAMETERS, change, get, steps
-from ..documents.parameters import substitute
+from ..documents.shorthand import substitute
 from ..mechanism import Mechanism
 from ..units import is_measured, parse_quantity, unit_of
 from ..validate import short

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import html
+import json
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
+from importlib.resources import files
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,6 @@ from ..record.energy import ledger
 from ..record.result import Result
 from .drawing import INKS, Arrow, pack
 from .movie import Movie, make_movie
-from .shell import fill_page
 from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
@@ -250,3 +252,32 @@ def first_shown(result: Result, wanted: Sequence[str] = ()) -> list[str]:
         if ending in FIRST and len(inside) and np.ptp(inside) > best.get(ending, (0.0, ""))[0]:
             best[ending] = (float(np.ptp(inside)), name)
     return ([best[ending][1] for ending in FIRST if ending in best] or list(result.signals))[:3]
+
+
+# --- pages ------------------------------------------------------------------------------------------------------------
+
+
+def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
+    """Return a page as text, of `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
+
+    Styles and script of the run's report come before its own; the report's body stands where its own has `{{report}}`. The title
+    of the window tells the status unless it is OK.
+    """
+    mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
+    both = dict.fromkeys(((__package__, "report"), (package, name)))
+    parts = {
+        "title": html.escape(mark + content["title"]),
+        "styles": "".join(_part(where, f"{part}.css") for where, part in both),
+        "body": _part(package, f"{name}.html").replace("{{report}}", _part(__package__, "report.html")),
+        "script": "".join(_part(where, f"{part}.js") for where, part in both),
+        "data": json.dumps(content, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c"),
+    }
+    text = _part(__package__, "shell.html")
+    for key, part in parts.items():
+        text = text.replace("{{" + key + "}}", part)
+    return text
+
+
+@cache
+def _part(package: str, name: str) -> str:
+    return files(package).joinpath("page", name).read_text(encoding="utf-8")

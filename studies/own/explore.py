@@ -30,8 +30,7 @@ from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import parse_quantity, written_unit
 from buckler.mbs.validate import number
-from buckler.mbs.view.report import blank, content, with_ledger
-from buckler.mbs.view.shell import fill_page
+from buckler.mbs.view.report import blank, content, fill_page, with_ledger
 
 from ..kit.cli import add_repeated
 from .verbs import VARIED, Opened, file_command, read_range, varied_numbers

@@ -16,8 +16,7 @@ from buckler.mbs.declare import Declaration, Quantity, Whole, declarations
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
-from buckler.mbs.documents.parameters import free_parameters
-from buckler.mbs.documents.shorthand import expand
+from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.progress import after_step

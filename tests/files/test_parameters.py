@@ -8,7 +8,7 @@ import pytest
 from buckler.mbs import Mechanism
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
-from buckler.mbs.documents.parameters import free_parameters
+from buckler.mbs.documents.shorthand import free_parameters
 from buckler.mbs.sensitivity.numbers import Family, standing
 from buckler.studies.kit.cli import main
 
