@@ -1,29 +1,91 @@
-"""Contact of joints with clearance, with any pair of laws: one compiled kernel, or the same equations in plain Python.
+"""Laws as rows of the compiled table, and contact of joints with clearance by them: one compiled kernel, or plain Python.
 
-The laws of this package are numbers of a joint's row, so that the kernel is compiled once for all of them. A user's own law is
-compiled for itself and is an address there; a law that does more than arithmetic runs in plain Python.
+Laws of this package are numbers of a row, so that the kernel is compiled once for all of them. A user's own law is compiled for
+itself and is an address there; a law that does more than arithmetic runs in plain Python.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from .. import laws
 from ..geometry import Array
 from ..process import compiler
 from . import journal
-from .compiled import Pointer, compile_cached, compile_plain, stamp_of
+from . import table as k
+from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
 from .friction import BristleLaw, FrictionLaw, remembering
 from .journal import spread
 from .pieces import NormalLaw
-from .rows import add_friction, add_normal
 from .table import CODES, NUMBERS, Laws, bristle_after, friction, normal_force
+
+Known = Mapping[type, tuple[int, tuple[str, ...]]]
+
+
+class LawTable(Protocol):
+    """A table of laws in the making."""
+
+    def add_law(
+        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
+    ) -> int:
+        """Add a row, or find the one kept under this key."""
+
+
+NORMAL_KINDS: Known = {
+    laws.HysteresisLaw: (k.POWER, ("stiffness", "exponent", "chi")),
+    laws.Hertz: (k.POWER, ("stiffness", "exponent")),
+    laws.KelvinVoigt: (k.VOIGT, ("stiffness", "damping")),
+    laws.Impact: (k.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
+}
+RUBBING = ("static", "dynamic", "v_stribeck", "exponent")
+FRICTION_KINDS: Known = {
+    laws.NoFriction: (k.SMOOTH, ()),
+    laws.Coulomb: (k.COULOMB, ("dynamic", "v_reg", "viscous")),
+    laws.AdamsFriction: (k.ADAMS, ("static", "dynamic", "v_s", "v_d")),
+    laws.Ambrosio: (k.AMBROSIO, ("dynamic", "v0", "v1")),
+    laws.Threlfall: (k.THRELFALL, ("dynamic", "v0")),
+    laws.Stribeck: (k.STRIBECK, (*RUBBING, "v_reg", "viscous")),
+    laws.LuGre: (k.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
+}
+"""Kind of the row of a law of this package, and its numbers by name; an exponent that a law does not have is 2."""
+
+
+def _row_of(law: object, rows: Known) -> tuple[int, list[float]] | None:
+    """Kind and numbers of a law of this package, or one that changes nothing but chi; None of others, derived ones among them."""
+    kind, ours = type(law), type(law).__module__.startswith(laws.__name__)
+    if isinstance(law, laws.HysteresisLaw):
+        ours = type(law).force is laws.HysteresisLaw.force
+    found = next((rows[each] for each in kind.__mro__ if each in rows), None) if ours else None
+    return found and (found[0], [getattr(law, name, 2.0) for name in found[1]])
+
+
+def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
+    """Add a normal law to the table."""
+    row, key = _row_of(law, NORMAL_KINDS), ("normal", type(law), law)
+    if row is not None:
+        return builder.add_law(key, *row)
+    about = f"the normal law {type(law).__name__}"
+    return builder.add_law(key, k.NORMAL_CALLED, (), [function_pointer(law.force, 3)], about)
+
+
+def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> int:
+    """Add a friction law to the table."""
+    row, key = _row_of(law, FRICTION_KINDS), ("friction", type(law), law)
+    if row is not None:
+        return builder.add_law(key, *row)
+    about = f"the friction law {type(law).__name__}"
+    if isinstance(law, laws.BristleLaw):
+        pointers = [function_pointer(law.coefficient, 2), function_pointer(law.after, 3)]
+        return builder.add_law(key, k.BRISTLE_CALLED, (), pointers, about)
+    return builder.add_law(key, k.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, 1)], about)
+
 
 GEOMETRY = journal.GAP + 1
 """Numbers of a joint's row before those of its laws: the codes of both as the bits of floats, then the numbers of both."""
@@ -31,10 +93,8 @@ FIRST = GEOMETRY + 2 * CODES
 LAST = FIRST + 2 * NUMBERS
 WIDTH = len(journal.COLUMNS)
 """Columns of the report."""
-NORMAL = 0
-"""Row of the normal law."""
-FRICTION = 1
-"""Row of the friction law."""
+NORMAL, FRICTION = range(2)
+"""Rows of the normal and of the friction law."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +125,15 @@ def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
         return law.force(depth, rate, onset)
 
     rubs = remembering(friction)
-    laws = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
-    report = journal.report_with(*laws)
+    functions = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
+    report = journal.report_with(*functions)
     return Kernel(_bound(_forces, report), report, compiled=False)
 
 
 @lru_cache(maxsize=256)
 def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
     """Make the compiled functions; None if a law does more than arithmetic on its arguments and its own numbers."""
-    rows = _Rows()
+    rows = _PairTable()
     add_normal(rows, law)
     add_friction(rows, friction)
     if not all(pointer.compiled for pointer in rows.pointers):
@@ -82,7 +142,7 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
     return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(rows.pointers))
 
 
-class _Rows:
+class _PairTable:
     """A table of two laws in the making."""
 
     def __init__(self) -> None:

@@ -1,7 +1,8 @@
 """Laws as a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers of a row.
 
 Each function is the equation of the law's class, which has its source. They are plain functions of floats that Numba compiles:
-`buckler.mbs.laws.contact` for Exudyn's joints, `buckler.mbs.spectral.lawtable` for the compiled solver. `rows` writes the rows.
+`buckler.mbs.laws.contact` for Exudyn's joints, where rows are written, and `buckler.mbs.spectral.lawtable` for the
+compiled solver.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from ..elements.references import holder_reference
 from ..functions import TURN, numbers_of
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
-from ..laws.rows import add_friction, add_normal
+from ..laws.contact import add_friction, add_normal
 from ..offers import extensions
 from . import tables as k
 from .basis import gauss
