@@ -199,12 +199,6 @@ def capsule(start: Pair, end: Pair, radius: float) -> Points:
     return (*there, *back)
 
 
-def arc(radius: float, first: float, last: float) -> Points:
-    """Part of a circle, angles in rad."""
-    angles = [first + (last - first) * k / 24 for k in range(25)]
-    return tuple((radius * cos(a), radius * sin(a)) for a in angles)
-
-
 def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
     """Yield a line with a filled head."""
     along = unit((tip[0] - tail[0], tip[1] - tail[1]))
@@ -214,7 +208,8 @@ def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
     """Yield an arrow that turns to the left about a place."""
-    (x, y), bend = centre, arc(radius, -0.9, 3.6)
+    angles = [-0.9 + 4.5 * k / 24 for k in range(25)]
+    (x, y), bend = centre, tuple((radius * cos(a), radius * sin(a)) for a in angles)
     yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
     (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
     yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..record.lookup import unknown
 from ..units import label_with_unit
-from ..validate import near
 from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
 from .movie import Movie, corners, still
 from .style import WIDTH, house_style, subplots
@@ -41,23 +41,17 @@ def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool =
 def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> Axes:
     """Draw picture number k of a movie on axes, by default new ones; with the names of links and points, or without."""
     with house_style():
-        axes = _axes(axes, movie)
+        if axes is None:  # new ones about as high as the mechanism
+            import matplotlib.pyplot as plt
+
+            wide, high = _extent(movie)
+            height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))
+            axes = plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
         for mark in movie.marks:
             if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
                 _Drawn(axes, mark).move(movie, k)
         _frame_axes(axes, movie)
     return axes
-
-
-def _axes(axes: Axes | None, movie: Movie) -> Axes:
-    """Return the given axes, or new ones about as high as the mechanism."""
-    if axes is not None:
-        return axes
-    import matplotlib.pyplot as plt
-
-    wide, high = _extent(movie)
-    height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))
-    return plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
 
 
 def _extent(movie: Movie) -> tuple[float, float]:
@@ -113,8 +107,7 @@ def plot_signals(result: Result, names: Sequence[str], axes: Axes | Sequence[Axe
         raise ValueError("plot: name one signal at least, as in result.plot('B.x')")
     for name in names:
         if name not in result.signals:
-            close = ", ".join(near(name, result.signals, 4, 0.3)) or ", ".join(list(result.signals)[:8])
-            raise ValueError(f"unknown signal '{name}'; near: {close}")
+            raise unknown(name, list(result.signals))
     units = list(dict.fromkeys(result.units[name] for name in names))
     with house_style():
         rows = _rows(axes, len(units))
@@ -168,6 +161,8 @@ def _warn(axes: Axes, result: Result) -> None:
 
 def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: float = 640.0) -> FilePath:
     """Write a moving picture; see `Result.animate`."""
+    from PIL import Image
+
     path = FilePath(path)
     if path.suffix != ".gif":
         raise ValueError(f"animate: '{path.name}' must end in .gif")
@@ -176,7 +171,10 @@ def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: flo
     path.parent.mkdir(parents=True, exist_ok=True)
     with house_style():
         draw = _stage(movie, width)
-        _write_gif(path, [draw(k) for k in rows], rate)
+        whole = [Image.fromarray(draw(k)[..., :3]) for k in rows]
+    palette = whole[len(whole) // 2].quantize(64)  # one for all pictures, so that only what changes is stored
+    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
+    first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
     return path
 
 
@@ -203,16 +201,6 @@ def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
         return np.array(canvas.buffer_rgba())
 
     return draw
-
-
-def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:
-    """One palette for all pictures, so that only what changes is stored."""
-    from PIL import Image
-
-    whole = [Image.fromarray(picture[..., :3]) for picture in pictures]
-    palette = whole[len(whole) // 2].quantize(64)
-    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
-    first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
 
 
 # --- fits -------------------------------------------------------------------------------------------------------------

@@ -148,6 +148,11 @@ def _motion(result: Result, store: Store) -> dict[str, Any] | None:
         if row[0] == "Arrow":
             row[5] = index[row[5]]
         marks.append(row)
+    bands = {}
+    for name, band in movie.bands.items():  # bending and axial strain apart, so that the page can show curvature or stress
+        known = {"stations": band.points.shape[1], "thickness": band.thickness, "modulus": band.modulus}
+        parts = {"x": band.points[..., 0], "y": band.points[..., 1], "bending": band.bending, "axial": band.axial}
+        bands[name] = known | {key: store.add(values) for key, values in parts.items()}
     return {
         "count": len(movie.time),
         "time": store.add(movie.time),
@@ -156,21 +161,8 @@ def _motion(result: Result, store: Store) -> dict[str, Any] | None:
         "names": names,
         "points": movie.points,
         "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
-        "bands": {name: _band(band, store) for name, band in movie.bands.items()},
+        "bands": bands,
         "marks": marks,
-    }
-
-
-def _band(band: Any, store: Store) -> dict[str, Any]:
-    """Return a flexible link: bending and axial strain apart, so that the page can show curvature or stress."""
-    return {
-        "stations": band.points.shape[1],
-        "thickness": band.thickness,
-        "modulus": band.modulus,
-        "x": store.add(band.points[..., 0]),
-        "y": store.add(band.points[..., 1]),
-        "bending": store.add(band.bending),
-        "axial": store.add(band.axial),
     }
 
 

@@ -80,13 +80,6 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     return off * cos(angle), off * sin(angle)
 
 
-def _label_place(sheet: Sheet, name: str, middle: Pair, along: Pair, thickness: float) -> Pair:
-    """Return the place of a bar's name, to the left of its middle at t = 0: half the text from it, 0.2 symbols a letter."""
-    x, y = -along[1], along[0]
-    off = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
-    return middle[0] + off * x, middle[1] + off * y
-
-
 def symbol(element: object) -> Symbol:
     """Return the symbol of an element, or of a link's body."""
     for kind in type(element).__mro__:
@@ -115,7 +108,9 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Path(frame, ink, outline, True, width)
-        side = _label_place(sheet, name, side, along, thickness)
+        x, y = -along[1], along[0]  # the name stands to the left of the middle: half the text from it, 0.2 symbols a letter
+        far = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
+        side = (side[0] + far * x, side[1] + far * y)
     if not plain:
         x, y = link.body.mass_properties(length)[2]
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)

@@ -43,7 +43,7 @@ def test_signals_are_drawn_by_unit():
     assert [len(row.lines) for row in axes] == [2, 1]
     assert axes[1].get_ylabel() == "B.contact_force [N]" and axes[1].get_xlabel() == "time [s]"
     assert axes[1].lines[0].get_ydata() == pytest.approx(result.signals["B.contact_force"])
-    with pytest.raises(ValueError, match=r"unknown signal 'B\.contact'; near: B\.contact_force"):
+    with pytest.raises(ValueError, match=r"no signal 'B\.contact'; near it: B\.contact_force"):
         result.plot("B.contact")
     with pytest.raises(ValueError, match="name one signal"):
         result.plot()
