@@ -54,20 +54,16 @@ def ledger(record: Record) -> dict[str, Array]:
 
 def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
     """Energy put through, J, and the share of it that stiff vibrations that nobody sees may hold."""
-    through = max(float(energy["throughput"][-1]), _at_rest(record))
+    mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
+    mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
+    at_rest = mass * (AT_REST * size_of(record) / duration) ** 2 / 2  # at a speed at which nothing moves in a run this long
+    through = max(float(energy["throughput"][-1]), at_rest)
     return through, 2 * (_unseen_stretch(record, signals) + _unseen_bristles(record, signals)) / through
 
 
 def size_of(record: Record) -> float:
     """Longest link, m."""
     return max(record.mechanism.length(link.name) for link in record.mechanism.links)
-
-
-def _at_rest(record: Record) -> float:
-    """Energy, J, of all links at a speed at which nothing moves in a run this long."""
-    mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
-    mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
-    return mass * (AT_REST * size_of(record) / duration) ** 2 / 2
 
 
 def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:

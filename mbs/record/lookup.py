@@ -85,7 +85,7 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 
     Their discrete balance closes by this rule better than by a finer one, as it is the integrator's own.
     """
-    return _cumulative(np.diff(time) * (rate[1:] + rate[:-1]) / 2)
+    return np.append(0.0, np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2))
 
 
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
@@ -108,8 +108,4 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
         first, last = (np.pad(slope, [(0, 0)] * (slope.ndim - 1) + [side]) for side in ((1, 0), (0, 1)))
         first, last = np.where(kinked[0], 2 * secant - last, first), np.where(kinked[1], 2 * secant - first, last)
         areas += np.where(kinked[0] & kinked[1], 0.0, first - last) * steps**2 / 12
-    return _cumulative(areas)
-
-
-def _cumulative(areas: Array) -> Array:
-    return np.concatenate([np.zeros((*areas.shape[:-1], 1)), np.cumsum(areas, axis=-1)], axis=-1)
+    return np.insert(np.cumsum(areas, axis=-1), 0, 0.0, axis=-1)

@@ -36,28 +36,15 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
             free = name in record.undetermined
-            found |= {signal.name: _mark_undetermined(signal) if free else signal for signal in element.signals(name, record)}
+            for signal in element.signals(name, record):  # places and the like of its element are determined
+                undetermined = free and signal.kind is Kind.REACTION
+                found[signal.name] = signal._replace(kind=Kind.UNDETERMINED) if undetermined else signal
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
-
-
-def _mark_undetermined(signal: Signal) -> Signal:
-    """Mark a reaction as one of many that balance; places and the like of its element are determined."""
-    return signal._replace(kind=Kind.UNDETERMINED) if signal.kind is Kind.REACTION else signal
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A flexible link at chosen times.
-
-    Attributes
-    ----------
-    times : array, shape (times,)
-        s.
-    points : array, shape (times, stations, 2)
-        Positions along the link, m.
-    thickness : float
-        In the plane, m.
-    """
+    """A flexible link at chosen times [s]: positions along it [m], (times, stations, 2), and its thickness in the plane [m]."""
 
     times: Array
     points: Array
