@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import inspect
 import typing
 from collections.abc import Mapping
@@ -113,11 +112,8 @@ class Declaration(typing.NamedTuple):
     def about(self) -> str:
         """Unit and range, and the default, in words."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
-        parts = [
-            self.spec.unit if self.spec.unit != "1" else "",
-            *ranges,
-            "" if self.required else f"default {short(self.default)}",
-        ]
+        unit, default = self.spec.unit if self.spec.unit != "1" else "", "" if self.required else f"default {short(self.default)}"
+        parts = [unit, *ranges, default]
         return ", ".join(part for part in parts if part) or self.spec.words
 
 
@@ -132,21 +128,14 @@ def declarations(kind: Any) -> dict[str, Declaration]:
 
 
 def _declaration(kind: Any, each: Any) -> Declaration:
-    spec, doc, bounds, group = each.metadata.get(DECLARED) or (_spec_by_annotation(kind, each.name), "", {}, "")
+    if DECLARED in each.metadata:
+        spec, doc, bounds, group = each.metadata[DECLARED]
+    else:  # a field of a user's own dataclass, by its annotation
+        plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
+        spec, doc, bounds, group = plain.get(typing.get_type_hints(kind).get(each.name), Anything()), "", {}, ""
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
     return Declaration(spec, doc, bounds, required, default, group)
-
-
-def specs(kind: object) -> dict[str, Spec]:
-    """Return the specification of each field that the constructor of a dataclass takes."""
-    return {key: declaration.spec for key, declaration in declarations(kind).items()}
-
-
-def _spec_by_annotation(kind: type, key: str) -> Spec:
-    """Derive the specification of a field of a user's own dataclass from its annotation."""
-    plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
-    return plain.get(typing.get_type_hints(kind).get(key), Anything())
 
 
 # --- kinds by name ------------------------------------------------------------------------------------------------------
@@ -173,14 +162,9 @@ def register(kind: Class) -> Class:
 
 def known_kinds() -> dict[str, type]:
     """Return every class that a file may name, by its name: Buckler's own and those of other installed packages."""
-    _register_others()
+    for other in extensions("buckler.kinds").values():
+        register(other)
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
-
-
-@functools.cache
-def _register_others() -> None:
-    for kind in extensions("buckler.kinds").values():
-        register(kind)
 
 
 def kinds_of(base: type) -> list[type]:

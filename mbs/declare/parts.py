@@ -136,7 +136,8 @@ def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> typ
             said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {show(word)}: {said}")
         return kinds[word]
-    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or _sharing(given, kinds)
+    sharing = [kind for kind in kinds.values() if set(given) & set(declarations(kind))]  # one alone says best what is wrong
+    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or sharing
     if len(fitting) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
     return fitting[0]
@@ -148,11 +149,6 @@ def _fitting(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[typ
     return [
         kind for kind, each in fields.items() if {key for key, field in each.items() if field.required} <= set(given) <= set(each)
     ]
-
-
-def _sharing(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
-    """Classes that have a key of these: if it is one, it says best what is wrong."""
-    return [kind for kind in kinds.values() if set(given) & set(declarations(kind))]
 
 
 def _construct(name: str, kind: Callable[..., object], values: Mapping[str, object]) -> Any:

@@ -54,19 +54,15 @@ def _key(name: str) -> str:
     return name if BARE.fullmatch(name) else _text(name)
 
 
-def _text(text: str) -> str:
+def _text(text: str | int) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _inline(each: Any) -> str:
     """Write a value on one line."""
-    if isinstance(each, bool):
-        return "true" if each else "false"
-    if isinstance(each, int):
-        return str(each)
     if isinstance(each, float):
         return repr(each)
-    if isinstance(each, str):
+    if isinstance(each, str | int):  # as JSON has them, truth values among them
         return _text(each)
     if isinstance(each, Mapping):
         return "{ " + ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in each.items()) + " }" if each else "{}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import dist
 
-from ..declare import specs
+from ..declare import declarations
 from .element import GROUND, Element, Parts, Place, place
 
 FIXED = Place(GROUND, "")
@@ -20,7 +20,7 @@ class UnknownError(ValueError):
 
     def field_of(self, element: Element) -> str:
         """Return the field in which an element names it; '' if none does."""
-        texts = {key: value for key in specs(type(element)) if isinstance(value := getattr(element, key), str)}
+        texts = {key: value for key in declarations(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 
 

@@ -60,11 +60,7 @@ class Edges(NamedTuple):
 
 def breaks(function: Callable[..., object], duration: float) -> Edges:
     """Find the edges of a function of time in (0, duration) [s], other arguments zero; none where it raises or is not finite."""
-    try:
-        others = others_of(function)
-    except (Exception, SystemExit):
-        return Edges()
-    return search(lambda times: evaluate(function, times, *(np.zeros_like(times) for _ in range(others))), duration)
+    return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * others_of(function)), duration)
 
 
 def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:

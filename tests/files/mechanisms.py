@@ -5,7 +5,7 @@ from math import pi
 from hypothesis import strategies as st
 
 from buckler.mbs import elements, laws
-from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, specs
+from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Motion, Ramp, Revolute, Rigid, Section
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.functions.fields import Function
@@ -77,7 +77,7 @@ def bodies():
         st.builds(elements.modal.Box, st.tuples(st.integers(1, 9), st.integers(1, 9), st.integers(1, 9))),
         st.builds(elements.modal.EndFace, floats(1e-9, 1e-3)) | st.builds(elements.modal.PinHole, floats(1e-4, 1)),
     )
-    strut = st.builds(elements.Strut, sections(), st.sampled_from(list(specs(elements.Strut)["load"].named.values())))
+    strut = st.builds(elements.Strut, sections(), st.sampled_from(list(declarations(elements.Strut)["load"].spec.named.values())))
     return st.one_of(sections().map(Rigid), inertia, *strips, modal, strut)
 
 
