@@ -13,6 +13,7 @@ import inspect
 import types
 from collections import namedtuple
 from collections.abc import Callable, Hashable
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -91,28 +92,21 @@ def function_pointer(function: Callable[..., object], arguments: int) -> Pointer
     if isinstance(function, types.MethodType):
         law, name = function.__self__, function.__name__
         key: tuple[Any, ...] = ("method", type(law), _value(law), name, arguments)
-        found = _once(key, lambda: _compile_pointer(lambda jit: compile_method(law, name, jit), arguments))
+        made_by = partial(compile_method, law, name)
     else:
-        found = _once(
-            (_value(function), arguments), lambda: _compile_pointer(lambda jit: compile_plain(function, jit), arguments)
-        )
-    return found or _call_back(function, arguments)
+        key, made_by = (_value(function), arguments), partial(compile_plain, function)
+    if None in key:  # it is not known what the function is made of
+        return _compile_pointer(made_by, arguments) or _call_back(function, arguments)
+    if key not in _COMPILED:
+        _COMPILED[key] = _compile_pointer(made_by, arguments)
+        while len(_COMPILED) > MOST:
+            del _COMPILED[next(iter(_COMPILED))]
+    return _COMPILED[key] or _call_back(function, arguments)
 
 
 MOST = 256
 """Functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
 _COMPILED: dict[Hashable, Pointer | None] = {}
-
-
-def _once(key: tuple[Any, ...], made: Callable[[], Pointer | None]) -> Pointer | None:
-    """Compile what has this key, unless it was compiled before; each time where a part of the key is not known."""
-    if None in key:
-        return made()
-    if key not in _COMPILED:
-        _COMPILED[key] = made()
-        while len(_COMPILED) > MOST:
-            del _COMPILED[next(iter(_COMPILED))]
-    return _COMPILED[key]
 
 
 def _value(thing: object, depth: int = 0) -> Hashable:
@@ -157,14 +151,13 @@ def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer |
     import numba
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
-    def wrap(inner: Callable[..., Any]) -> Callable[..., Any]:
-        """Make a function of an array from one of so many numbers."""
-        return lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
-
     errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
     signature = numba.float64(numba.types.CPointer(numba.float64))
     try:
-        made = numba.cfunc(signature, error_model="numpy")(wrap(made_by(numba.njit)))
+        inner = made_by(numba.njit)
+        made = numba.cfunc(signature, error_model="numpy")(
+            lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
+        )
     except errors:
         return None
     return Pointer(int(made.address), True, made)

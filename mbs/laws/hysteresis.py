@@ -131,7 +131,6 @@ class Gonthier(HysteresisLaw):
     """
 
     pole_at_zero = True
-
     hysteresis = staticmethod(lambda e: (1.0 - e**2) / e)
 
 
@@ -167,7 +166,6 @@ class Flores(HysteresisLaw):
     """
 
     pole_at_zero = True
-
     hysteresis = staticmethod(lambda e: 8.0 * (1.0 - e) / (5.0 * e))
 
 
@@ -185,7 +183,6 @@ class HuGuo(HysteresisLaw):
     """
 
     pole_at_zero = True
-
     hysteresis = staticmethod(lambda e: 3.0 * (1.0 - e) / (2.0 * e))
 
 
@@ -223,5 +220,4 @@ class ExactRestitution(HysteresisLaw):
     """
 
     pole_at_zero = True
-
     hysteresis = staticmethod(chi_exact)
