@@ -16,8 +16,8 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kit.cli import Parser, print_error
-from ..kit.parameters import Cases, StudyParameters, specs
+from ..kit.cli import print_error
+from ..kit.parameters import specs
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import Study, finish, parser_of, subject, writable
 from ..kit.style import house_style
@@ -31,10 +31,10 @@ PATIENCE = 60.0
 """Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
 
 
-class Sweep(NamedTuple):
-    """Sweep that the command line asks for; `stored_as` is the name of the subject in the store."""
+class _Sweep(NamedTuple):
+    """Sweep that the command line asks for; `stored_as` is the name of the study in the store."""
 
-    subject: Study
+    study: Study
     options: argparse.Namespace
     plan: Plan
     units: Mapping[str, str]
@@ -47,7 +47,7 @@ class Sweep(NamedTuple):
 def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     """Read the options, run the cases, print and file the results; return the exit status."""
     try:
-        asked = read(name, argv, prog)
+        asked = _read(name, argv, prog)
     except ValueError as error:
         return print_error(error)
     except ImportError as error:
@@ -55,10 +55,11 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
         return 1
     options, begin = asked.options, time.perf_counter()
     again = f"what has ended is in {asked.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
+    workers = (os.cpu_count() or 1) if options.workers is None else options.workers
     try:
         with _sigterm_as_interrupt(), _dask(options.scheduler_file) as executor:
             rows = sweep(
-                asked.subject.module, asked.plan.cases, workers=_workers(options), executor=executor, store=asked.store,
+                asked.study.module, asked.plan.cases, workers=workers, executor=executor, store=asked.store,
                 retry=options.retry, progress=Progress(options.quiet), name=asked.stored_as, units=asked.units, part=asked.part,
             )  # fmt: skip
     except KeyboardInterrupt:
@@ -111,17 +112,11 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
         yield client.get_executor(pure=False)  # pure: an equal call would get an earlier result
 
 
-def _workers(options: argparse.Namespace) -> int:
-    return (os.cpu_count() or 1) if options.workers is None else options.workers
-
-
-# --- options ----------------------------------------------------------------------------------------------------------
-
-
-def parser(found: Study, prog: str) -> Parser:
-    """Declare the options of `sweep NAME`, a study or a file."""
-    options = parser_of(found, prog, OPTIONS)
-    add = options.add_argument_group("sweep").add_argument
+def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
+    """Read the options; everything that can be wrong with them is found before anything runs."""
+    found = subject(name)
+    parser = parser_of(found, prog, OPTIONS)
+    add = parser.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "several are combined each with each")  # fmt: skip
     add("--workers", type=int, metavar="N", help="processes of this machine, 0 for none but this; default its cores")
@@ -131,44 +126,27 @@ def parser(found: Study, prog: str) -> Parser:
     add("--store", metavar="FILE", help="file that keeps the cases; default DIR/NAME-sweep/cases.sqlite")
     add("--retry", action="store_true", help="run cases again that the store holds as failed")
     add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
-    return options
-
-
-def read(name: str, argv: Sequence[str], prog: str) -> Sweep:
-    """Read the options; everything that can be wrong with them is found before anything runs."""
-    found = subject(name)
-    options = parser(found, prog).read(argv)
+    options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
     kind, given = found.cases(options, OPTIONS)
-    chosen = _plan(kind, given, options)
+    if not options.vary:
+        raise ValueError("nothing varies: give --vary; see --help")
+    chosen = plan(kind, given, [parse(text, kind) for text in options.vary])
     stored_as = found.probe(chosen.cases[0])
     folder = writable(Path(options.out) / f"{found.title}-sweep")
-    try:
-        part = Part.read(options.part) if options.part else None
-    except ValueError as error:
-        raise ValueError(f"--part {error}") from None
+    part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.unit for key, about in specs(kind).items()}
-    return Sweep(found, options, chosen, units, stored_as, folder, store, part)
+    return _Sweep(found, options, chosen, units, stored_as, folder, store, part)
 
 
-def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
-    axes = [parse(text, kind) for text in options.vary]
-    if not axes:
-        raise ValueError("nothing varies: give --vary; see --help")
-    return plan(kind, given, axes)
-
-
-# --- results ----------------------------------------------------------------------------------------------------------
-
-
-def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
+def _report(asked: _Sweep, rows: Sequence[Row], wall: float) -> int:
     """Print the table and write the files; a part has neither."""
-    options, name = asked.options, asked.subject.title
-    counts = Counter(row.status for row in rows)
+    options, name = asked.options, asked.study.title
+    counts, versions = Counter(row.status for row in rows), len({row.provenance["sources"] for row in rows})
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
     wrong = next((row for row in rows if row.status != "OK"), None)
     ends = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
@@ -178,7 +156,7 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
         message=f"{ends} of {len(rows)} cases; the first is case {wrong.number}: {wrong.message}" if wrong else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
         work={"wall_s": wall, "vary": options.vary, "store": str(asked.store)},
-        notes=_notes(rows),
+        notes=[f"cases come from {versions} versions of Buckler's source files; --store names a new file"] * (versions > 1),
     )
     if asked.part:
         where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
@@ -195,9 +173,3 @@ def _report(asked: Sweep, rows: Sequence[Row], wall: float) -> int:
     return finish(
         name, result, drawn, asked.folder, options, f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}"
     )
-
-
-def _notes(rows: Sequence[Row]) -> list[str]:
-    """Note that cases come from several versions of the source files."""
-    count = len({row.provenance["sources"] for row in rows})
-    return [f"cases come from {count} versions of Buckler's source files; --store names a new file"] if count > 1 else []

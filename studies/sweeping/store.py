@@ -30,17 +30,10 @@ WAIT = 1.0
 
 @dataclass(frozen=True)
 class Row:
-    """One case that has ended.
+    """One case that has ended: its number in the plan, its parameters, and what `StudyResult` has.
 
-    Attributes
-    ----------
-    number : index of the case in the plan, from 0
-    parameters : all of them, in the study's units; several values as a list
-    status : the study's own ("OK", "SUSPECT", ...), "ERROR" for an exception, "CRASHED" for a process that died
-    message : reason of any status but OK
-    metrics, work : as in the study's result
-    wall_s : run time in its worker [s]
-    provenance : versions, hash of the sources, host, time of ending
+    The status is the study's own, ERROR for an exception, CRASHED for a process that died. `wall_s` is the run time in its
+    worker [s]; `provenance` has versions, hash of the sources, host and time of ending.
     """
 
     number: int
@@ -62,14 +55,6 @@ def to_json(content: object) -> str:
     return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
-def _unpack(number: int, parameters: str, status: str, result: str) -> Row:
-    content = json.loads(result)
-    for name, each in content["metrics"].items():
-        numbers = (None if each.get(n) is None else float(each[n]) for n in ("published", "exact", "error", "absolute"))
-        content["metrics"][name] = Metric(float(each["value"]), each["unit"], *numbers)
-    return Row(number, json.loads(parameters), status, **content | {"wall_s": float(content["wall_s"])})
-
-
 class StoreError(ValueError):
     """A store that cannot be used as asked, or written; the message says why in one line."""
 
@@ -85,7 +70,7 @@ class Part(NamedTuple):
         """Read `2/8`."""
         number, _, of = text.partition("/")
         if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
-            raise ValueError(f"{text}: write I/N, such as 2/8 for the second of eight parts")
+            raise ValueError(f"--part {text}: write I/N, such as 2/8 for the second of eight parts")
         return cls(int(number), int(of))
 
     def store(self, whole: Path) -> Path:
@@ -119,7 +104,7 @@ class Store:
         try:
             self.connection = sqlite3.connect(path or ":memory:", timeout=WAIT, isolation_level=None)
         except sqlite3.Error as error:
-            raise StoreError(explain(error, path)) from None
+            raise StoreError(_explain(error, path)) from None
         try:
             self._open()
         except BaseException:
@@ -140,7 +125,7 @@ class Store:
         try:
             return self.connection.execute(statement, values).fetchall()
         except sqlite3.Error as error:
-            raise StoreError(explain(error, self.path)) from None
+            raise StoreError(_explain(error, self.path)) from None
 
     def _open(self) -> None:
         """Lock the file, make the tables of a new one, and refuse a foreign or damaged one."""
@@ -165,12 +150,9 @@ class Store:
     @contextmanager
     def _transaction(self, kind: str = "") -> Iterator[None]:
         self.ask(f"BEGIN {kind}")
-        try:
+        with self.connection:  # rolls back what an error leaves open
             yield
             self.ask("COMMIT")
-        finally:
-            if self.connection.in_transaction:  # SQLite itself rolls back on a full disk
-                self.ask("ROLLBACK")
 
     def about(self) -> dict[str, Any]:
         """Read what its cases share, by the names of `About`."""
@@ -229,7 +211,13 @@ class Store:
 
     def rows(self) -> list[Row]:
         """Read every case that has ended, in the order of the plan."""
-        return [_unpack(*row) for row in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number")]
+        rows = []
+        for number, key, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
+            content = json.loads(text)
+            for name, each in content["metrics"].items():
+                content["metrics"][name] = Metric(**{k: v if k == "unit" or v is None else float(v) for k, v in each.items()})
+            rows.append(Row(number, json.loads(key), status, **content | {"wall_s": float(content["wall_s"])}))
+        return rows
 
 
 def read(path: Path) -> tuple[list[Row], dict[str, str]]:
@@ -240,7 +228,7 @@ def read(path: Path) -> tuple[list[Row], dict[str, str]]:
         return book.rows(), book.about().get("units", {})
 
 
-def explain(error: sqlite3.Error, path: Path | None) -> str:
+def _explain(error: sqlite3.Error, path: Path | None) -> str:
     """Say what SQLite's error means for a sweep."""
     text = str(error)
     if "locked" in text:

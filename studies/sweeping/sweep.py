@@ -162,8 +162,7 @@ def _begin() -> None:
 
 
 def _follow_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
+    if parent := multiprocessing.parent_process():
         parent.join()
         os._exit(1)
 
@@ -187,7 +186,7 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
 
 def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
     """Run jobs on processes of this machine. Those in flight when one dies run again, one at a time in a single process."""
-    left, suspects, failures = {job.number: job for job in jobs}, set[int](), 0
+    left, suspects, starts = {job.number: job for job in jobs}, set[int](), 0
     while left:
         alone = [left[number] for number in sorted(suspects)]
         batch, count = (alone, 1) if alone else (list(left.values()), min(workers, len(left)))
@@ -195,12 +194,12 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
             try:
                 _load(pool, batch[0].module)
             except SweepError:
-                failures += 1
-                if failures == STARTS:
+                starts += 1
+                if starts == STARTS:
                     raise
                 time.sleep(0.2)  # a fork server that is being killed is taken for alive
                 continue
-            failures = 0
+            starts = 0
             for job, outcome in _outcomes(pool, batch, count):
                 if isinstance(outcome, BrokenExecutor) and not alone:
                     suspects.add(job.number)
@@ -242,17 +241,14 @@ def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[t
                     waiting.clear()
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)
-                yield job, _outcome(future)
+                try:
+                    outcome: Row | Exception = future.result()
+                except Exception as error:
+                    outcome = error
+                yield job, outcome
     finally:
         for future in running:
             future.cancel()
-
-
-def _outcome(future: Future[Row]) -> Row | Exception:
-    try:
-        return future.result()
-    except Exception as error:
-        return error
 
 
 def _row_of(job: Job, outcome: Row | Exception) -> Row:
