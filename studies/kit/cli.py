@@ -50,23 +50,19 @@ OPTIONS = {
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
-    """Run the command line.
+    """Run the command line `argv`, by default that of the process; return the exit status.
 
-    Parameters
-    ----------
-    study : the study to run with `argv` as its options; without it `argv` starts with a command. A study that is run as a
-        script names itself here and is imported once more under its real name: the copy called `__main__` only defines.
-    argv : `sys.argv[1:]` if not given
-
-    Returns
-    -------
-    status : the exit status
+    With `study` all words are its options. A study that is run as a script names itself here and is imported once more under
+    its real name: the copy called `__main__` only defines.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if argv is None and words[:1] == ["show"]:  # in a process of its own: loading a compiler takes longer than interpreting
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
     try:
-        status = _run_study(study, words) if study is not None else _dispatch(words)
+        if study is None:
+            status = _dispatch(words)
+        else:
+            status = int(import_name(COMMANDS["run"][1])(study, words, f"python -m {registry.entry(study).module}"))
         sys.stdout.flush()
         return status
     except KeyboardInterrupt:
@@ -75,10 +71,6 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of the output has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nothing may be printed at exit
         return 141
-
-
-def _run_study(study: str, words: Sequence[str]) -> int:
-    return int(import_name(COMMANDS["run"][1])(study, words, f"python -m {registry.entry(study).module}"))
 
 
 def _dispatch(words: Sequence[str]) -> int:
@@ -93,7 +85,7 @@ def _dispatch(words: Sequence[str]) -> int:
             _parser().parse_args(words)  # prints help, or raises
             return 0
         command: Command = import_name(COMMANDS[name][1])
-        parser = Parser(prog=f"{program()} {name}", description=_sentence(COMMANDS[name][0]))
+        parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
         command.declare(parser)
         return command.answer(parser.read(rest))
     except BrokenPipeError:
@@ -110,14 +102,10 @@ def _parser() -> Parser:
         parser.add_argument(option, action="store_true", help=does)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (does, _) in COMMANDS.items():
-        command = commands.add_parser(name, help=does, description=_sentence(does))
+        command = commands.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
         if name in BY_NAME:
             command.add_argument("name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list")
     return parser
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
 
 
 MECHANISMS = (".toml", ".json")

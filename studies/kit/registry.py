@@ -43,10 +43,6 @@ STUDIES: dict[str, Entry] = {
 }
 
 
-class UnknownStudyError(ValueError):
-    """Name of a study that is not in the table."""
-
-
 GROUP = "buckler.studies"
 """Entry points by which other packages offer studies: `my-study = "my_package.my_study"`."""
 
@@ -62,15 +58,15 @@ def everything() -> dict[str, Entry]:
 
 
 def entry(name: str) -> Entry:
-    """Look a study up; an UnknownStudyError names the closest one."""
+    """Look a study up; a ValueError names the closest one."""
     studies = STUDIES if name in STUDIES else everything()
     if name not in studies:
         if "." in name or Path(name).exists():
-            raise UnknownStudyError(f"{name}: no mechanism's file, whose name ends in .toml or .json, and no study's, in .py")
+            raise ValueError(f"{name}: no mechanism's file, whose name ends in .toml or .json, and no study's, in .py")
         here = next(
             (f"did you mean {name}{ending}?" for ending in (".toml", ".json", ".py") if Path(f"{name}{ending}").is_file()), ""
         )
-        raise UnknownStudyError(f"unknown study '{name}'; {here or hint(name, studies) or '`buckler list` names them'}")
+        raise ValueError(f"unknown study '{name}'; {here or hint(name, studies) or '`buckler list` names them'}")
     return studies[name]
 
 
@@ -80,7 +76,7 @@ def load(name: str) -> ModuleType:
         return importlib.import_module(entry(name).module)
     path = Path(name).resolve()
     if not path.is_file():
-        raise UnknownStudyError(f"{name}: no such file")
+        raise ValueError(f"{name}: no such file")
     if str(path.parent) not in sys.path:
         sys.path.insert(0, str(path.parent))  # worker processes get the same path
     try:

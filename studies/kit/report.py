@@ -1,25 +1,29 @@
-"""Result of a study: metrics with their errors, tables, signals; and the progress of a run.
+"""Result of a study: metrics with their errors, tables, signals; its files, each written whole or not at all; its progress.
 
 `for case in progress(cases, label="thickness")` is all that a study writes to show its progress.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import platform
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
 from buckler.mbs.progress import Forecast
 
 from .parameters import StudyParameters
+from .style import Figure, house_style
 from .versions import versions
 
 T = TypeVar("T")
@@ -182,6 +186,86 @@ def _cpu() -> str:
     return platform.processor()
 
 
+# --- files --------------------------------------------------------------------------------------------------------------
+
+
+def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
+    """Write signals.npz, figures, pages and, last, metrics.json, whose text is returned; the files of an earlier run go first.
+
+    `trusted` records that failed checks were overridden; the status stays SUSPECT, with its reasons.
+    """
+    writers: dict[str, Callable[[IO[bytes]], object]] = {}
+    if result.signals:
+        signals: dict[str, Any] = dict(result.signals)
+        writers["signals.npz"] = partial(np.savez_compressed, **signals)
+    for name, figure in figures.items():
+        # A PDF without its date is the same file for the same figure.
+        for kind, details in {"png": None, "pdf": {"CreationDate": None}}.items():
+            writers[f"{name}.{kind}"] = partial(figure.savefig, format=kind, metadata=details)
+    for name, page in result.pages.items():
+        writers[name] = partial(lambda text, file: file.write(text.encode()), page)
+    _remove_earlier(folder)
+    with house_style() if figures else nullcontext():
+        for name, writer in writers.items():
+            with atomic(folder / name) as file:
+                writer(file)
+    text = to_json(
+        {
+            "status": result.status,
+            "message": result.message,
+            **({"trusted": True} if trusted else {}),
+            "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
+            "tables": [asdict(table) for table in result.tables],
+            "work": result.work,
+            "provenance": provenance(result.parameters),
+            "files": list(writers),
+        }
+    )
+    with atomic(folder / "metrics.json") as file:
+        file.write(text.encode())
+    return text
+
+
+@contextmanager
+def atomic(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file that appears under its name only once it is complete."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with temporary.open("wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _remove_earlier(folder: Path) -> None:
+    """Remove the files that the folder's metrics.json lists, so that no earlier figure stands beside new numbers."""
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        for name in [*json.loads((folder / "metrics.json").read_text())["files"], "metrics.json"]:
+            if Path(name).name == name:
+                (folder / name).unlink(missing_ok=True)
+
+
+def to_json(content: object) -> str:
+    """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
+    return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def plain(content: object, beyond: Callable[[float], Any]) -> Any:
+    """Convert content to values that JSON has, and each float that is not finite by `beyond`."""
+    if isinstance(content, np.ndarray | np.generic):
+        content = content.tolist()
+    if isinstance(content, Mapping):
+        return {str(key): plain(value, beyond) for key, value in content.items()}
+    if isinstance(content, list | tuple | set):
+        return [plain(value, beyond) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return beyond(content)
+    return content if isinstance(content, str | int | float | None) else str(content)
+
+
 # --- progress -----------------------------------------------------------------------------------------------------------
 
 
@@ -193,31 +277,19 @@ class Progress:
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items and count them."""
-        yield from items if self.quiet else _bar(iterable=items, desc=label or None, total=total)
+        yield from items if self.quiet else bar(iterable=items, desc=label or None, total=total)
 
     def forecast(self, title: str) -> Forecast | bool:
         """Return the progress of `simulate`: a bar and how long it will take, of all cases where this is the first."""
         return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
 
 
-@contextmanager
-def counting(unit: str) -> Iterator[Callable[[], object]]:
-    """Show a count whose end is unknown, as `Progress` does."""
-    with _bar(unit=f" {unit}") as bar:
-        yield bar.update
-
-
-def _bar(**options: object) -> Any:
-    """Make a bar that appears after `_delay` seconds of work."""
+def bar(**options: object) -> Any:
+    """Make a bar that appears after some time: a short one on a terminal, which is redrawn, a long one in a file of lines."""
     from tqdm import tqdm
 
-    delay = _delay()
+    delay = 0.5 if sys.stderr.isatty() else 20.0
     return tqdm(delay=delay, mininterval=delay / 5, leave=False, **options)
-
-
-def _delay() -> float:
-    """Return the time before a bar appears [s]: short on a terminal, which is redrawn, long in a file, which gets lines."""
-    return 0.5 if sys.stderr.isatty() else 20.0
 
 
 QUIET = Progress(quiet=True)

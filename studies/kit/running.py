@@ -19,13 +19,9 @@ from buckler.mbs.record.errors import Status
 
 from . import registry
 from .cli import MECHANISMS, Parser, import_name, print_error
-from .files import write
 from .parameters import Cases, Repeated, StudyParameters, specs
-from .report import Progress, StudyResult
+from .report import Progress, StudyResult, write
 from .style import Figure, house_style
-
-INTERRUPTED = 130
-"""Exit status of what Ctrl-C has ended, as in shells."""
 
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
@@ -41,7 +37,7 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
     begin = time.perf_counter()
-    with _only_json(options):
+    with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():  # of the study and the engine
         result = attempt(found.module.run, parameters, options)
         wall = time.perf_counter() - begin
         result, figures = draw(found.module, result)
@@ -96,12 +92,7 @@ def finish(
         print(f"{name}: {result.status}{' (allowed)' * trusted}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
-    return 0 if result.status == "OK" or trusted else INTERRUPTED if result.status == Status.INTERRUPTED else 1
-
-
-def _only_json(options: argparse.Namespace) -> contextlib.AbstractContextManager[object]:
-    """Redirect output of the study and the engine to stderr if --json is given."""
-    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
+    return 0 if result.status == "OK" or trusted else 130 if result.status == Status.INTERRUPTED else 1
 
 
 EPILOG = (

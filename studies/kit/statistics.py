@@ -41,18 +41,10 @@ def mean(unit: str, values: Any) -> Metric:
 
 
 class PowerLaw(NamedTuple):
-    """Power law by linear least squares in the logarithms of inputs and output.
-
-    Attributes
-    ----------
-    slope, error : d ln y/d ln x and its standard error, shape (d,)
-    explained : share of the variance that the fit explains
-    scatter : standard deviation of ln y about it
-    """
+    """Power law by least squares: d ln y/d ln x, its standard error, and the standard deviation of ln y about the law."""
 
     slope: Array
     error: Array
-    explained: float
     scatter: float
 
     def metrics(self) -> list[Metric]:
@@ -77,8 +69,7 @@ def power_law(inputs: Array, output: Array) -> PowerLaw:
     left = y - x @ slope
     variance = left @ left / (len(y) - x.shape[1] - 1)
     error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
-    share = float(1 - left @ left / (y @ y)) if y.any() else nan  # equal outputs have no spread to share
-    return PowerLaw(slope, error, share, float(np.sqrt(variance)))
+    return PowerLaw(slope, error, float(np.sqrt(variance)))
 
 
 Name = TypeVar("Name", bound=Hashable)
@@ -86,13 +77,9 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class Point:
-    """One variant.
+    """One variant: its error, nan if it failed, and the processor time of each repetition in order [s].
 
-    Attributes
-    ----------
-    error : nan if it failed
-    times : processor time of each repetition, s, in order
-    front : on the Pareto front: no other variant is at least as accurate and as fast, and better in one of the two
+    On the Pareto `front` no other variant is at least as accurate and as fast, and better in one of the two.
     """
 
     error: float
@@ -121,23 +108,9 @@ def work_precision(
     *,
     progress: Callable[[list[Name]], Iterable[Name]] = iter,
 ) -> dict[Name, Point]:
-    """Run every variant several times in turn for its run time.
+    """Run every variant, which does the whole job from its input to its answer, several times in turn for its run time.
 
-    Parameters
-    ----------
-    variants : mapping to callable
-        Each takes nothing and does the whole job from its input to its answer.
-    errors : mapping to float
-        Error of each, from a first run that is not timed.
-    repeats : int
-        Turns, at least 1.
-    progress : callable, optional
-        Passes on the names of the runs ahead, as a progress bar does.
-
-    Raises
-    ------
-    ValueError
-        If there is no variant, or fewer than one repetition is asked for.
+    `errors` are those of first runs that are not timed; `progress` passes on the names of the runs ahead, as a bar does.
     """
     whole("repeats", repeats, 1, 10**6)
     if not variants:

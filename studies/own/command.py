@@ -18,7 +18,7 @@ from ..kit.parameters import Cases
 from ..kit.running import Study, add_options
 from . import study
 from .study import Parameters, digest, solver_options, target_signals
-from .verbs import OPTIONS, name_errors, read_changes, read_file, spec, to_json
+from .verbs import OPTIONS, name_errors, read_changes, read_file, spec
 
 PROBED = 1e-6
 """Duration of the run that shows which signals there are [s]: a step or two of any solver."""
@@ -90,4 +90,9 @@ class File(Study):
         solver |= given
         ours = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
         run |= {name: OPTIONS[name].spec.read(f"--{name}", value) for name, value in ours.items()}
-        return {**run, "name": self.title, "document": to_json(document), "solver": tuple(solver.items())}, changes
+        return {
+            **run,
+            "name": self.title,
+            "document": json.dumps(document, ensure_ascii=False),
+            "solver": tuple(solver.items()),
+        }, changes

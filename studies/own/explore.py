@@ -18,7 +18,7 @@ from math import isfinite
 from pathlib import Path
 from threading import Event, Lock
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change, get
@@ -47,17 +47,6 @@ OMITTED = ("along", "exponent", "near")
 """Last words of numbers that have no slider unless they are named: directions and exponents."""
 
 
-class Slider(NamedTuple):
-    """Number of the mechanism with its range, SI; its unit is that of the file, whose size is `factor` in SI."""
-
-    path: str
-    value: float
-    low: float
-    high: float
-    unit: str
-    factor: float
-
-
 class LateError(Exception):
     """A run whose answer a newer change has made useless."""
 
@@ -78,12 +67,15 @@ class Explorer:
         if other := sorted(set(names) - set(self.family.values)):
             raise ValueError(f"{other[0]}: has no slider")
 
-    def _slider(self, path: str, ends: tuple[float, float] | None) -> Slider:
+    def _slider(self, path: str, ends: tuple[float, float] | None) -> dict[str, Any]:
+        """Describe a number with its range, SI; its unit is that of the file, whose size is `factor` in SI."""
         now, unit = self.family.values[path], self.family.units[path]
         low, high = ends or sorted(part * now for part in AROUND)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
-        return Slider(path, float(number(path, now, low, high, unit)), low, high, *self._unit(path, unit))
+        shown, factor = self._unit(path, unit)
+        value = float(number(path, now, low, high, unit))
+        return {"path": path, "value": value, "low": low, "high": high, "unit": shown, "factor": factor}
 
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
         """Find the unit in which the file has a number, and its size in SI."""
@@ -134,7 +126,9 @@ class Explorer:
         """Write the file with these values beside the one that was opened, never over another."""
         self.mechanism(values)
         units = {path: self._unit(path, self.family.units[path]) for path in values}
-        written = change(self.written, {path: _in_unit(float(value), *units[path]) for path, value in values.items()})
+        sizes = ((path, float(value), *units[path]) for path, value in values.items())
+        texts = {path: value if factor == 1.0 else f"{value / factor:.12g} {unit}" for path, value, unit, factor in sizes}
+        written = change(self.written, texts)
         number = 1
         while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
             number += 1
@@ -142,12 +136,7 @@ class Explorer:
 
     def page(self) -> str:
         """Fill the page."""
-        sliders = [slider._asdict() for slider in self.sliders]
-        return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": sliders})
-
-
-def _in_unit(value: float, unit: str, factor: float) -> float | str:
-    return value if factor == 1.0 else f"{value / factor:.12g} {unit}"
+        return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": self.sliders})
 
 
 ANSWERS = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save}
@@ -194,14 +183,11 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
         def _send(self, status: HTTPStatus, text: str, kind: str) -> None:
             body = text.encode()
             with suppress(ConnectionError):  # the page was closed meanwhile
-                self._write(status, body, kind)
-
-        def _write(self, status: HTTPStatus, body: bytes, kind: str) -> None:
-            self.send_response(status)
-            for key, value in {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}.items():
-                self.send_header(key, value)
-            self.end_headers()
-            self.wfile.write(body)
+                self.send_response(status)
+                for key, value in {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}.items():
+                    self.send_header(key, value)
+                self.end_headers()
+                self.wfile.write(body)
 
         def log_message(self, *_: object) -> None:
             """Print nothing."""

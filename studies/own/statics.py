@@ -12,6 +12,8 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from buckler import mbs
 from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
@@ -127,45 +129,27 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     return [head, *(",".join(map(repr, [parameter, *at, *ends])) for parameter, at, ends in rows)]
 
 
-def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) -> Command:
-    return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
-
-
-equilibrium = _command("equilibrium", lambda m, o: mbs.equilibrium(m, o.load, degree=o.degree))
-frequencies = _command("frequencies", lambda m, o: mbs.frequencies(m, count=o.count, degree=o.degree))
-periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, settle=o.settle, degree=o.degree))
-path = _command("path", _path)
-response = _command("response", _path)
-
-
 def describe(mechanism: Mechanism) -> str:
     """Describe a mechanism: links, further elements, mobility, lowest frequencies, poses, and remarks on the input."""
-    lines = [str(_links(mechanism)), *_others(mechanism)]
-    found = mobility(mechanism)
+    rows = []
+    for link in mechanism.links:
+        length, points = mechanism.length(link.name), "-".join((link.start, *link.carries, link.end))
+        rows.append((link.name, points, type(link.body).__name__, length, link.mass(length)))
+    lines = [str(Table(("link", "points", "kind", "length [m]", "mass [kg]"), rows)), ""]
+    for name in KINDS:
+        if others := [f"{type(each).__name__} {each.key}" for each in getattr(mechanism, name) if name != "links"]:
+            lines.append(f"{name}: {'; '.join(others)}")
+    found, driven = mobility(mechanism), len(mechanism.drives)
     if found:
-        lines.append(_mobility_text(*found, len(mechanism.drives)))
-    movable = not found or found[0] - found[2] > len(mechanism.drives) or any(link.body.flexible for link in mechanism.links)
+        coordinates, constraints, independent = found
+        extra = f", {constraints - independent} of them redundant" if constraints > independent else ""
+        counts = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {coordinates - independent}"
+        rest = "" if coordinates - independent == driven else f"; {driven or 'none'} driven"
+        lines.append(f"as an ideal rigid linkage: {counts}{rest}")
+    movable = not found or found[0] - found[2] > driven or any(link.body.flexible for link in mechanism.links)
     lines += _frequencies(mechanism) if movable else []
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
     return "\n".join(lines)
-
-
-def _links(mechanism: Mechanism) -> Table:
-    rows = []
-    for link in mechanism.links:
-        length = mechanism.length(link.name)
-        rows.append(
-            (link.name, "-".join((link.start, *link.carries, link.end)), type(link.body).__name__, length, link.mass(length))
-        )
-    return Table(("link", "points", "kind", "length [m]", "mass [kg]"), rows)
-
-
-def _others(mechanism: Mechanism) -> Iterator[str]:
-    """Write a line for each list of further elements: kinds and names."""
-    yield ""
-    for name in KINDS:
-        if found := [f"{type(each).__name__} {each.key}" for each in getattr(mechanism, name) if name != "links"]:
-            yield f"{name}: {'; '.join(found)}"
 
 
 def _poses(mechanism: Mechanism) -> Iterator[str]:
@@ -174,15 +158,13 @@ def _poses(mechanism: Mechanism) -> Iterator[str]:
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
-        yield f"another pose: near = {{ {_places({p: at for p, at in other.items() if _differ(at, found.points[p])})} }}"
+        size = SAME * np.abs([*other.values(), *found.points.values()]).max()
+        differ = {point: at for point, at in other.items() if not np.allclose(at, found.points[point], rtol=0, atol=size)}
+        yield f"another pose: near = {{ {_places(differ)} }}"
 
 
 def _places(points: Mapping[str, tuple[float, float]]) -> str:
     return ", ".join(f"{point} = [{x:.5g}, {y:.5g}]" for point, (x, y) in points.items())
-
-
-def _differ(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return max(abs(one[0] - other[0]), abs(one[1] - other[1])) > SAME * max(map(abs, (*one, *other)))
 
 
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
@@ -195,13 +177,6 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
         return rows.shape[1], rows.shape[0], rank(rows)
     except (ValueError, AttributeError):
         return None
-
-
-def _mobility_text(coordinates: int, constraints: int, rank: int, drives: int) -> str:
-    extra = f", {constraints - rank} of them redundant" if constraints > rank else ""
-    driven = "" if coordinates - rank == drives else f"; {drives or 'none'} driven"
-    count = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {coordinates - rank}"
-    return f"as an ideal rigid linkage: {count}{driven}"
 
 
 def _frequencies(mechanism: Mechanism) -> list[str]:
@@ -247,3 +222,14 @@ def compile_solver() -> int:
         raise ValueError(str(error)) from None
     print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
     return 0
+
+
+def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) -> Command:
+    return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
+
+
+equilibrium = _command("equilibrium", lambda m, o: mbs.equilibrium(m, o.load, degree=o.degree))
+frequencies = _command("frequencies", lambda m, o: mbs.frequencies(m, count=o.count, degree=o.degree))
+periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, settle=o.settle, degree=o.degree))
+path = _command("path", _path)
+response = _command("response", _path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 import tomllib
@@ -22,13 +21,10 @@ from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.progress import after_step
 from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.sensitivity.reading import RunFailedError
-from buckler.mbs.sensitivity.residuals import TIME_ZERO
-from buckler.mbs.sensitivity.runs import before_run
 from buckler.mbs.units import parse_quantity
 
-from ..kit import files
 from ..kit.cli import Command, add_repeated
-from ..kit.report import counting
+from ..kit.report import bar, to_json
 from .study import Parameters
 
 FIXED = ("elements", "points", "velocities", "gravity")
@@ -110,11 +106,6 @@ def spec(document: Mapping[str, object], path: str) -> Declaration:
     return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
 
 
-def to_json(document: Mapping[str, object]) -> str:
-    """Write a document as one line of JSON, the same for the same content."""
-    return json.dumps(document, ensure_ascii=False, sort_keys=False)
-
-
 # --- commands ---------------------------------------------------------------------------------------------------------
 
 
@@ -173,9 +164,11 @@ def file_command(
 @contextmanager
 def count(unit: str) -> Iterator[None]:
     """Show the number of runs, or of steps of a curve, while they take long."""
+    from buckler.mbs.sensitivity.runs import before_run  # with the compiler, which `run --help` does not need
+
     called = {"runs": before_run, "steps": after_step}[unit]
-    with counting(unit) as shown:
-        token = called.set(shown)
+    with bar(unit=f" {unit}") as shown:
+        token = called.set(shown.update)
         try:
             yield
         finally:
@@ -189,7 +182,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 def print_json(content: object) -> None:
     """Print strict JSON: NaN and infinity are null."""
-    print(files.to_json(content), end="")
+    print(to_json(content), end="")
 
 
 # --- numbers of a document --------------------------------------------------------------------------------------------
@@ -208,6 +201,8 @@ def read_range(document: Mapping[str, object], text: str) -> tuple[str, tuple[fl
 
 def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
     """Read values of a number of a document, in SI."""
+    from buckler.mbs.sensitivity.residuals import TIME_ZERO  # with the compiler
+
     unit = "s" if path == TIME_ZERO else standing(document, path).unit
     try:
         return [parse_quantity(each, unit) for each in texts]

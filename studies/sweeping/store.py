@@ -16,9 +16,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from ..kit.files import plain
 from ..kit.parameters import StudyParameters
-from ..kit.report import Metric
+from ..kit.report import Metric, plain
 
 APPLICATION = 0x4275636B
 """Mark of a store in the header of its file, SQLite's `application_id`."""
@@ -87,16 +86,9 @@ class About(NamedTuple):
 
 
 class Store:
-    """File of a sweep, open and locked; a context manager.
+    """File of a sweep, made if it is not there, open and locked; without a path rows stay in memory.
 
-    Parameters
-    ----------
-    path : the file, made if it is not there; without it rows stay in memory
-
-    Raises
-    ------
-    StoreError
-        If it is in use, no store, damaged, of another format, or cannot be written.
+    A StoreError says that it is in use, no store, damaged, of another format, or cannot be written.
     """
 
     def __init__(self, path: Path | None = None) -> None:
@@ -161,10 +153,7 @@ class Store:
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> None:
         """Write all cases of a sweep down, unless they are there; with `retry` failed ones have not ended.
 
-        Raises
-        ------
-        StoreError
-            If the store has cases of another sweep or version. It may grow: its cases must be among those asked for.
+        A StoreError refuses cases of another sweep or version. The store may grow: its cases must be among those asked for.
         """
         texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters however they were given
         keys = {text: number for number, text in enumerate(texts)}
@@ -212,11 +201,12 @@ class Store:
     def rows(self) -> list[Row]:
         """Read every case that has ended, in the order of the plan."""
         rows = []
-        for number, key, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
+        for number, parameters, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
             content = json.loads(text)
             for name, each in content["metrics"].items():
-                content["metrics"][name] = Metric(**{k: v if k == "unit" or v is None else float(v) for k, v in each.items()})
-            rows.append(Row(number, json.loads(key), status, **content | {"wall_s": float(content["wall_s"])}))
+                numbers: Any = {key: value if key == "unit" or value is None else float(value) for key, value in each.items()}
+                content["metrics"][name] = Metric(**numbers)
+            rows.append(Row(number, json.loads(parameters), status, **content | {"wall_s": float(content["wall_s"])}))
         return rows
 
 

@@ -1,9 +1,5 @@
 """Sweeps: many cases of one study on any executor, each written down as it ends.
 
-    cases = [slider_crank.Parameters(thickness=t, models="beam") for t in (1e-4, 3e-4, 5e-4)]
-    rows = sweep("slider-crank", cases, workers=2, store=Path("thickness.sqlite"))
-    forces = [row.value("beam.contact_force_180") for row in rows if row.status == "OK"]
-
 The same call with the same store runs only what has not ended. Rows do not depend on the executor.
 """
 

@@ -5,8 +5,7 @@ import re
 import pytest
 from made_up_study import Parameters, run
 
-from buckler.studies.kit.files import atomic, write
-from buckler.studies.kit.report import Metric, StudyResult
+from buckler.studies.kit.report import Metric, StudyResult, atomic, write
 
 
 def test_error_is_relative_to_the_exact_value_or_the_studys_own():
