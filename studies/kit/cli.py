@@ -135,10 +135,16 @@ class Parser(argparse.ArgumentParser):
 
     def read(self, argv: Sequence[str]) -> argparse.Namespace:
         """Parse the words; a ValueError names the first that is wrong, and the closest option to an unknown one."""
-        options, unknown = self.parse_known_args(prepare(argv))
+        words: list[str] = []
+        for word in argv:
+            if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
+                words[-1] += f"={word}"  # argparse would take the negative quantity for an option
+            else:
+                words.append(word)
+        options, unknown = self.parse_known_args(words)
         if unknown:
             word = unknown[0].partition("=")[0]
-            known = [word for action in self._actions for word in action.option_strings]
+            known = [option for action in self._actions for option in action.option_strings]
             kind = "parameter" if word.startswith("-") else "argument"
             raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
         return options
@@ -161,23 +167,10 @@ def print_error(error: Exception | str) -> int:
     return 2
 
 
-def prepare(argv: Sequence[str]) -> list[str]:
-    """Join negative values to their options."""
-    words: list[str] = []
-    for word in argv:
-        if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
-            words[-1] += f"={word}"  # argparse would take the negative quantity for an option
-        else:
-            words.append(word)
-    return words
-
-
 def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about: str, **more: Any) -> None:
     """Add an option that may be given again."""
     parser.add_argument(name, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)
 
-
-# --- list, new --------------------------------------------------------------------------------------------------------
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 
@@ -199,7 +192,6 @@ def _declare_new(parser: argparse.ArgumentParser) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    """Write an example file; never over another."""
     examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
     if options.name == "list":
         for name, path in examples.items():

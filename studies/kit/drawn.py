@@ -79,7 +79,6 @@ def _chain(dice: Dice) -> Made:
 
 
 def _block(dice: Dice, **more: Any) -> mbs.Mechanism:
-    """Make a block that slides along x."""
     points, bar = {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)}, mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))
     return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=dice.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 

@@ -32,18 +32,13 @@ def print_versions() -> int:
 
 def provenance() -> dict[str, object]:
     """Say where a run comes from that ends now: versions, host, hash of the sources, time."""
-    return {**_origin(), "sources": _hash_sources(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+    return {**_origin(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
 @cache
 def _origin() -> dict[str, object]:
-    return {"versions": versions(), "host": socket.gethostname()}
-
-
-@cache
-def _hash_sources() -> str:
-    """Hash Buckler's own source files, which needs no git."""
+    """Collect what does not change while a process lives; the hash of the source files needs no git."""
     root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
     for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+    return {"versions": versions(), "host": socket.gethostname(), "sources": digest.hexdigest()[:16]}

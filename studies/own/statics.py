@@ -49,7 +49,6 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
     if kind in ("periodic", "response"):
         add("--period", type=_read_time, required=True, help="period of the drive, or first guess of it [s]")
-        add("--settle", type=int, default=0, help="periods that run before; default 0")
     if kind in ("path", "response"):
         _declare_path(kind, parser)
 
@@ -84,7 +83,7 @@ def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argpar
 def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
-    names = ("load", "drive", "parameter", "steps", "branches", "degree", "settle")
+    names = ("load", "drive", "parameter", "steps", "branches", "degree")
     given = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
     found: Any = mbs.response(mechanism, options.period, **given) if "period" in options else mbs.path(mechanism, **given)
     if options.plot and len(found.parameter):
@@ -115,7 +114,6 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
 
 
 def _csv(found: Any, options: argparse.Namespace) -> list[str]:
-    """Write a path step by step, anything else row by row."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
     if "period" in options:
@@ -230,6 +228,6 @@ def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) 
 
 equilibrium = _command("equilibrium", lambda m, o: mbs.equilibrium(m, o.load, degree=o.degree))
 frequencies = _command("frequencies", lambda m, o: mbs.frequencies(m, count=o.count, degree=o.degree))
-periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, settle=o.settle, degree=o.degree))
+periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, degree=o.degree))
 path = _command("path", _path)
 response = _command("response", _path)

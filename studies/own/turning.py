@@ -59,7 +59,6 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
-    """Read `--by`: paths, or paths with their standard deviations."""
     pairs = [text.partition("=") for text in texts]
     if not any(equals for _, equals, _ in pairs):
         return [path for path, _, _ in pairs]
@@ -78,7 +77,6 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
     about = "a column that separates the experiments, and sets the number of this path if it is one"
     add_repeated(parser, "--setting", "COLUMN", about)
-    add_repeated(parser, "--profile", "PATH", "a number whose profile likelihood is wanted")
     parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the figure; default results")
@@ -93,7 +91,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     out = writable(options.out / f"{options.file.stem}-fit")
     with count("runs"):
         data = read_csv(options.data, options.signal, options.setting, options.start)
-        found = fitted(file.document, data, free=free, starts=options.starts, profiles=options.profile)
+        found = fitted(file.document, data, free=free, starts=options.starts)
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
     found.plot().savefig(figure := out / "fit.png")
@@ -139,10 +137,6 @@ fit = file_command(_declare_fit, _fit, runs=False)
 optimise = file_command(_declare_optimise, _optimise)
 
 
-HEADS = ("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %")
-"""Columns of the printed table; the last three are quantiles over members and windows."""
-
-
 def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     parser.add_argument("--members", type=int, default=1000, help="runs, of each combination of lists; default 1000")
@@ -180,7 +174,6 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
 
 
 def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:
-    """Read PATH=LOW:HIGH, a uniform distribution, or PATH=A,B,C, a list."""
     path, _, values = text.partition("=")
     ends = values.split(":")
     if len(ends) > 2 or not values:
@@ -194,7 +187,6 @@ def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, obj
 
 
 def _summary(found: Ensemble, reading: str) -> dict[str, Any]:
-    """Return the statistics of a reading, and its means by combination of lists."""
     low, high = found.interval(reading)
     return {
         "reading": reading, "mean": found.mean(reading), "error": found.error(reading), "low": low, "high": high,
@@ -204,13 +196,13 @@ def _summary(found: Ensemble, reading: str) -> dict[str, Any]:
 
 
 def _table(found: Ensemble) -> str:
-    """Make the table: a row a reading; where lists are given, a further table a row a combination."""
     rows = []
     for each in map(lambda reading: _summary(found, reading), found.readings):
         quantiles = [f"{value:.4g}" for value in each["quantiles"]]
         interval = f"{each['low']:.6g} to {each['high']:.6g}"
         rows.append([each["reading"], f"{each['mean']:.6g}", f"{each['error']:.2g}", interval, *quantiles])
-    tables = [str(Table(HEADS, rows))]
+    heads = ("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %")
+    tables = [str(Table(heads, rows))]
     if found.members.grid:
         means = [found.cells(reading) for reading in found.readings]
         lines = [

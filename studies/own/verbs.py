@@ -106,9 +106,6 @@ def spec(document: Mapping[str, object], path: str) -> Declaration:
     return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
 
 
-# --- commands ---------------------------------------------------------------------------------------------------------
-
-
 class Opened(NamedTuple):
     """Document of a file with its changes, duration of its run [s], and its readings."""
 
@@ -183,9 +180,6 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def print_json(content: object) -> None:
     """Print strict JSON: NaN and infinity are null."""
     print(to_json(content), end="")
-
-
-# --- numbers of a document --------------------------------------------------------------------------------------------
 
 
 def read_range(document: Mapping[str, object], text: str) -> tuple[str, tuple[float, float]]:

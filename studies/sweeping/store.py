@@ -229,7 +229,6 @@ def _explain(error: sqlite3.Error, path: Path | None) -> str:
 
 
 def _difference(foreign: str, keys: Iterable[str]) -> str:
-    """Name the first parameter of a stored case that no case asked for has."""
     asked = [json.loads(key) for key in keys]
     for name, value in json.loads(foreign).items():
         if all(case.get(name) != value for case in asked):

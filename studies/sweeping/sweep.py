@@ -58,39 +58,24 @@ def sweep(
     name: str = "",
     units: Mapping[str, str] | None = None,
 ) -> list[Row]:
-    """Run a study for many parameters.
+    """Run a study for many parameters; return a row a case, in their order, or a row a case of the part.
 
     Parameters
     ----------
-    study : str or module
-        Its name in the registry, or a module with `run` that workers can import.
-    cases : sequence of StudyParameters
-        The study's own `Parameters`, no two alike.
-    workers : int
-        Processes of this machine, 0 for none but this one; not used with an executor. A process that dies is replaced.
-    executor : concurrent.futures.Executor, optional
-        A `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `mpi4py.futures.MPIPoolExecutor`. It is not shut down here.
-    store : Path, optional
-        File that keeps the rows. Cases that it has, or a store of a part beside it, do not run again.
-    part : Part, optional
-        Run only this part of the cases, and keep them in `part.store(store)`.
-    retry : bool
-        Run cases again that are stored as failed.
+    study : its name in the registry, or a module with `run` that workers can import
+    cases : the study's own `Parameters`, no two alike; one that fails is a row with its status and message
+    workers : processes of this machine, 0 for none but this; a process that dies is replaced
+    executor : `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `MPIPoolExecutor`; it is not shut down here
+    store : file that keeps the rows; cases that it has, or a store of a part beside it, do not run again
+    part : run only this part of the cases, and keep them in `part.store(store)`
+    retry : run cases again that are stored as failed
     name, units : name of the study and units of its parameters in the store; by default its own
-
-    Returns
-    -------
-    rows : list of Row
-        One a case, in their order, or one a case of the part. A case that fails is a row with its status and message.
 
     Raises
     ------
-    ValueError
-        If two cases are the same or one is not of this study.
-    StoreError
-        If the store is in use, damaged, full, or of another sweep.
-    SweepError
-        If the workers cannot load the study, have other versions, or are lost.
+    ValueError : two cases are the same or one is not of this study
+    StoreError : the store is in use, damaged, full, or of another sweep
+    SweepError : the workers cannot load the study, have other versions, or are lost
     """
     if workers < 0:
         raise ValueError(f"workers = {workers}: out of range; allowed: 0 or more")
@@ -119,9 +104,6 @@ def sweep(
                 except StoreError as error:  # an error of the disk, not of the arguments
                     raise SweepError(str(error)) from None
         return [row for row in book.rows() if row.number in mine]
-
-
-# --- in a worker ------------------------------------------------------------------------------------------------------
 
 
 class Job(NamedTuple):
@@ -161,9 +143,6 @@ def _follow_parent() -> None:
     if parent := multiprocessing.parent_process():
         parent.join()
         os._exit(1)
-
-
-# --- in the process that sweeps ---------------------------------------------------------------------------------------
 
 
 def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Generator[Row]:
@@ -248,7 +227,6 @@ def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[t
 
 
 def _row_of(job: Job, outcome: Row | Exception) -> Row:
-    """Return the row of a job; one whose process died is CRASHED."""
     if isinstance(outcome, Row):
         return outcome
     if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # of Dask, after tries of its own

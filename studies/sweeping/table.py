@@ -92,7 +92,6 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
 
 
 def _as_written(axis: Axis, text: str, unit: str) -> Axis:
-    """Return the axis with the unit that stands behind its first number."""
     given = written_unit(re.split("[:,]", text)[0])
     if not given or not isinstance(axis.values[0], float):
         return axis
@@ -149,9 +148,6 @@ def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes:
             shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
             raise ValueError(f"{shown}: {error}") from None
     return Plan(cases, axes)
-
-
-# --- table --------------------------------------------------------------------------------------------------------------
 
 
 class Point(NamedTuple):
@@ -211,9 +207,6 @@ def _cell(metric: Metric | None) -> str | float | None:
     if metric is None or math.isnan(metric.value):
         return None
     return metric.value if metric.off is None or math.isnan(metric.off) else metric.format(".6g")
-
-
-# --- figures ------------------------------------------------------------------------------------------------------------
 
 
 def figures(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
@@ -284,9 +277,6 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
         return value
     unit = axis.label(units)
     return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if unit == '1' else unit}".rstrip()
-
-
-# --- all cases ----------------------------------------------------------------------------------------------------------
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
