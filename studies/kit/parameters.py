@@ -11,7 +11,7 @@ from math import cos, degrees, pi, sin
 from typing import Any
 
 from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Spec, Whole, declarations, field
-from buckler.mbs.declare.spec import Choice, Text
+from buckler.mbs.declare.spec import Choice
 
 PLAIN = "parameters"
 """Group of parameters that are declared in none."""
@@ -74,23 +74,11 @@ def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: 
     return field(_several(Choice(tuple(options))), help, default, group=group)
 
 
-def text(default: str, help: str, group: str = PLAIN) -> Any:
-    """Declare any words, such as the name of a file."""
-    return field(Text(), help, default, group=group)
-
-
 @dataclass(frozen=True)
 class StudyParameters(Declared):
     """Base of every study's `Parameters`: reads and checks each field; a ValueError names parameter, value, range and unit."""
 
     in_files = False
-
-    def agree(self) -> None:
-        """Check parameters against each other."""
-        self.check()
-
-    def check(self) -> None:
-        """Raise a ValueError of one line for parameters that contradict each other; for studies to override."""
 
     def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
         """Return the parameters that another kind has, too, by name."""

@@ -163,7 +163,7 @@ class Parameters(StudyParameters):
     )  # fmt: skip
     report: bool = field(Flag(), "write the report page; no store keeps this", default=False)
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Refuse wrong settings and measures before any run."""
         if self.accuracy is None and self.of != PLACES:
             raise ValueError("of: without an accuracy; give both")

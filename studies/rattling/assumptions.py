@@ -109,9 +109,9 @@ class ModalAssumptions(Assumptions):
         1.0, "1", 0.5, 2, "of the rocker's frequencies over those of the plain bar: eyes, holes, a mesh", "left open"
     )
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Check that the flexible rocker has a mode."""
-        super().check()
+        super().agree()
         if self.bending + self.axial == 0:
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 

@@ -89,9 +89,9 @@ class PlayParameters(JointAssumptions):
 class FourBarParameters(PlayParameters, Runs):
     """Parameters of studies on the compiled solver."""
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Check parameters against each other; build the bars."""
-        super().check()
+        super().agree()
         self.bars(rocker=None)
 
 
@@ -101,13 +101,13 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Check that a rigid rocker is given no modes."""
         plain = {each.name: each.default for each in fields(self)}
         asked = [f"{name} = {getattr(self, name)}" for name in OF_MODES if getattr(self, name) != plain[name]]
         if self.rocker == "rigid" and asked:
             raise ValueError(f"{', '.join(asked)}: only a rocker of modes can have them; choose rocker = modal")
-        super().check()
+        super().agree()
 
     def bars(self, **changes: Any) -> Mechanism:
         """Return the crank-rocker, some arguments of `bars` changed."""

@@ -79,7 +79,7 @@ class Parameters(Judged):
     clearance: tuple[float, ...] = quantities((5e-5, 5e-4), "m", 1e-6, 2e-3, "radial clearance: one, or from, to", OPEN)
     samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Ranges have at most two ends; the first and the last values make a mechanism."""
         for name in RANGES:
             if len(getattr(self, name)) > 2:

@@ -56,9 +56,9 @@ class Parameters(RockerParameters):
     sections: int = integer(0, 0, 10**5, "turns of each run of a bifurcation map over the range of clearances, 0: no map", "grid")
     section_count: int = integer(100, 2, 10**5, "its clearances, evenly spaced in the logarithm", "grid")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Build every point."""
-        super().check()
+        super().agree()
         for clearance in self.clearances:
             self.bars(gap=clearance)
 

@@ -75,7 +75,7 @@ class Parameters(PlayParameters, Assumptions):
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Check parameters against each other; build what will be run."""
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")

@@ -59,9 +59,9 @@ class Parameters(Assumptions, Judged):
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """The kind of modes is one of the sets here; a joint has one pin."""
-        super().check()
+        super().agree()
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
         self.bars("N.s/m", 5e-3)

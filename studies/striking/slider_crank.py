@@ -80,7 +80,7 @@ class Parameters(ImpactParameters):
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e2, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
     impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """The ramp has a whole turn."""
         if self.ramp.position(self.duration) < 2 * pi:
             raise ValueError(f"duration = {self.duration:g} s: the crank does not complete a turn; longer, or faster")

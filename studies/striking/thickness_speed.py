@@ -62,7 +62,7 @@ class Parameters(StrikeParameters):
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
     workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
 
-    def check(self) -> None:
+    def agree(self) -> None:
         """Check the grid."""
         if self.slow in self.speeds:
             raise ValueError(f"slow = {self.slow:g} rad/s: is one of the speeds already")

@@ -21,7 +21,7 @@ class Parameters(StudyParameters):
     ending: str = choice("fine", ("fine", "suspect", "raises", "interrupts", "undrawable", "prints"), "how it ends")
     models: tuple[str, ...] = choices(("strut",), ("stitched", "strut", "beam"), "models to run")
 
-    def check(self):
+    def agree(self):
         if self.elements == 13 and self.thickness > 1e-3:
             raise ValueError("elements = 13: not with a thickness above 0.001 m")
 

@@ -28,7 +28,7 @@ class Parameters(StudyParameters):
     pause: float = quantity(0, "s", 0, 100, "how long it takes")
     seed: int = integer(0, 0, 10**9, "of the noise")
 
-    def check(self):
+    def agree(self):
         if self.order == 13 and self.speed > 5:
             raise ValueError("order = 13: not with a speed above 5 rad/s")
 
