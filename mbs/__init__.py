@@ -83,7 +83,7 @@ offer({
     "plot_mechanism": "buckler.mbs.view.plot:plot_mechanism",
     "plot_signals": "buckler.mbs.view.plot:plot_signals",
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
-    "plot_path": "buckler.mbs.view.equilibria:plot_path",
+    "plot_path": "buckler.mbs.view.plot:plot_path",
     "animate": "buckler.mbs.view.plot:animate",
     "read": "buckler.mbs.sensitivity.measures:read",
     "measures": "buckler.mbs.sensitivity.measures:measures",

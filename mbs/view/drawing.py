@@ -104,11 +104,6 @@ INKS: dict[str, Ink] = {
 """Colours by what a mark stands for; links take theirs in turn. Lines keep 3 : 1 against white."""
 
 
-def pack(mark: Mark) -> list[Any]:
-    """Return a mark as a list that JSON can hold."""
-    return [type(mark).__name__, *mark]
-
-
 FIXED = "="
 """Before a frame's name: it follows the point but does not turn."""
 MIDDLE = "@"
@@ -171,12 +166,6 @@ class Sheet:
                 return str(joint.point)
         return self.pivot(second if first == GROUND else first)
 
-    def travel(self, point: str, along: Pair) -> tuple[float, float]:
-        """Least and largest travel of a point in a direction since t = 0, m."""
-        moved = (self.record.point(point)[0] - self.mechanism.points[point]) @ np.array(along)
-        moved = moved[np.isfinite(moved)]
-        return float(moved.min(initial=0.0)), float(moved.max(initial=0.0))
-
 
 def unit(vector: Pair) -> Pair:
     """Return the direction of a vector, downward of none."""
@@ -224,10 +213,3 @@ def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground
         s = length * (k + 0.5) / count
         comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]
     yield Path(frame, ink, place_along([*comb, (length, 0.0)], along, 1.0, start))
-
-
-def hull(points: Sequence[Pair]) -> Points:
-    """Convex hull of points that are not in line, counter-clockwise."""
-    from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
-
-    return tuple(points[k] for k in ConvexHull(points).vertices)

@@ -63,13 +63,14 @@ def _solids(movie: Movie) -> Iterator[Solid]:
     """Yield all links as solids: rigid ones, then flexible ones."""
     for mark in movie.marks:
         if isinstance(mark, Path) and mark.closed and mark.width > 0:
-            yield _prism(movie, mark)
+            outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
+            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # wedges on a fan of triangles
+            sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
+            yield Solid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():
         along = np.gradient(band.points, axis=1)
-        left = (
-            np.stack([-along[..., 1], along[..., 0]], axis=-1)
-            / np.maximum(np.hypot(*np.moveaxis(along, -1, 0)), 1e-300)[..., None]
-        )
+        size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
+        left = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
         sides = [band.points + side * band.thickness / 2 * left for side in (-1.0, 1.0)]
         corners = np.stack([_at_height(side, z) for z in (-band.width / 2, band.width / 2) for side in sides], axis=2)
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + np.array([0, 4, 5, 1, 2, 6, 7, 3])
@@ -81,12 +82,3 @@ def _solids(movie: Movie) -> Iterator[Solid]:
 def _at_height(plane: Array, height: ArrayLike) -> Array:
     """Lift places in the plane (times, n, 2) to a height [m] in space."""
     return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
-
-
-def _prism(movie: Movie, mark: Path) -> Solid:
-    """Extrude a convex outline: wedges on a fan of triangles."""
-    outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
-    n = len(mark.points)
-    fan = np.array([[0, k, k + 1] for k in range(1, n - 1)])
-    corners = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
-    return Solid(np.concatenate(corners, axis=1), "wedge", np.hstack([fan, fan + n]), {})

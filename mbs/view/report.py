@@ -19,7 +19,7 @@ from ..geometry import Array
 from ..offers import find_offer
 from ..record.energy import ledger
 from ..record.result import Result
-from .drawing import INKS, Arrow, pack
+from .drawing import INKS, Arrow
 from .movie import Movie, make_movie
 from .verdicts import facts, summary, verdicts
 
@@ -141,7 +141,7 @@ def _motion(result: Result, store: Store) -> dict[str, Any] | None:
     for mark in movie.marks:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
-        row = pack(_round(mark))
+        row = [type(mark).__name__, *map(_round, mark)]
         row[1] = index.get(row[1], row[1])
         if row[0] == "Span":
             row[2] = index[row[2]]
@@ -177,16 +177,11 @@ def _short(result: Result) -> Movie:
     return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
 
 
-def _round(mark: Any) -> Any:
+def _round(value: object) -> Any:
     """Round the numbers of a mark to what a screen shows."""
-
-    def cut(value: object) -> Any:
-        """Round one value."""
-        if isinstance(value, float):
-            return float(f"{value:.5g}")
-        return tuple(map(cut, value)) if isinstance(value, tuple) else value
-
-    return type(mark)(*(cut(value) for value in mark))
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    return tuple(map(_round, value)) if isinstance(value, tuple) else value
 
 
 # --- signals ----------------------------------------------------------------------------------------------------------

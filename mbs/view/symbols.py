@@ -37,7 +37,6 @@ from .drawing import (
     arrow,
     capsule,
     hatching,
-    hull,
     place_along,
     unit,
 )
@@ -102,7 +101,9 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     side = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off) > thickness:
-        yield Path(frame, ink, hull(local), True, width)
+        from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
+
+        yield Path(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
     else:
         reach = [along[0] * x + along[1] * y for x, y in local]
         a, b = min(reach), max(reach)
@@ -176,7 +177,9 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     """Yield a block on a rail as long as its travel."""
     u, along = sheet.unit, guide.along
-    a, b = sheet.travel(guide.point, along)
+    moved = (sheet.record.point(guide.point)[0] - sheet.mechanism.points[guide.point]) @ np.array(along)
+    moved = moved[np.isfinite(moved)]
+    a, b = float(moved.min(initial=0.0)), float(moved.max(initial=0.0))
     frame = sheet.at(GROUND, guide.point)
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
