@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,7 +125,14 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     for key, field in fields.items():
         if field.required and key not in values:
             raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
-    return _construct(name, kind, values)
+    try:
+        return kind(**values)
+    except RefusalError as error:
+        raise ValueError(f"{dot}{error.place}: {error}" if dot + error.place else str(error)) from None
+    except (ValueError, TypeError, ArithmeticError) as error:  # of fields that do not go together
+        message = " ".join(str(error).split())
+        first = re.match(r"\w+", message)
+        raise ValueError(f"{dot if first and first[0] in values else name and f'{name}: '}{message}") from None
 
 
 def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> type:
@@ -149,19 +156,6 @@ def _fitting(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[typ
     return [
         kind for kind, each in fields.items() if {key for key, field in each.items() if field.required} <= set(given) <= set(each)
     ]
-
-
-def _construct(name: str, kind: Callable[..., object], values: Mapping[str, object]) -> Any:
-    """Call a class; name the place in its errors of fields that do not go together."""
-    dot = f"{name}." if name else ""
-    try:
-        return kind(**values)
-    except RefusalError as error:
-        raise ValueError(f"{dot}{error.place}: {error}" if dot + error.place else str(error)) from None
-    except (ValueError, TypeError, ArithmeticError) as error:
-        message = " ".join(str(error).split())
-        first = re.match(r"\w+", message)
-        raise ValueError(f"{dot if first and first[0] in values else name and f'{name}: '}{message}") from None
 
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:

@@ -197,18 +197,13 @@ class Text(Name):
 
 
 @dataclass(eq=False, repr=False)
-class Choice(Spec):
+class Choice(Name):
     """One word of several."""
 
     options: tuple[str, ...]
-    metavar = "NAME"
 
     def __post_init__(self) -> None:
         self.words, self.allowed = f"one of {', '.join(map(repr, self.options))}", ", ".join(self.options)
-
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a text."""
-        return isinstance(given, str)
 
     def read(self, name: str, given: object) -> str:
         """Return one of the options."""

@@ -128,7 +128,7 @@ class Law(Function):
         return self.make(name, given)
 
 
-class Rates(Function):
+class Rates(Law):
     """Rates of all states of a load, which calls it: one function, or a list of one for each state."""
 
     words = "a function, or a list of them, in files formulas"
@@ -136,10 +136,6 @@ class Rates(Function):
     def fits(self, given: object) -> bool:
         """Return whether an input is a function or a list of them."""
         return Callables.fits(self, given) or (is_list(given) and len(given) > 0)
-
-    def read(self, name: str, given: object) -> Any:
-        """Return the rates of the states."""
-        return self.make(name, given)
 
     def schema(self) -> Schema:
         """Return the JSON schema of a function or a list of them."""

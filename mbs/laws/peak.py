@@ -24,9 +24,10 @@ which is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ..geometry import Array
+
 _ELASTIC = 1e-8
 """Below this chi the root of (2) is w = chi, to chi^2."""
 _NODES, _WEIGHTS = ((x + 1.0) / 2.0 if i == 0 else x / 2.0 for i, x in enumerate(np.polynomial.legendre.leggauss(12)))

@@ -55,14 +55,10 @@ def _lagrange(count: int, natural: Array) -> tuple[Array, Array]:
 def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
     """Cubic Hermite functions of (r, r') at both nodes, with first and second derivatives in s, shape (elements, points, 4)."""
     z = np.broadcast_to((np.asarray(natural) + 1) / 2, (len(length), len(natural)))
-    n = _stack([1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2)])
-    d = _stack([(6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z])
-    dd = _stack([(12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length])
-    return n, d, dd
-
-
-def _stack(parts: list[Array]) -> Array:
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+    n = (1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2))
+    d = ((6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z)
+    dd = ((12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length)
+    return tuple(np.stack(np.broadcast_arrays(*parts), axis=-1) for parts in (n, d, dd))
 
 
 @dataclass(frozen=True, eq=False)
