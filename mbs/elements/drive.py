@@ -225,5 +225,5 @@ class Drive(Driven):
         """Return the driven coordinate and its rate."""
         if self.target in record.mechanism.points:
             block = record.blocks[self.target]
-            return block.q, block.q_t
+            return block.travel, block.speed
         return record.turn(f"{self.target}:{record.mechanism.link(self.target).start}")

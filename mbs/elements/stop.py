@@ -160,7 +160,7 @@ class Stop(Element):
         side, face = self.side(mechanism), self.face(mechanism)
         if self.is_in_guide:
             block = record.blocks[self.point]
-            return side * (block.q - face), side * block.q_t
+            return side * (block.travel - face), side * block.speed
         travel, rate = self._way(record, self.across(mechanism))
         return side * (travel - face), side * rate
 

@@ -62,6 +62,16 @@ class BlockMotion:
     q_t: Array
     q_tt: Array
 
+    @property
+    def travel(self) -> Array:
+        """Way along the guide since t = 0, m, (times,)."""
+        return self.q
+
+    @property
+    def speed(self) -> Array:
+        """Rate of the travel, m/s, (times,)."""
+        return self.q_t
+
     def point(self, _name: str = "") -> tuple[Array, Array]:
         """Place and velocity, each (times, 2)."""
         return self.origin + np.outer(self.q, self.along), np.outer(self.q_t, self.along)
