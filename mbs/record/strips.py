@@ -58,8 +58,8 @@ def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
     n = (1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2))
     d = ((6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z)
     dd = ((12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length)
-    n, d, dd = (np.stack(np.broadcast_arrays(*parts), axis=-1) for parts in (n, d, dd))
-    return n, d, dd
+    value, slope, bend = (np.stack(np.broadcast_arrays(*parts), axis=-1) for parts in (n, d, dd))
+    return value, slope, bend
 
 
 @dataclass(frozen=True, eq=False)
