@@ -30,8 +30,7 @@ from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, workin
 from .progress import USUAL, Forecast, forecast
 from .record.errors import Status
 from .record.result import Result
-from .record.run import Run
-from .record.signals import shapes_at
+from .record.run import Run, shapes_at
 from .scene.scene import Scene
 from .solvers import Closure, Exudyn, Spectral
 from .validate import as_tuple, number, one_of, positive, short

@@ -18,8 +18,8 @@ from math import inf, log
 import numpy as np
 
 from ..elements.signal import Kind
-from ..record.energy import BALANCE as BALANCE_ALLOWED
 from ..record.errors import Errors, Key, Norm, Status
+from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
 from .damping import damped
 from .demand import BALANCE, STRIKE, Demand, Worst, worst

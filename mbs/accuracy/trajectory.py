@@ -16,11 +16,9 @@ import numpy as np
 from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.energy import put_through
 from ..record.errors import Key, Norm
 from ..record.lookup import corrected_trapezoidal
-from ..record.run import Run
-from ..record.signals import follows
+from ..record.run import Run, follows, put_through
 from ..scene.scene import Scene
 
 SMALL = 1e-2

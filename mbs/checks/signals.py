@@ -7,10 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.signal import Depth
-from ..record.energy import BALANCE, put_through
 from ..record.errors import Norm
 from ..record.result import Result
-from ..record.run import Run
+from ..record.run import BALANCE, Run, put_through
 from ..scene.scene import Scene
 from .check import check, without
 

@@ -21,7 +21,7 @@ from .lookup import OUTSIDE, between, unknown
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .signals import Shape
+    from .run import Shape
 
 
 @dataclass(frozen=True, repr=False)

@@ -17,7 +17,7 @@ from ..elements.stop import Stop
 from ..geometry import Array
 from ..modal.planar import STATIONS
 from ..record.lookup import unknown
-from ..record.signals import collect
+from ..record.run import collect
 from .compiling import jit
 from .forces import add_one
 from .frame_body import FrameBody

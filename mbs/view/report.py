@@ -17,8 +17,8 @@ import numpy as np
 
 from ..geometry import Array
 from ..offers import find_offer
-from ..record.energy import ledger
 from ..record.result import Result
+from ..record.run import ledger
 from .drawing import INKS, Arrow
 from .movie import Movie, make_movie
 from .verdicts import facts, summary, verdicts

@@ -15,8 +15,8 @@ from buckler.mbs.accuracy.levels import DEGREE, FIRST, KINDS, Level, Levels
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.record.energy import BALANCE as BALANCE_ALLOWED
 from buckler.mbs.record.errors import Norm
+from buckler.mbs.record.run import BALANCE as BALANCE_ALLOWED
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.solvers import usual_tolerance
 

@@ -16,9 +16,9 @@ from buckler.mbs.checks import linkages
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import Hertz
-from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.errors import Norm, Status
 from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import ledger
 from buckler.mbs.view.verdicts import QUESTIONS
 
 NEAR = {}

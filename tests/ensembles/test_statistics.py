@@ -10,7 +10,7 @@ from buckler.mbs.ensembles.readings import Reading
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.modal import BarModes
-from buckler.mbs.record.signals import collect
+from buckler.mbs.record.run import collect
 from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import integrate

@@ -10,7 +10,7 @@ import pytest
 from buckler.mbs import Beam, Result, Section, Status, simulate, slider_crank
 from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.laws import ExactRestitution
-from buckler.mbs.record.signals import Shape
+from buckler.mbs.record.run import Shape
 
 STRIP = Section(width=0.030, thickness=0.0003).damped(0.02, 0.31)
 

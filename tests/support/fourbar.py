@@ -14,8 +14,8 @@ import numpy as np
 from buckler.mbs import Clearance, Controlled, Material, Mechanism, Modal, Rigid, Section, Spectral, Status, crank_rocker
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import RATTLING, CrankRocker
-from buckler.mbs.record.energy import ledger as energies
 from buckler.mbs.record.lookup import hermite
+from buckler.mbs.record.run import ledger as energies
 from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import follow_markers, record_of
