@@ -1,6 +1,4 @@
-"""Grammar of random mechanisms for studies and tests.
-
-    name, mechanism, duration = draw(seed=1, k=7, families=("kinks", "any chain"))
+"""Grammar of random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
 
 A family is a skeleton (linkage, chain, block, strip) with optional bodies, drives, clearances, stops, springs and loads.
 """

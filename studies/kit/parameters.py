@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from math import cos, degrees, pi, sin
 from typing import Any
 
-from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Spec, Whole, declarations, field
+from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Whole, declarations, field
 from buckler.mbs.declare.spec import Choice
 
 PLAIN = "parameters"
@@ -37,10 +37,6 @@ class _Listed(Repeated):
         return super().read(name, given.split(",") if isinstance(given, str) else given)
 
 
-def _several(item: Spec) -> Spec:
-    return _Listed(item, least=1, distinct=True)
-
-
 # Each of these returns a dataclass field; the declared type is the value's, as with `dataclasses.field` itself.
 
 
@@ -51,12 +47,12 @@ def quantity(default: float, unit: str, low: float, high: float, help: str, grou
 
 def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
     """Declare one or more numbers with a unit: `0.1mm,0.3mm`."""
-    return field(_several(Quantity(unit, low, high)), help, default, group=group)
+    return field(_Listed(Quantity(unit, low, high), least=1, distinct=True), help, default, group=group)
 
 
 def counts(default: tuple[int, ...], low: int, high: int, help: str, group: str = PLAIN) -> Any:
     """Declare one or more whole numbers: `4,8`."""
-    return field(_several(Whole(low, high)), help, default, group=group)
+    return field(_Listed(Whole(low, high), least=1, distinct=True), help, default, group=group)
 
 
 def integer(default: int, low: int, high: int, help: str, group: str = PLAIN) -> Any:
@@ -71,7 +67,7 @@ def choice(default: str, options: Sequence[str], help: str, group: str = PLAIN) 
 
 def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = PLAIN) -> Any:
     """Declare one or more words of several: `strut,beam`."""
-    return field(_several(Choice(tuple(options))), help, default, group=group)
+    return field(_Listed(Choice(tuple(options)), least=1, distinct=True), help, default, group=group)
 
 
 @dataclass(frozen=True)

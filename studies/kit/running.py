@@ -134,7 +134,7 @@ class Study:
 
 def subject(name: str) -> Study:
     """Find the study or the mechanism's file of this name."""
-    return import_name("own.command:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+    return import_name("own.verbs:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
 
 
 def parser_of(found: Study, prog: str, taken: Collection[str] = ()) -> Parser:

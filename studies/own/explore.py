@@ -193,7 +193,6 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
             """Print nothing."""
 
     made = Server((HOST, port), Handler)
-    made.daemon_threads = True
     return made, f"http://{HOST}:{made.server_port}/{token}/"
 
 

@@ -175,14 +175,9 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
 
 def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:
     path, _, values = text.partition("=")
-    ends = values.split(":")
-    if len(ends) > 2 or not values:
-        raise ValueError(f"--vary {text}: write PATH=LOW:HIGH or PATH=A,B,C, as joints.B.gap=0.1mm:0.3mm")
-    if len(ends) == 1:
+    if values and ":" not in values:
         return path, read_quantities(document, path, values.split(","), f"--vary {text}")
-    low, high = read_quantities(document, path, ends, f"--vary {text}")
-    if not low < high:
-        raise ValueError(f"--vary {text}: low must be less than high")
+    path, (low, high) = read_range(document, text, "--vary")
     return path, uniform(low, high - low)
 
 

@@ -1,8 +1,9 @@
-"""Mechanism files of the command line: documents and tables [run], places in them, options that all commands have."""
+"""Mechanism files of the command line: `run FILE`, `sweep FILE`; documents and tables [run]; options of all commands."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import sys
 import tomllib
@@ -20,12 +21,16 @@ from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import TimeUpError, time_limit
 from buckler.mbs.progress import after_step
 from buckler.mbs.sensitivity.numbers import standing
-from buckler.mbs.sensitivity.reading import RunFailedError
+from buckler.mbs.sensitivity.reading import RunFailedError, check
+from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
 
-from ..kit.cli import Command, add_repeated
+from ..kit.cli import Command, Parser, add_repeated
+from ..kit.parameters import Cases
 from ..kit.report import bar, to_json
-from .study import Parameters
+from ..kit.running import Study, add_options
+from . import study
+from .study import Parameters, digest, solver_options, target_signals
 
 FIXED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers change only if they are named: whole numbers and places."""
@@ -106,6 +111,84 @@ def spec(document: Mapping[str, object], path: str) -> Declaration:
     return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
 
 
+PROBED = 1e-6
+"""Duration of the run that shows which signals there are [s]: a step or two of any solver."""
+
+
+class File(Study):
+    """Mechanism of a file."""
+
+    module, about = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.title = path, path.stem
+
+    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
+        """Declare the options of the run, of the solver, and the changes of the file."""
+        repeats = {"of", "measure"}
+        add_options(
+            parser, OPTIONS, {key: f"{each.doc}{'; may be repeated' * (key in repeats)}" for key, each in OPTIONS.items()}
+        )
+        about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
+        add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
+        add_options(parser, solver_options(), {name: each.doc for name, each in solver_options().items()})
+
+    def parameters(self, options: argparse.Namespace) -> Parameters:
+        """Make the parameters of one run, and try its first microsecond."""
+        with name_errors(self.path):
+            base, changes = self._settings(options)
+            found = Parameters(**base, changes=tuple(changes.items()), report=True)
+            self.probe(found)
+        return found
+
+    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[Cases, dict[str, Any]]:
+        """Make cases from values at places of the file."""
+        with name_errors(self.path):
+            base, changes = self._settings(options)
+            document, places = change(json.loads(base["document"]), changes), {}
+            for name in (text.partition("=")[0].strip() for text in options.vary):
+                try:
+                    places[name] = spec(document, name)
+                except ValueError as error:
+                    raise ValueError(f"--vary {name}: {error}") from None
+        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
+
+    def probe(self, parameters: Any) -> str:
+        """Run a first microsecond: refuse a mechanism that cannot start, and names of signals that it has not."""
+        with name_errors(self.path):
+            result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
+            for name in target_signals(parameters) if result.signals else ():
+                _ = result[name]
+            for text in parameters.measure if result.signals else ():
+                check(text, result.signals)
+        return f"{self.title} {digest(parameters.document)}"
+
+    def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the settings of a run without its changes, and the changes; options override the file."""
+        document, run = read_file(self.path)
+        Mechanism.from_dict(document)
+        changes = read_changes(document, options.changes)
+        given = {name: value for name in solver_options() if (value := getattr(options, name)) is not None}
+        if options.accuracy is not None:  # accuracy and solver on the command line replace each other in the file
+            run.pop("solver", None)
+        if given:
+            run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
+        given = {name: solver_options()[name].spec.read(f"--{name.replace('_', '-')}", text) for name, text in given.items()}
+        solver, kind = dict(run.pop("solver", ())), given.pop("solver", None)
+        if kind is not None:
+            solver = {} if kind != solver.get("kind", kind) else solver
+            solver["kind"] = kind
+        solver |= given
+        ours = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
+        run |= {name: OPTIONS[name].spec.read(f"--{name}", value) for name, value in ours.items()}
+        return {
+            **run,
+            "name": self.title,
+            "document": json.dumps(document, ensure_ascii=False),
+            "solver": tuple(solver.items()),
+        }, changes
+
+
 class Opened(NamedTuple):
     """Document of a file with its changes, duration of its run [s], and its readings."""
 
@@ -182,14 +265,14 @@ def print_json(content: object) -> None:
     print(to_json(content), end="")
 
 
-def read_range(document: Mapping[str, object], text: str) -> tuple[str, tuple[float, float]]:
+def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
     """Read a number's path and its range, PATH=LOW:HIGH, in SI."""
     path, _, ends = text.partition("=")
     if ends.count(":") != 1:
-        raise ValueError(f"--free {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
-    low, high = read_quantities(document, path, ends.split(":"), f"--free {text}")
+        raise ValueError(f"{option} {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
+    low, high = read_quantities(document, path, ends.split(":"), f"{option} {text}")
     if not low < high:
-        raise ValueError(f"--free {text}: low must be less than high")
+        raise ValueError(f"{option} {text}: low must be less than high")
     return path, (low, high)
 
 

@@ -37,8 +37,6 @@ DEFAULT_SHOWN = 4
 """Metrics shown if none are named."""
 MARKS = "os^vDP*Xhd"
 """Marks of the lines of a family, in order."""
-FEW = 6
-"""Largest number of lines with colours of their own and a legend each; more take the colours of a scale."""
 CONSTANT = 1e-9
 """Spread over size below which all values are one, as the rest is rounding."""
 
@@ -216,8 +214,6 @@ def figures(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units:
 
 def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
     """Draw lines over the number with most values, one for each combination of the others; hollow marks are suspect."""
-    from matplotlib import colormaps
-
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
@@ -241,9 +237,8 @@ def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Map
         else:
             ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
     status, families = np.array([point.row.status for point in found]), list(dict.fromkeys(labels.tolist()))
-    colours = COLOURS if len(families) <= FEW else colormaps["viridis"](np.linspace(0, 1, len(families)))
     for i, label in enumerate(families):
-        mark, colour = MARKS[i % len(MARKS)], colours[i]
+        mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
         family = np.flatnonzero(labels == label)
         family = family[np.argsort(x[family], kind="stable")]
         bars = None if np.isnan(error[family]).all() else np.nan_to_num(error[family])
@@ -259,17 +254,15 @@ def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Map
 
 
 def _legend(ax: Any, failed: bool, suspect: bool) -> None:
-    """Name the curves, or the first and the last of many, and the marks that occur."""
+    """Name the curves and the marks that occur."""
     from matplotlib.lines import Line2D
 
     handles, labels = ax.get_legend_handles_labels()
-    if len(handles) > FEW:
-        handles, labels = handles[:: len(handles) - 1], labels[:: len(labels) - 1]
     marks = {"failed": "x"} if failed else {}
     marks |= {"suspect": "o"} if suspect else {}
     handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
     if handles:
-        ax.legend(handles, [*labels, *marks])
+        ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)
 
 
 def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:

@@ -45,7 +45,7 @@ def dummy(monkeypatch, tmp_path):
         ("cli.main(argv=['list'])", "numpy scipy exudyn matplotlib tqdm tabulate numba meshio"),
         ("cli.main(argv=['--help'])", "numpy scipy exudyn matplotlib tqdm tabulate numba meshio sqlite3"),
         # loading scipy and figures takes longer than a rigid mechanism takes to run
-        ("import buckler.mbs.simulation, buckler.studies.own.command",
+        ("import buckler.mbs.simulation, buckler.studies.own.verbs",
          "scipy.special scipy.integrate scipy.sparse scipy.linalg matplotlib numba"),
     ],
 )  # fmt: skip
