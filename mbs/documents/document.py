@@ -19,13 +19,6 @@ WIDTH = 100
 """Characters of a line: a table that would be longer gets lines of its own."""
 
 
-def dumps(content: Mapping[str, object]) -> str:
-    """Write a document as TOML: a mapping of names to strings, numbers, truth values, lists and mappings of these."""
-    lines: list[str] = []
-    _write(content, (), lines)
-    return "\n".join(lines).lstrip("\n") + "\n"
-
-
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
     """Write values that fit on a line first, then the tables."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
@@ -79,9 +72,11 @@ def write(content: Mapping[str, object], path: Path) -> Path:
 
 
 def text(content: Mapping[str, object], ending: str) -> str:
-    """Return a document as the text of a file."""
+    """Return a document, names of strings, numbers, truth values, lists and mappings of these, as the text of a file."""
     if ending == ".toml":
-        return dumps(content)
+        lines: list[str] = []
+        _write(content, (), lines)
+        return "\n".join(lines).lstrip("\n") + "\n"
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
