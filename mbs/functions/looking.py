@@ -121,14 +121,10 @@ class Looks:
             found.append(times)
             only = None if edges.capped or len(times) > FEW else _only_state(function, time, curves, times)
             before, self._times[k] = self._times.get(k), times
+            rests = before is not None and before.shape == times.shape and (np.abs(before - times) <= APART * end).all()
             if only is not None:
                 self._known[k] = only, np.unique(curves[only](times))
-            elif (
-                not edges.capped
-                and before is not None
-                and len(before) == len(times)
-                and (np.abs(before - times) <= APART * end).all()
-            ):
+            elif rests and not edges.capped:
                 self._known[k] = TIME, times
         many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
         return found, many

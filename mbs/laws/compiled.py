@@ -50,11 +50,7 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
     names = function.__code__.co_names
-    calls = {
-        k: compile_plain(v, jit) if isinstance(v, types.FunctionType) else v
-        for k, v in function.__globals__.items()
-        if k in names
-    }
+    calls = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
     held = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
     calls["__name__"] = function.__module__
     plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, held)
@@ -128,9 +124,8 @@ def _value(thing: object, depth: int = 0) -> Hashable:
         except TypeError:
             return None
         return type(thing), thing
-    values = (
-        tuple(_value(each, depth + 1) for each in getattr(thing, "__dict__", {"": None}).items()) if depth < DEEP else (None,)
-    )
+    items = getattr(thing, "__dict__", {"": None}).items()
+    values = tuple(_value(each, depth + 1) for each in items) if depth < DEEP else (None,)
     return None if None in values else (type(thing), *values)
 
 

@@ -104,12 +104,8 @@ def between(motion: Any, time: Array, times: Array) -> Any:
 class Record(Recorded):
     """A run as arrays, made of what `Recorded` lists; of links the motions are `RigidMotion`, `StripMotion`, `ModalHistory`.
 
-    Attributes
-    ----------
-    rule : callable
-        Integral over time that suits how the motion was found, as in `buckler.mbs.record.lookup`.
-    undetermined : sequence of str
-        Elements whose forces no equation determines, as redundant ones share them.
+    `rule` is the integral over time that suits how the motion was found, as in `lookup`. No equation determines the forces of
+    `undetermined` elements, as redundant ones share them.
     """
 
     mechanism: Mechanism
