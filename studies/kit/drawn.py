@@ -39,9 +39,6 @@ def draw(seed: int, k: int, families: Sequence[str] = (), among: Mapping[str, Ca
     return Draw(f"{family} {seed}.{k}", *every[family](Dice(seed, list(every).index(family), k)))
 
 
-# --- chains and blocks -----------------------------------------------------------------------------------------------------
-
-
 def _free(dice: Dice) -> Made:
     """Draw a pendulum released for three to a hundred periods."""
     angle, length = dice.uniform(0.05, 2.8), dice.uniform(0.2, 0.6)
@@ -99,9 +96,6 @@ def _bouncing(dice: Dice) -> Made:
     spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + away)
     made = _block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * away, parts.impact(dice))])
     return made, dice.uniform(0.5, 6) * 2 * pi * sqrt(made.guides[0].mass / stiffness)
-
-
-# --- strips ----------------------------------------------------------------------------------------------------------------
 
 
 def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:

@@ -47,9 +47,6 @@ class Dice(np.random.Generator):
         return [option for option in options if self.chance(share)]
 
 
-# --- parts -----------------------------------------------------------------------------------------------------------------
-
-
 def strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
     """Draw a damped strip, its number of elements given or left to the solver."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(dice.log(3e-3, 0.1), length)
@@ -132,9 +129,6 @@ def place(at: complex) -> tuple[float, float]:
 def ray(angle: float) -> complex:
     """Return the unit vector at an angle [rad]."""
     return complex(cos(angle), sin(angle))
-
-
-# --- linkages --------------------------------------------------------------------------------------------------------------
 
 
 def turning(

@@ -8,7 +8,6 @@ doi 10.1115/IMECE2008-68796; its lengths are `buckler.mbs.library.PAPER`. Crank-
 from __future__ import annotations
 
 from buckler.mbs import Material
-from buckler.mbs.library import PAPER_STIFFNESS
 
 # --- the compliant slider-crank ---------------------------------------------------------------------------------------
 
@@ -34,8 +33,6 @@ GRAVITY = 9.81
 STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
 BAR_AREA = 0.020 * 0.005
 """Area of the bars' section [m^2]."""
-CONTACT_STIFFNESS = PAPER_STIFFNESS
-"""Contact stiffness K [N/m^1.5]: 2.53e5 "N/mm", read as N/mm^1.5."""
 CONTACT_DAMPING = 253.0
 """Largest contact damping c_max, in one of `DAMPING_UNITS`."""
 DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}

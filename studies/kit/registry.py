@@ -43,16 +43,13 @@ STUDIES: dict[str, Entry] = {
 }
 
 
-GROUP = "buckler.studies"
-"""Entry points by which other packages offer studies: `my-study = "my_package.my_study"`."""
-
-
 def everything() -> dict[str, Entry]:
-    """List the studies of Buckler and of other packages that are installed."""
+    """List the studies of Buckler, and of other packages by their entry points `my-study = "my_package.my_study"`."""
     from importlib.metadata import entry_points
 
     others = {
-        point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in entry_points(group=GROUP)
+        point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "")
+        for point in entry_points(group="buckler.studies")
     }
     return {**others, **STUDIES}
 

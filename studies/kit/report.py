@@ -13,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -119,10 +119,6 @@ class StudyResult:
     def __str__(self) -> str:
         return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
-    def replace(self, **values: Any) -> StudyResult:
-        """Return a copy with other values."""
-        return replace(self, **values)
-
     def of(self, kind: type[P]) -> P:
         """Return the parameters, which are of this kind."""
         if not isinstance(self.parameters, kind):
@@ -179,11 +175,9 @@ def _commit() -> str | None:
 
 
 def _cpu() -> str:
-    with suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor()
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
 
 
 # --- files --------------------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -57,7 +58,7 @@ def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, option
         if not isinstance(error, ImportError):
             traceback.print_exc()
         result = StudyResult(parameters=parameters, status="ERROR", message=f"{type(error).__name__}: {error}")
-    return result.replace(work={"wall_s": time.perf_counter() - begin, **result.work})
+    return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
 def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
@@ -69,7 +70,7 @@ def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[s
             figures = study.figure(result)
     except Exception as error:
         traceback.print_exc()
-        return result.replace(status="ERROR", message=f"drawing the figures: {type(error).__name__}: {error}"), {}
+        return replace(result, status="ERROR", message=f"drawing the figures: {type(error).__name__}: {error}"), {}
     return result, figures if isinstance(figures, Mapping) else {"figure": figures}
 
 

@@ -13,6 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -163,7 +164,7 @@ def _report(asked: _Sweep, rows: Sequence[Row], wall: float) -> int:
     except ValueError as error:
         return print_error(error)
     pages = {"cases.csv": to_csv(rows, asked.units)}
-    result = result.replace(tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
+    result = replace(result, tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
     with house_style():
         drawn = figures(asked.plan, found, shown, asked.units)
     return finish(
