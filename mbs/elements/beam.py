@@ -124,15 +124,7 @@ class Cable(Flexible):
 
 @dataclass(frozen=True)
 class Curve:
-    """A stress-free line, by the direction of its tangent.
-
-    Attributes
-    ----------
-    length : float
-        Arc length, m.
-    direction : callable
-        Fractions of the arc length (n,) -> angle against the chord, rad, (n,).
-    """
+    """A stress-free line of some `length` [m]: fractions of it (n,) -> angle (n,) of the tangent against the chord [rad]."""
 
     length: float
     direction: Callable[[Reals], Reals]

@@ -201,10 +201,7 @@ class Touch(NamedTuple):
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
     """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
 
-    Parameters
-    ----------
-    memory : array, shape (times, 4)
-        What `journal.MEMORY` names, of the last accepted step before each time.
+    `memory` (times, 4) is what `journal.MEMORY` names, of the last accepted step before each time.
     """
     place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
     depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))

@@ -73,11 +73,8 @@ TEXTS = _Texts()
 class Element(Declared):
     """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies.
 
-    Attributes
-    ----------
-    title, label : str
-        What messages call it, and its name in a mechanism, where a second one of a name is `name.2`: texts with its fields in
-        braces; `{point:point}` and `{link:body}` are parts of a point reference, `{kind}` and `{kind:lower}` name the class.
+    Messages call it `title`; `label` is its name in a mechanism, where a second one is `name.2`. Both are texts with its fields
+    in braces; `{point:point}` and `{link:body}` are parts of a point reference, `{kind}` and `{kind:lower}` name the class.
     """
 
     title: ClassVar[str] = ""
@@ -218,13 +215,7 @@ class Body(Declared):
 
 
 class Joined(Element):
-    """A joint, as other elements see it.
-
-    Attributes
-    ----------
-    ideal : bool
-        Whether it is a constraint; else contact holds it.
-    """
+    """A joint, as other elements see it: `ideal` if it is a constraint, else contact holds it."""
 
     ideal: ClassVar[bool] = True
     point: str
@@ -291,19 +282,10 @@ class Parts(Declared):
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A run as plain arrays over time, as its elements see it.
+    """A run as plain arrays over `time` (times,) [s], as its elements see it.
 
-    Attributes
-    ----------
-    mechanism : Parts
-    time : array, shape (times,)
-        s.
-    links : mapping of str to motion
-        Of each link that has coordinates of its own: see `buckler.mbs.record.record`.
-    blocks : mapping of str to BlockMotion
-        Of each guide, by its point.
-    channels : mapping of str to mapping of str to array
-        What was recorded of each element besides, by the element's name and the channel's, each (times, columns).
+    `links` are motions of links with coordinates of their own, as in `buckler.mbs.record.record`; `blocks` those of guides, by
+    point. `channels` (times, columns) are what was recorded besides, by the element's name and the channel's.
     """
 
     mechanism: Parts

@@ -66,12 +66,7 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is given: constant, or a function of time first of all, which may be one of states, too.
 
-    Attributes
-    ----------
-    law : Law
-        Variables, unit and size of its function without states.
-    measured : str
-        Variables of a function of states, but for these.
+    `law` has variables, unit and size of its function without states; `measured` names variables of a function of states besides.
     """
 
     law: ClassVar[Law]

@@ -61,12 +61,8 @@ def takes_moments(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
 def holder(mechanism: Parts, at: str) -> str:
     """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
 
-    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts.
-
-    Raises
-    ------
-    ValueError
-        If nothing with mass holds it.
+    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts. A ValueError says that
+    nothing with mass holds it.
     """
     body, point = place(at)
     links = {link.name: link for link in mechanism.links}
@@ -91,13 +87,7 @@ def holder_reference(mechanism: Parts, at: str) -> str:
 
 
 def holder_place(mechanism: Parts, at: str, where: str) -> Place:
-    """Return the place of a point on the link, or the ground, that holds it.
-
-    Raises
-    ------
-    ValueError
-        If a guide's block holds it alone, under a strut.
-    """
+    """Return the place of a point on the link, or the ground, that holds it; ValueError if a guide's block alone does."""
     body, point = place(holder_reference(mechanism, at))
     if body != GROUND and body not in {link.name for link in mechanism.links}:
         raise ValueError(f"{where}: '{at}' is the end of a strut on a guide's block; name a link with mass")

@@ -18,16 +18,9 @@ ACROSS = ((1.0, 0.0), (0.0, 1.0))
 
 @dataclass(frozen=True)
 class Along:
-    """direction . (place of first - place of second), m.
+    """direction . (place of first - place of second) [m].
 
-    Parameters
-    ----------
-    first, second : Place
-        A body, a link's name or 'ground', and the point of it.
-    direction : (float, float)
-        At t = 0.
-    turns : bool
-        Whether it turns with the second body.
+    A place is a body, a link's name or 'ground', with a point of it. The direction, at t = 0, may turn with the second body.
     """
 
     first: Place
@@ -59,13 +52,7 @@ Measure = Along | Turn | Distance
 class Row:
     """One equation: the sum of coefficient times measure is as at t = 0, or follows a motion from there.
 
-    Parameters
-    ----------
-    terms : tuple of (float, Measure)
-    motion : Ramp or Motion, optional
-        What the sum follows.
-    start_only : bool
-        True if it holds at the start only, as a pin that is centred in its bush.
+    One that holds at the `start_only` is that of a pin which is centred in its bush.
     """
 
     terms: tuple[tuple[float, Measure], ...]

@@ -37,19 +37,9 @@ class Kind(StrEnum):
 class Trait(NamedTuple):
     """Properties of a signal besides its values and unit.
 
-    Attributes
-    ----------
-    kind : Kind
-    group : str
-        Signals of one group are components of a vector: they are measured by the largest of them. By default it is alone.
-    rate : str
-        Name of the signal that is its rate.
-    scale : float
-        What its errors are relative to, where the element knows it: the clearance of a joint.
-    period : float
-        s, over which the signal is a mean; 0 of a signal as computed.
-    source : str
-        Name of the signal whose mean it is; '' of a signal as computed.
+    Signals of one `group` are components of a vector, measured by the largest of them; by default it is alone. `rate` names the
+    signal that is its rate. `scale` is what its errors are relative to, where the element knows it: the clearance of a joint.
+    `period` [s] is that of a mean, of the signal `source`; 0 and '' of a signal as computed.
     """
 
     kind: Kind
@@ -66,19 +56,10 @@ class Trait(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """A named series and what it is; kind, group, rate, scale, period and source as in `Trait`.
+    """A named series, `values` (times,), and what it is; kind, group, rate, scale, period and source as in `Trait`.
 
-    Attributes
-    ----------
-    name : str
-    values : array, shape (times,)
-    unit : str
-    onsets : array, shape (contacts,)
-        Times, s, at which a contact closes or opens: its force jumps or has a kink there.
-    depth : array, shape (times,)
-        m, of a stop's contact; negative where it is open.
-    elastic : callable, optional
-        Force, N, of its law at rest in depths, m.
+    `onsets` (contacts,) are times at which a contact closes or opens [s]: its force jumps or has a kink there. `depth` (times,)
+    is that of a stop's contact, negative where open [m]; `elastic` the force [N] of its law at rest in depths [m].
     """
 
     name: str
@@ -107,16 +88,10 @@ def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rat
 
 
 class Energy(NamedTuple):
-    """An energy, J, of shape (times,).
+    """An energy of shape (times,) [J]: 'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
 
-    Attributes
-    ----------
-    kind : str
-        'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
-    name : str
-        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`,
-        `resistance`; `drive`, `load`, `motor`.
-    values : array, shape (times,)
+    `name` is what it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`,
+    `contact`, `resistance`; `drive`, `load`, `motor`.
     """
 
     kind: str

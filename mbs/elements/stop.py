@@ -244,14 +244,8 @@ take as much less of it, so that what it does is in the difference of two runs."
 class Striking:
     """Running state of a stop's contacts, from accepted step to accepted step.
 
-    Attributes
-    ----------
-    onset : float
-        Approach speed when the present contact began, m/s, or a share of the fastest one so far.
-    fastest : float
-        Fastest approach so far that ended in contact, m/s.
-    share : float
-        Of that, what slower ones are taken for.
+    `onset` is the approach speed when the present contact began [m/s], or `share` of `fastest` if that is larger. The `fastest`
+    approach so far is that of those that ended in contact [m/s].
     """
 
     stop: Stop

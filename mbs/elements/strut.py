@@ -67,18 +67,11 @@ def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
 
 
 class StrutLaw:
-    """Force law of one strut.
+    """Force law of one strut, of axial stiffness `rigidity` E A/L [N/m], up to the elongation `kink` < 0 at the Euler load [m].
 
     Straight: E A/L times the elongation, down to the Euler load. Beyond it the end shortening U is shared between bending,
     u L, and compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction suffices. A taut
     strut also resists with the material's axial damping.
-
-    Attributes
-    ----------
-    kink : float
-        Elongation at the Euler load, m, negative.
-    rigidity : float
-        E A/L, N/m.
     """
 
     def __init__(self, strut: Strut, length: float) -> None:

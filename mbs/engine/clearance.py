@@ -66,13 +66,7 @@ class ClearanceGroup:
         self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
-        """Update the memory after an accepted step: bristles, and onset speeds of contacts that have just begun.
-
-        Returns
-        -------
-        array, shape (joints, 4)
-            A copy of the memory.
-        """
+        """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
         flat, memory, now = self.columns.ravel(), self.memory, self._report
         self.kernel.report(t, q[flat], q_t[flat], memory, self.places, self.numbers, now)
         depth, rate = now[:, DEPTH], now[:, RATE]

@@ -20,14 +20,7 @@ def describe_failure(t: float, what: str, error: BaseException, out_of_range: St
 def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
 
-    Parameters
-    ----------
-    scene : EngineScene
-    what : str
-        What raises, in words.
-    function : callable
-    out_of_range : Status, optional
-        What a ValueError means; any other exception, and it too by default, is FUNCTION_FAILED.
+    The name `what` says in words what raises. A ValueError means `out_of_range`, any other exception FUNCTION_FAILED.
     """
 
     def call(system: System, t: float, *arguments: float) -> object:

@@ -181,13 +181,7 @@ class Rubbing:
 
 
 def _add_rubbing(scene: EngineScene, name: str, guide: Guide) -> None:
-    """Add friction that follows the guide's reaction.
-
-    Raises
-    ------
-    ValueError
-        If a strut leans on the block: the guide then has no constraint of its own.
-    """
+    """Add friction that follows the guide's reaction; ValueError if a strut on the block leaves the guide no constraint."""
     if guide.link in scene.strut_links:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)

@@ -78,13 +78,7 @@ class Placed:
         raise NotImplementedError
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Node (x, y, theta) that moves with the body at a point, and that node's reference place.
-
-        Raises
-        ------
-        ValueError
-            If the body has none: contacts exert moments.
-        """
+        """Node (x, y, theta) that moves with the body at a point, and its reference place; ValueError if the body has none."""
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
 
 

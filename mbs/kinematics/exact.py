@@ -30,12 +30,8 @@ BEFORE = 1e-12
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
     """Follow the linkage, then ask it for places, speeds, accelerations and forces.
 
-    Raises
-    ------
-    ValueError
-        If joints and drives alone do not decide the motion and all forces.
-    KinematicsError
-        If the drive cannot move the linkage from where it starts.
+    A ValueError says that joints and drives alone do not decide the motion and all forces; a KinematicsError that the drive
+    cannot move the linkage from where it starts.
     """
     reason = Scene.of(mechanism).why_not_kinematic
     if reason:

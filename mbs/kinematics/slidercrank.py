@@ -49,26 +49,14 @@ class SliderCrank(NamedTuple):
     def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
         """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider held at x = stop, along its line, N (eqs 7-13).
 
-        Parameters
-        ----------
-        load : callable
-            P L^2/(E I) of the end shortening over the length, such as `buckler.elastica.pinned.load`.
-        rigidity : float
-            E I of the coupler, N m^2.
-        theta, stop : float or array
-            Crank angle, rad, and place of the slider, m; a coupler that is not shortened counts as just buckling.
+        The function `load` is P L^2/(E I) of the end shortening over the length, as `buckler.elastica.pinned.load`; `rigidity` is
+        E I [N m^2]. At the crank angle `theta` [rad] a coupler that is not shortened counts as just buckling; `stop` is in m.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)
 
     def contact_angle(self, stop: float) -> float:
-        """Crank angle in (0, pi) at which the rigid slider reaches x = stop: the cosine rule.
-
-        Raises
-        ------
-        ValueError
-            If the slider never gets there.
-        """
+        """Crank angle in (0, pi) at which the rigid slider reaches x = stop, by the cosine rule; ValueError if it never does."""
         inner, outer = self.slider(0.0), self.slider(np.pi)
         if not outer <= stop <= inner:
             raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")

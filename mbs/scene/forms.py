@@ -85,16 +85,9 @@ class Forms:
         return found
 
     def system(self, q: Array) -> tuple[Array, Array]:
-        """Residual C and Jacobian J, motions left out.
+        """Residual C (..., rows) and Jacobian J (..., rows, 3 bodies), motions left out.
 
-        Parameters
-        ----------
-        q : array, shape (..., bodies, 3)
-            Place, m, and turn since t = 0, rad.
-
-        Returns
-        -------
-        C, J : arrays, shapes (..., rows), (..., rows, 3 bodies)
+        The coordinates `q` (..., bodies, 3) are places [m] and turns since t = 0 [rad].
         """
         n, lead = self.bodies, q.shape[:-2]
         value, jacobian = np.zeros((*lead, len(self.share))), np.zeros((*lead, len(self.share), n + 1, 3))

@@ -38,14 +38,7 @@ POSES = 4
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism whose links are all taken as rigid.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-    last : float
-        Time up to which its drives tell where they are, s.
-    """
+    """Loop closure of a mechanism whose links are all taken as rigid; its drives are known up to the time `last` [s]."""
 
     mechanism: Mechanism
     last: float = np.inf
@@ -129,13 +122,7 @@ class Linkage:
     def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
         """Residual C, Jacobian J and convective term gamma, the drives' parts left out.
 
-        Parameters
-        ----------
-        q, q_t : array, shape (..., links, 3)
-
-        Returns
-        -------
-        C, J, gamma : arrays, shapes (..., rows), (..., rows, 3 links), (..., rows)
+        Of coordinates and rates (..., links, 3) they have shapes (..., rows), (..., rows, 3 links), (..., rows).
         """
         residual, jacobian = self._forms.system(q - self._turned_by)
         return residual, jacobian, self.convective(q, q_t)

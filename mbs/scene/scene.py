@@ -32,13 +32,6 @@ class Scene:
     """Mechanism with what follows from it: rows, start, redundant constraints, sizes, times.
 
     All is found at the first question and kept: a mechanism never changes.
-
-    Examples
-    --------
-    >>> from buckler.mbs import Rigid, Section, slider_crank
-    >>> from buckler.mbs.scene.scene import Scene
-    >>> Scene.of(slider_crank(Rigid(Section(0.03, 0.002)), law=None, mass=0.3, speed=1.25)).is_determined
-    True
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -85,13 +78,7 @@ class Scene:
 
     @cached_property
     def start(self) -> Start:
-        """Velocities at t = 0.
-
-        Raises
-        ------
-        KinematicsError
-            If what drives and given velocities ask for is impossible.
-        """
+        """Velocities at t = 0; KinematicsError if drives and given velocities ask for the impossible."""
         return start(self.linkage)
 
     @cached_property

@@ -24,15 +24,10 @@ EXACT = 1e-9
 
 @dataclass(frozen=True)
 class Start:
-    """Velocities at t = 0.
+    """Velocities at t = 0: `rates` (links, 3) of all links as if rigid, of the start [m/s] and of turning [rad/s].
 
-    Attributes
-    ----------
-    linkage : Linkage
-    rates : array, shape (links, 3)
-        Of all links, as if rigid: velocity of the start, m/s, turning, rad/s.
-    bends : dict of str to dict of str to array, shape (3,)
-        By flexible link and point: what its point moves and turns besides; links that need not give way are left out.
+    By flexible link and point, `bends` (3,) are what the point moves and turns besides; links that need not give way are left
+    out.
     """
 
     linkage: Linkage
@@ -127,10 +122,7 @@ def name_surplus_drives(linkage: Linkage) -> str:
 def start(linkage: Linkage) -> Start:
     """Compute the velocities at t = 0.
 
-    Raises
-    ------
-    KinematicsError
-        If what drives and `velocities` ask for is impossible: a dead centre, or a contradiction; it names the elements.
+    A KinematicsError, at a dead centre or a contradiction, names the elements.
     """
     mechanism = linkage.mechanism
     rigid, loose = jacobian(linkage)

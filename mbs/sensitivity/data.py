@@ -25,15 +25,7 @@ MARKS = ("\t", ";", ",", " ")
 
 
 class Read(NamedTuple):
-    """Measured number.
-
-    Attributes
-    ----------
-    value, error : float
-        SI; the error is a standard deviation.
-    side : str
-        'is'; 'at most' or 'at least' where the sensor gave a bound only.
-    """
+    """Measured number, SI, with its standard deviation; `side` is 'at most' or 'at least' where the sensor gave a bound only."""
 
     value: float
     error: float
@@ -47,25 +39,12 @@ class Read(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """Experiment: settings and measurements.
+    """Experiment: settings and measurements, over `time` (samples,) [s], increasing, from the start of the run.
 
-    Attributes
-    ----------
-    time : array, shape (samples,)
-        s, increasing, from the start of the run.
-    signals : dict of str to array, shape (samples,)
-        By the names of a result, SI; nan where nothing was measured.
-    units : dict of str to str
-        Units of the data, checked against the kind of each signal that is named.
-    errors : dict of str to float
-        Standard deviations of signals; the others are estimated by the residuals of the fit.
-    readings : dict of str to Read
-        By their formula, as 'max(B.contact_force)'.
-    settings : dict of str to float
-        Numbers of the mechanism, by path, that this experiment has.
-    duration : float, optional
-        s; by default the last time.
-    name : str
+    Its `signals` (samples,) have names of a result, SI, nan where nothing was measured; their `units` are checked against the
+    kind of each. `errors` are standard deviations of signals; the others are estimated by the residuals of the fit. `readings`
+    are by formula, as 'max(B.contact_force)'; `settings` are numbers of the mechanism, by path, that this experiment has. The
+    `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -120,26 +99,13 @@ def read_csv(
 ) -> list[Experiment]:
     """Read experiments from a text file: the first column is the time, each other one a signal or a setting.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are left out. Units stand in
-        brackets, `angle [deg]` or `angle (deg)`, behind a slash, `angle/deg`, or in a line below the names; without one
-        numbers are in SI. Columns are parted by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma.
-    signals : sequence of str
-        Signals that are fitted: `NAME` of a column, or `COLUMN=NAME`.
-    settings : sequence of str
-        Columns whose value is a number of the mechanism, by its path, or what parts the experiments: rows of equal values are one
-        experiment. A column `name` only parts. Where a recording goes on from one experiment to the next, each run begins with
-        its first row.
-    start : float, optional
-        Time of the file at which the run begins [s]. By default times are those of the run; a file that begins later than it
-        lasts needs it.
-
-    Raises
-    ------
-    ValueError
-        In one line, with the file's name.
+    Text is in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are left out. Units stand in
+    brackets, `angle [deg]` or `angle (deg)`, behind a slash, `angle/deg`, or in a line below the names; without one numbers are
+    SI. Columns are parted by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma. `signals` are
+    fitted: `NAME` of a column, or `COLUMN=NAME`. `settings` are columns with a number of the mechanism, by its path, or that part
+    the experiments: rows of equal values are one experiment. A column `name` only parts. Where a recording goes on from one
+    experiment to the next, each run begins with its first row. `start` is the time of the file at which the run begins [s], by
+    default 0; a file that begins later than it lasts needs it. A ValueError is one line with the file's name.
     """
     try:
         content = Path(path).read_bytes()

@@ -49,21 +49,9 @@ VISIBLE = 1e-3
 
 
 class Derivative(NamedTuple):
-    """Derivative of one reading by one number.
+    """Derivative of one reading by one number: values of both, SI, and their units.
 
-    Attributes
-    ----------
-    reading, number : str
-    value, at : float
-        Values of the reading and of the number, SI.
-    unit, by_unit : str
-        Units of both.
-    derivative, error : float
-        d reading/d number and its error; nan and inf where there is none.
-    below, above : float
-        One-sided derivatives.
-    note : str
-        Reason why there is none; '' where there is one.
+    The derivative and its error are nan and inf where there is none, for the reason in `note`; `below` and `above` are one-sided.
     """
 
     reading: str
@@ -91,14 +79,9 @@ class Derivative(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of some readings by some numbers.
+    """Derivatives of some readings by some numbers: by reading, in it the largest effect first.
 
-    Attributes
-    ----------
-    rows : sequence of Derivative
-        By reading, in it the largest effect first.
-    spreads : dict of str to float
-        Standard deviations of numbers, SI, where they were given.
+    Standard deviations of numbers, SI, are in `spreads` where they were given.
     """
 
     rows: Sequence[Derivative]

@@ -28,27 +28,12 @@ CORRECTED = 2
 
 @dataclass(frozen=True)
 class Design:
-    """Result of an optimisation.
+    """Result of an optimisation: `values`, SI, and the constraints and ends of ranges that are `binding` there.
 
-    Attributes
-    ----------
-    values : dict of str to float
-        SI.
-    binding : list of str
-        Constraints and ends of ranges at which the design lies.
-    readings : dict of str to float
-        Of the finer run: what is minimised and what is constrained.
-    changes : dict of str to float
-        Changes of the readings by the finer run.
-    possible : bool
-        True if the finer run meets all constraints.
-    message : str
-        Violated constraints with their violations; a budget that was used up.
-    runs : int
-    units : dict of str to str
-        Of values and readings; '' of functions of one's own.
-    complete : bool
-        False where the budget of runs was used up: the design is the best one so far.
+    The `readings` are those of the finer run, minimised or constrained; `changes` are by that run. It is `possible` if the finer
+    run meets all constraints; the `message` names violated ones with their violations, and a budget that was used up. `units` are
+    those of values and readings, '' of functions of one's own. It is not `complete` where the budget of runs was used up: the
+    design is the best one so far.
     """
 
     values: dict[str, float]

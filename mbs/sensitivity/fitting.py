@@ -62,28 +62,12 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """Numbers that fit data best.
+    """Numbers that fit data best, SI, with 95 % `intervals` from the tangent there, or from the profile where one was asked for.
 
-    Attributes
-    ----------
-    values : dict of str to float
-        SI.
-    intervals : dict of str to Interval
-        95 %, from the tangent at the best point, or from the profile where one was asked for.
-    unidentified : list of str
-        Sentences on numbers that the data do not identify, and on signals that no numbers explain.
-    correlation : array, shape (numbers, numbers)
-    rms : dict of str to float
-        Root mean square of the residuals of each signal, in its unit, over all experiments.
-    predicted : list of dict of str to array
-        Signals at the times of the data, and readings, of each experiment.
-    experiments : sequence of Experiment
-    cost : float
-        Half the sum of squares, in standard deviations.
-    free : dict of str to (float, float)
-    units : dict of str to str
-        Units of numbers and signals.
-    profiles : dict of str to Profile
+    `unidentified` are sentences on numbers that the data do not identify, and on signals that no numbers explain. The
+    `correlation` is (numbers, numbers). `rms` are root mean squares of residuals of each signal, in its unit, over all
+    experiments. `predicted` are signals at the times of the data, and readings, of each experiment. `cost` is half the sum of
+    squares, in standard deviations; `free` the ranges of the numbers.
     """
 
     values: dict[str, float]

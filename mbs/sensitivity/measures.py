@@ -45,17 +45,10 @@ POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "pe
 
 
 class Reading(NamedTuple):
-    """Number read off a result.
+    """Number read off a result, with its error in the unit of the value, nan where it is not known.
 
-    Attributes
-    ----------
-    value : float
-    error : float
-        Error in the unit of the value: a bound by the difference of two runs, or the half-width of a 95 % interval by sampling;
-        nan where it is not known.
-    unit : str
-    kind : str
-        "difference", "sampling" or "unknown".
+    Of the kind "difference" it is a bound by two runs, of "sampling" the half-width of a 95 % interval; else the kind is
+    "unknown".
     """
 
     value: float

@@ -141,28 +141,13 @@ KEYS = {
 
 @dataclass(frozen=True)
 class Equilibrium(Answer):
-    """Equilibrium of a mechanism.
+    """Equilibrium of a mechanism: OK where forces balance and no small motion grows, UNSTABLE where one does.
 
-    Attributes
-    ----------
-    status : Ending
-        OK where forces balance and no small motion grows, UNSTABLE where one does.
-    message : str
-    scene : CompiledScene
-    q : array, shape (n,)
-        Coordinates.
-    multipliers : array, shape (r,)
-        Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert. See `reaction`.
-    load : float
-        Factor of the loads.
-    stable : bool
-        True if no small motion grows, by the spectrum of the whole tangent.
-    growth : float
-        Largest rate at which a small motion grows, 1/s; 0 if none does.
-    neutral : tuple of str
-        Links that a small motion moves without resistance: the equilibrium is one of many.
-    error : float
-        Error of positions over the longest link, and of angles [rad]: change by a higher degree of the strips, and last step.
+    At coordinates `q` (n,) constraints have `multipliers` (r,) in the order of `scene.row_names` [N or N m]: -G^T lambda is the
+    force they exert. See `reaction`. `load` is the factor of the loads. It is `stable` if no small motion grows, by the spectrum
+    of the whole tangent; `growth` is the largest rate of one [1/s], 0 if none does. `neutral` are links that a small motion moves
+    without resistance: the equilibrium is one of many. `error` is that of positions over the longest link, and of angles [rad]:
+    change by a higher degree of the strips, and last step.
     """
 
     scene: CompiledScene
@@ -230,30 +215,13 @@ class Route(Answer):
 
 @dataclass(frozen=True)
 class Path(Route):
-    """Equilibria along a path.
+    """Equilibria along a path; OK where `to` was reached, else it `ended` by 'closed', 'steps' or 'singular'.
 
-    Attributes
-    ----------
-    status : Ending
-        OK where `to` was reached.
-    message : str
-    ended : str
-        Reason of the end: 'reached', 'closed', 'steps' or 'singular'.
-    scene : CompiledScene
-    parameter : array, shape (steps,)
-        Factor of the loads, travel of the drive, rad or m, or the number.
-    q : array, shape (steps, n)
-    multipliers : array, shape (steps, r)
-    growth : array, shape (steps,)
-        Largest rate at which a small motion grows, 1/s; 0 where none does.
-    unstable : array of int, shape (steps,)
-        Number of negative eigenvalues of K.
-    points : list of Critical
-        Limits, branchings and flutter points in their order.
-    errors : dict of str to array
-        Change by a higher degree of the strips, of `limits`, `branchings`, `flutter`, and of the positions at `end`, if reached.
-    branches : list of Path
-        Paths that leave its branchings, on request.
+    The `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number. There are coordinates
+    `q` (steps, n) and `multipliers` (steps, r). `growth` (steps,) is the largest rate at which a small motion grows [1/s], 0
+    where none does, and `unstable` (steps,) the number of negative eigenvalues of K. `points` are limits, branchings and flutter
+    points in their order. `errors` are changes by a higher degree of the strips, of `limits`, `branchings`, `flutter`, and of the
+    positions at `end`, if reached. `branches` are paths that leave its branchings, on request.
     """
 
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))

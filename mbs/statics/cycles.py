@@ -29,29 +29,13 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class Periodic(Answer):
-    """Periodic motion.
+    """Periodic motion of the `period` [s], a result where nothing depends on time.
 
-    Attributes
-    ----------
-    status : Ending
-    message : str
-    scene : CompiledScene
-    period : float
-        Period [s]; a result where nothing depends on time.
-    time : array, shape (times,)
-        From 0 to the period, s.
-    q, v : array, shape (times, n)
-        Coordinates and rates there.
-    multipliers : array of complex, shape (m,)
-        Floquet multipliers, the largest first.
-    errors : array, shape (m,)
-        Errors of the multipliers: change by finer steps, a higher degree of the strips and narrower differences.
-    stable : bool
-        True if none but the trivial multiplier exceeds 1 by more than its error.
-    error : float
-        Error of positions over the longest link, and of angles [rad], at the start; includes the residual of the period.
-    trivial : int or None
-        Index of the multiplier 1 of a shift in time; None where something depends on time.
+    At times from 0 to the period [s] are coordinates and rates `q`, `v` (times, n). `multipliers` (m,) are Floquet's, the largest
+    first. Their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. It is `stable`
+    if none but the trivial multiplier exceeds 1 by more than its error. `trivial` is the index of that of a shift in time, None
+    where something depends on time. `error` is that of positions over the longest link, and of angles [rad], at the start; it
+    includes the residual of the period.
     """
 
     scene: CompiledScene

@@ -22,20 +22,10 @@ STEPS = 400
 
 @dataclass(frozen=True)
 class Response(Route):
-    """Periodic motions along a curve.
+    """Periodic motions along a curve; most attributes are those of a `Path`, with `q` at the start of a period.
 
-    Attributes
-    ----------
-    status, message, ended, scene, q
-        As of a `Path`; q at the start of a period.
-    parameter : array, shape (steps,)
-        Frequency of the motion, Hz, factor of the loads, or the number.
-    points : list of Turn
-        Folds, branchings and doublings in their order.
-    errors : dict of str to array
-        Change of `folds`, `branchings`, `doublings` by finer steps and a higher degree.
-    motions : list of Periodic
-        Motions with their multipliers and errors.
+    The `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number. `points` are folds,
+    branchings and doublings in their order. `errors` are their changes by finer steps and a higher degree.
     """
 
     motions: list[Periodic] = field(default_factory=list)

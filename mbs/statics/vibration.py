@@ -26,23 +26,10 @@ KINKED = 0.05
 class Frequencies(Answer):
     """Small motions exp(s t) about a state, lowest |s| first with rigid motions; decay without oscillation comes last.
 
-    Attributes
-    ----------
-    status : Ending
-    message : str
-    scene : CompiledScene
-    q : array, shape (n,)
-        The state.
-    values : array of complex, shape (count,)
-        Exponents s [1/s]; zero where within rounding.
-    shapes : array of complex, shape (n, count)
-        Rates of the coordinates.
-    errors : array, shape (count,)
-        Error of |s|/2 pi [Hz]: change by a higher degree of the strips, and rounding.
-    names : list of str
-        'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'.
-    stable : bool
-        True if no small motion of the tangent grows.
+    At the state `q` (n,), `values` (count,) are exponents s [1/s], zero where within rounding, and `shapes` (n, count) rates of
+    the coordinates. `errors` (count,) are those of |s|/2 pi [Hz]: change by a higher degree of the strips, and rounding. `names`
+    are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. It is `stable` if no small motion of the tangent
+    grows.
     """
 
     scene: CompiledScene
