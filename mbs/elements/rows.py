@@ -20,7 +20,8 @@ ACROSS = ((1.0, 0.0), (0.0, 1.0))
 class Along:
     """direction . (place of first - place of second) [m].
 
-    A place is a body, a link's name or 'ground', with a point of it. The direction, at t = 0, may turn with the second body.
+    A place is a body, a link's name or 'ground', with a point of it. The direction is that at t = 0; if it `turns`, it does so
+    with the second body.
     """
 
     first: Place
@@ -52,7 +53,7 @@ Measure = Along | Turn | Distance
 class Row:
     """One equation: the sum of coefficient times measure is as at t = 0, or follows a motion from there.
 
-    One that holds at the `start_only` is that of a pin which is centred in its bush.
+    With `start_only` it holds at the start only, as of a pin that is centred in its bush.
     """
 
     terms: tuple[tuple[float, Measure], ...]

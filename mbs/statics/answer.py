@@ -215,7 +215,7 @@ class Route(Answer):
 
 @dataclass(frozen=True)
 class Path(Route):
-    """Equilibria along a path; OK where `to` was reached, else it `ended` by 'closed', 'steps' or 'singular'.
+    """Equilibria along a path; OK where `to` was reached. It `ended` by 'reached', 'closed', 'steps' or 'singular'.
 
     The `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number. There are coordinates
     `q` (steps, n) and `multipliers` (steps, r). `growth` (steps,) is the largest rate at which a small motion grows [1/s], 0
