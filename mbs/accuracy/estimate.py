@@ -40,14 +40,7 @@ def gains(
 ) -> dict[Key, float]:
     """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
 
-    Parameters
-    ----------
-    now, before : mapping
-        Differences of this pair and of the one before.
-    ratios : (float, float)
-        Of the tolerances of this pair and of the one before.
-    orders : (float, float)
-        Least and largest order of the error.
+    Given are differences and ratios of the tolerances of this pair and of the one before, and the least and largest order.
     """
     found, (ratio, ratio_before) = dict.fromkeys(now, orders[0]), ratios
     for key, off in now.items():

@@ -58,18 +58,12 @@ class Level(NamedTuple):
 
 @dataclass(frozen=True)
 class Levels:
-    """Levels of one solver for one mechanism and duration [s], for errors of some size.
-
-    Attributes
-    ----------
-    share : float
-        Error that is asked for, over that of a run that names none: the first level goes by it.
-    """
+    """Levels of one solver for one mechanism and duration [s], for errors of some size."""
 
     mechanism: Mechanism
     duration: float
     solver: Any
-    share: float = 1.0
+    share: float = 1.0  # error that is asked for, over that of a run that names none: the first level goes by it
 
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any

@@ -46,28 +46,14 @@ UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
 
 @dataclass(frozen=True)
 class Answer:
-    """A run, its errors, what is farthest beyond what is allowed.
-
-    Attributes
-    ----------
-    run : Run
-    errors : Errors
-        Unknown where no finer run could be made.
-    worst : Worst
-    chaos : Status or None
-        CHAOTIC or SENSITIVE where errors hold up to `errors.until` only.
-    said : str
-        Why refinement ended early, in words.
-    count : int
-        Runs that were made.
-    """
+    """A run, its errors, what is farthest beyond what is allowed."""
 
     run: Run
-    errors: Errors = field(default_factory=Errors)
+    errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
     worst: Worst = UNKNOWN
-    chaos: Status | None = None
-    said: str = ""
-    count: int = 1
+    chaos: Status | None = None  # CHAOTIC or SENSITIVE where errors hold up to `errors.until` only
+    said: str = ""  # why refinement ended early, in words
+    count: int = 1  # runs that were made
 
     def shortfall(self, demand: Demand) -> str:
         """Return why it is not what was asked for, in a sentence; '' if it is."""

@@ -36,34 +36,16 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Signals of a run as functions of time.
+    """Signals of a run as functions of time."""
 
-    Attributes
-    ----------
-    time : array [s], shape (times,)
-    signals : mapping of str to Signal
-    size : float
-        Length of the longest link [m].
-    kinks : tuple of float
-        Times [s] at which what drives or loads the mechanism jumps or has a kink.
-    push : float
-        Force [N] that moves the mechanism by its size, or its clearance, in the time of the run: the least size of a force.
-    undetermined : frozenset of str
-        Signals of forces that no equation determines, which are not among the others.
-    mass : float
-        Of all links, blocks and points [kg].
-    struts : frozenset of str
-        Signals of the forces along struts.
-    """
-
-    time: Array
+    time: Array  # [s], (times,)
     signals: Mapping[str, Signal]
-    size: float
-    kinks: tuple[float, ...] = ()
-    push: float = 0.0
-    undetermined: frozenset[str] = frozenset()
-    mass: float = 1.0
-    struts: frozenset[str] = frozenset()
+    size: float  # length of the longest link [m]
+    kinks: tuple[float, ...] = ()  # times [s] at which what drives or loads the mechanism jumps or has a kink
+    push: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, in the run: the least size of a force
+    undetermined: frozenset[str] = frozenset()  # signals of forces that no equation determines, not among the others
+    mass: float = 1.0  # of all links, blocks and points [kg]
+    struts: frozenset[str] = frozenset()  # signals of the forces along struts
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:

@@ -14,16 +14,9 @@ Idle = Callable[[Run, Result], str]
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a finished run.
+    """One check of a finished run; its sentences begin with its name.
 
-    Attributes
-    ----------
-    name : str
-        The word its sentences begin with.
-    look : callable
-        `look(run, result)` yields what is wrong, in words without the name; nothing in a run that may be trusted.
-    idle : callable
-        `idle(run, result)` says in words why there is nothing to look at; '' where there is.
+    `look(run, result)` yields what is wrong, without the name; `idle(run, result)` says why there is nothing to look at, or ''.
     """
 
     name: str

@@ -33,29 +33,14 @@ CHECKS: tuple[Check, ...] = (
 
 
 def idle(run: Run, result: Result) -> dict[str, str]:
-    """Return the checks that have nothing to look at in a run, and why, in words.
-
-    Parameters
-    ----------
-    run : Run
-    result : Result
-        Of that run; of a failed one nothing is said.
-    """
+    """Return the checks that have nothing to look at in a run, and why, in words; of a failed one nothing is said."""
     if not result.status.finished:
         return {}
     return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
 
 
 def suspicions(run: Run, result: Result) -> Iterator[str]:
-    """Yield the checks that failed, in words; none for a run that failed already.
-
-    Parameters
-    ----------
-    run : Run
-        The pass that is looked at.
-    result : Result
-        What is to be trusted.
-    """
+    """Yield the checks that failed, in words, of a run and its result; none for a run that failed already."""
     if not result.status.finished:
         return
     for check in READABLE:

@@ -58,25 +58,14 @@ class Ready(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """All that members share; it can be sent to another process.
-
-    Attributes
-    ----------
-    members : Members
-    duration : float [s]
-    solver : Spectral
-    readings : tuple of Reading
-    edges : array, shape (windows + 1,) [s]
-    curves : dict of str to callable
-        Given signals.
-    """
+    """All that members share; it can be sent to another process."""
 
     members: Members
-    duration: float
+    duration: float  # [s]
     solver: Spectral
     readings: tuple[Reading, ...]
-    edges: Array
-    curves: Mapping[str, Curve]
+    edges: Array  # of the windows [s], (windows + 1,)
+    curves: Mapping[str, Curve]  # given signals
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
         """Run members; of each its number, values (windows, readings), nan where it failed, and why it failed."""

@@ -27,45 +27,21 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Members:
-    """The numbers of all members.
+    """The numbers of all members."""
 
-    Attributes
-    ----------
-    sources : tuple of Mechanism or dict
-        The mechanisms, where no number varies, or their descriptions.
-    paths : tuple of str
-        Paths of the numbers that vary.
-    numbers : array, shape (members, paths)
-    cells : array of int, shape (members,)
-        Which combination of a mechanism and given values a member has.
-    grid : dict of str to array
-        The given values, by path.
-    seed : int
-    """
-
-    sources: tuple[Mechanism | dict[str, Any], ...]
-    paths: tuple[str, ...]
-    numbers: Array
-    cells: Array
-    grid: dict[str, Array]
+    sources: tuple[Mechanism | dict[str, Any], ...]  # the mechanisms, where no number varies, or their descriptions
+    paths: tuple[str, ...]  # of the numbers that vary
+    numbers: Array  # (members, paths)
+    cells: Array  # which combination of a mechanism and given values a member has, (members,)
+    grid: dict[str, Array]  # the given values, by path
     seed: int
 
     @classmethod
     def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
-        """Draw numbers.
+        """Draw numbers for so many members of each combination of a mechanism and the given values.
 
-        Parameters
-        ----------
-        members : int
-            Of each combination of a mechanism and the given values.
-        vary : dict of str to distribution or sequence of float
-            By path: a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol' sequence, or values, all
-            of whose combinations are run.
-
-        Raises
-        ------
-        ValueError
-            If there is no number at a path, or it is given neither a distribution nor values.
+        By path, `vary` gives a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol' sequence, or
+        values. All combinations of values are run. A ValueError if there is no number at a path, or neither is given.
         """
         whole("members", members, 1, 10**8)
         grid = {path: np.asarray(given, dtype=float) for path, given in vary.items() if not hasattr(given, "ppf")}

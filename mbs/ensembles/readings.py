@@ -41,16 +41,9 @@ ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS,
 
 @dataclass(frozen=True)
 class Formula:
-    """Formula of signals whose statistics are accumulated.
+    """Formula of signals whose statistics are accumulated."""
 
-    Attributes
-    ----------
-    text : str
-        Equal of equal formulas.
-    tree : ast.expr
-    """
-
-    text: str
+    text: str  # equal of equal formulas
     tree: ast.expr
 
     def values(self, signals: Mapping[str, Array]) -> Array:
@@ -60,27 +53,14 @@ class Formula:
 
 @dataclass(frozen=True)
 class Reading:
-    """Formula of statistics.
-
-    Attributes
-    ----------
-    text : str
-    tree : ast.expr
-        With signals as names.
-    """
+    """Formula of statistics."""
 
     text: str
-    tree: ast.expr
+    tree: ast.expr  # with signals as names
 
     @classmethod
     def of(cls, text: str) -> Reading:
-        """Read a formula.
-
-        Raises
-        ------
-        ValueError
-            If it is none, or takes a signal by itself, without a statistic.
-        """
+        """Read a formula; a ValueError if it is none, or takes a signal by itself, without a statistic."""
         keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
         names = {key: name for name, key in keys.items()}
         short = TOKEN.sub(lambda match: keys[match[0]], text)
@@ -108,13 +88,7 @@ class Reading:
         return tuple(dict.fromkeys(_signals(self.tree)))
 
     def value(self, found: Array, order: Sequence[str], lengths: Array) -> Array:
-        """Compute values in all windows.
-
-        Parameters
-        ----------
-        found : array, shape (windows, formulas, 8)
-            What windows of these lengths [s] accumulated of the formulas in this order.
-        """
+        """Compute values in all windows from what these, of lengths [s], accumulated of formulas: (windows, formulas, 8)."""
 
         def statistic(name: str, of: Any) -> Any:
             """Compute a statistic of what a formula's number accumulated, or a function of values."""

@@ -22,10 +22,7 @@ FRICTION = Coulomb(0.1, 0.1)
 def compile_all() -> float:
     """Compile what is not on disk yet, by short runs, and return how many seconds were spent on it.
 
-    Raises
-    ------
-    ModuleNotFoundError
-        If there is no compiler.
+    A ModuleNotFoundError if there is no compiler.
     """
     if not compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")

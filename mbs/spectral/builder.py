@@ -74,26 +74,13 @@ class Force:
 
 @dataclass
 class Builder:
-    """The mechanism's arrays in the making.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-    degree : int
-        Of the strips' polynomials.
-    bodies : dict
-        Of each link, by name.
-    attached : dict
-        Masses on each link, by name.
-    told : list of str
-        Sentences for the summary: what could not be compiled, which constraints say the same.
-    """
+    """The mechanism's arrays in the making."""
 
     mechanism: Mechanism
-    degree: int
-    bodies: dict[str, Body] = field(default_factory=dict)
-    attached: dict[str, list[Attached]] = field(default_factory=dict)
-    told: list[str] = field(default_factory=list)
+    degree: int  # of the strips' polynomials
+    bodies: dict[str, Body] = field(default_factory=dict)  # of each link, by name
+    attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
+    told: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled or says the same
     q: list[float] = field(default_factory=list)
     masses: list[tuple[Array, Array]] = field(default_factory=list)
     weights: list[tuple[Array, Array]] = field(default_factory=list)

@@ -73,20 +73,11 @@ Column = tuple[int, int, int, int, float]
 
 @dataclass(frozen=True)
 class Channels:
-    """Signals by name, as columns of the compiled solver or of records.
+    """Signals by name, as columns of the compiled solver or of records."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Those that are columns come first.
-    columns : array of int, shape (columns, 4)
-        Source, index, component, transform.
-    scales : array, shape (columns,)
-    """
-
-    names: tuple[str, ...]
-    columns: Array
-    scales: Array
+    names: tuple[str, ...]  # those that are columns come first
+    columns: Array  # source, index, component, transform; (columns, 4)
+    scales: Array  # (columns,)
 
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:

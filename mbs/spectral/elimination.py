@@ -17,25 +17,16 @@ from ..geometry import Array
 class Fronts(NamedTuple):
     """The order of elimination, as the kernel gets it.
 
-    Attributes
-    ----------
-    fronts : array of int, shape (fronts, 7)
-        Pivots; size; where its unknowns begin; where its matrix begins; the front that takes over what is left, or -1; where the
-        places there of its later unknowns begin; 1 where its pivots are rows of constraints. Each comes before the one that takes
-        over.
-    unknowns : array of int
-        Of each front, its pivots first.
-    places : array of int
-        Of each front's later unknowns in the front that takes over.
-    entries, position : arrays of int, shape (entries,)
-        Entries of the matrix, front by front, and where they stand among those of all fronts.
+    Columns of fronts: pivots; size; where its unknowns begin; where its matrix begins; the front that takes over what is left, or
+    -1; where the places there of its later unknowns begin; 1 where its pivots are rows of constraints. Each comes before the one
+    that takes over.
     """
 
-    fronts: Array
-    unknowns: Array
-    places: Array
-    entries: Array
-    position: Array
+    fronts: Array  # (fronts, 7)
+    unknowns: Array  # of each front, its pivots first
+    places: Array  # of each front's later unknowns in the front that takes over
+    entries: Array  # of the matrix, front by front, (entries,)
+    position: Array  # where they stand among those of all fronts, (entries,)
 
     @property
     def size(self) -> int:
@@ -59,11 +50,7 @@ class _Front(NamedTuple):
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
     """Fronts for a matrix of so many unknowns, coordinates first and then rows; found once for all of the same pattern.
 
-    Parameters
-    ----------
-    row, col : arrays of int, shape (slots,)
-    filled : array of bool, shape (slots,)
-        Entries that may be other than zero.
+    Slots have a row and a column, and are `filled` where they may be other than zero; shape (slots,).
     """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _fronts_of(*pattern, coordinates, unknowns)

@@ -17,33 +17,17 @@ from .builder import Attached, Builder
 
 @dataclass
 class FrameBody:
-    """Coordinates (x, y, theta) of the frame at the centre of mass, then the modes'.
+    """Coordinates (x, y, theta) of the frame at the centre of mass, then the modes'."""
 
-    Attributes
-    ----------
-    offset : int
-        First coordinate.
-    centre : array, shape (2,)
-        Place of the frame at t = 0, m.
-    angle : float
-        Direction of the link at t = 0, rad: theta then.
-    mass, inertia : float
-        kg; kg m^2 about the centre of mass.
-    shapes : dict of str to array, shape (modes, 3)
-        At the points that have them: x, y in the frame, rotation.
-    model : PlanarModel, optional
-        Of a link with modes.
-    """
-
-    offset: int
-    centre: Array
-    angle: float
-    mass: float
-    inertia: float
+    offset: int  # first coordinate
+    centre: Array  # place of the frame at t = 0 [m], (2,)
+    angle: float  # direction of the link at t = 0: theta then [rad]
+    mass: float  # [kg]
+    inertia: float  # about the centre of mass [kg m^2]
     start: Array
     modes: int = 0
-    shapes: dict[str, Array] = field(default_factory=dict)
-    model: PlanarModel | None = None
+    shapes: dict[str, Array] = field(default_factory=dict)  # at points that have them: x, y in the frame, rotation; (modes, 3)
+    model: PlanarModel | None = None  # of a link with modes
 
     def marker(self, builder: Builder, point: str) -> int:
         """Marker of a point on it."""

@@ -25,28 +25,14 @@ Matrix = Any
 
 @dataclass(frozen=True)
 class Assembly:
-    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for.
+    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for."""
 
-    Attributes
-    ----------
-    force : array, shape (n,)
-        f, without the constraints' forces.
-    residual : array, shape (r,)
-        g.
-    speed, change : arrays, shape (r,)
-        Right sides of G v = speed and G a = change.
-    entries : arrays, shape (4, slots + 1)
-        Of -df/dlambda, C, K, and G with its transpose.
-    made : callable
-        The matrix of all unknowns from its entries.
-    """
-
-    force: Array
-    residual: Array
-    speed: Array
-    change: Array
-    entries: Array = field(repr=False)
-    made: Callable[[Array], Matrix] = field(repr=False)
+    force: Array  # f, without the constraints' forces, (n,)
+    residual: Array  # g, (r,)
+    speed: Array  # right side of G v = speed, (r,)
+    change: Array  # right side of G a = change, (r,)
+    entries: Array = field(repr=False)  # of -df/dlambda, C, K, and G with its transpose, (4, slots + 1)
+    made: Callable[[Array], Matrix] = field(repr=False)  # the matrix of all unknowns from its entries
 
     @cached_property
     def stiffness(self) -> Matrix:
@@ -84,13 +70,7 @@ class Factors:
             raise SingularError(str(error)) from None
 
     def solve(self, right: Array) -> Array:
-        """Solve for one right side, (m,), or several, (m, columns); refined once.
-
-        Raises
-        ------
-        SingularError
-            If the result is not finite.
-        """
+        """Solve for one right side, (m,), or several, (m, columns); refined once. A SingularError if the result is not finite."""
         with np.errstate(all="ignore"):
             out = self._once(right)
             out = out + self._once(right - self.matrix @ out)
@@ -105,21 +85,13 @@ class Factors:
 
 
 class Linear(NamedTuple):
-    """The equations of motion about a state.
+    """The equations of motion about a state, sparse."""
 
-    Attributes
-    ----------
-    mass, damping, stiffness : sparse arrays, shape (n, n)
-        M, C = -df/dv, K = -df/dq + d(G^T lambda)/dq.
-    jacobian, cross : sparse arrays, shape (r, n)
-        G, and X = df/dlambda: friction that follows a constraint's own force.
-    """
-
-    mass: csr_array
-    damping: csr_array
-    stiffness: csr_array
-    jacobian: csr_array
-    cross: csr_array
+    mass: csr_array  # M, (n, n)
+    damping: csr_array  # C = -df/dv, (n, n)
+    stiffness: csr_array  # K = -df/dq + d(G^T lambda)/dq, (n, n)
+    jacobian: csr_array  # G, (r, n)
+    cross: csr_array  # X = df/dlambda, (r, n): friction that follows a constraint's own force
 
     def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
         """[mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""
@@ -129,11 +101,5 @@ class Linear(NamedTuple):
         return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
 
     def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
-        """Factors of that matrix.
-
-        Raises
-        ------
-        SingularError
-            If it has no inverse: a free motion, or constraints that say the same.
-        """
+        """Factors of that matrix; a SingularError if it has no inverse: a free motion, or constraints that say the same."""
         return Factors(self.matrix(mass, damping, stiffness))

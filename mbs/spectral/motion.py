@@ -15,19 +15,11 @@ from .basis import basis, gauss
 
 @dataclass(frozen=True)
 class Piece:
-    """One polynomial piece.
+    """One polynomial piece."""
 
-    Attributes
-    ----------
-    start, end : float
-        Along the stress-free arc, m.
-    places : array of int, shape (fields, members)
-        Of its coefficients among the strip's coordinates.
-    """
-
-    start: float
-    end: float
-    places: Array
+    start: float  # along the stress-free arc [m]
+    end: float  # likewise
+    places: Array  # of its coefficients among the strip's coordinates, (fields, members)
 
     @property
     def degree(self) -> int:
@@ -42,24 +34,13 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class SpectralStrip:
-    """A flexible link of polynomials: Reissner's strip with three fields (x, y, angle), Kirchhoff's with two.
-
-    Attributes
-    ----------
-    section : Section or Profile
-    pieces : sequence of Piece
-    stations : mapping of str to float
-        Arc length of each of the link's points, m.
-    reference : array, shape (coordinates,)
-        Stress-free coordinates.
-    q, q_t, q_tt : array, shape (times, coordinates)
-    """
+    """A flexible link of polynomials: Reissner's strip with three fields (x, y, angle), Kirchhoff's with two."""
 
     section: Section | Profile
     pieces: Sequence[Piece]
-    stations: Mapping[str, float]
-    reference: Array
-    q: Array
+    stations: Mapping[str, float]  # arc length of each of the link's points [m]
+    reference: Array  # stress-free coordinates, (coordinates,)
+    q: Array  # (times, coordinates); its rates and second rates follow
     q_t: Array
     q_tt: Array
 

@@ -46,40 +46,23 @@ class Place(NamedTuple):
 
 @dataclass
 class CompiledScene:
-    """A mechanism as arrays for the kernel.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-    degree : int
-        Of the strips' polynomials.
-    tables : Tables
-    q0 : array, shape (n,)
-        Coordinates at t = 0: links where the points are, strips stress-free.
-    row_names, force_names : list of str
-        Of the constraints' rows and of the forces.
-    told : list of str
-        Sentences for the summary.
-    """
+    """A mechanism as arrays for the kernel."""
 
     mechanism: Mechanism
-    degree: int
+    degree: int  # of the strips' polynomials
     builder: Builder
     tables: Tables
-    q0: Array
-    row_names: list[str]
-    force_names: list[str]
-    told: list[str]
+    q0: Array  # coordinates at t = 0: links where the points are, strips stress-free, (n,)
+    row_names: list[str]  # of the constraints' rows
+    force_names: list[str]  # of the forces
+    told: list[str]  # sentences for the summary
     work: Work = field(repr=False)
 
     @classmethod
     def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
         """Turn a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
 
-        Raises
-        ------
-        ValueError
-            If an element is of a kind this solver does not know, or a strut hangs on nothing.
+        A ValueError if an element is of a kind this solver does not know, or a strut hangs on nothing.
         """
         builder = Builder(mechanism, DEGREE if degree is None else degree)
         _attach_masses(builder)

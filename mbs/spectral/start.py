@@ -27,12 +27,8 @@ class Balance(NamedTuple):
 def start_rates(scene: CompiledScene) -> Array:
     """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
-    What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy.
-
-    Raises
-    ------
-    KinematicsError
-        If what drives and given velocities ask for is impossible.
+    What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy. A KinematicsError if what
+    drives and given velocities ask for is impossible.
     """
     found = scene.source.start
     v = np.zeros(scene.size)

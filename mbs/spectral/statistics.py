@@ -29,19 +29,11 @@ lies beside a long one the parabola of a kink has no bound.
 
 @dataclass(frozen=True)
 class Accumulator:
-    """Statistics of a run in the making.
+    """Statistics of a run in the making."""
 
-    Attributes
-    ----------
-    edges : array, shape (windows + 1,)
-        s.
-    found : array, shape (windows, columns, 8)
-    state : array, shape (4 + 3 columns,)
-    """
-
-    edges: Array
-    found: Array
-    state: Array
+    edges: Array  # [s], (windows + 1,)
+    found: Array  # (windows, columns, 8)
+    state: Array  # (4 + 3 columns,)
 
     @classmethod
     def over(cls, edges: Array, columns: int) -> Accumulator:

@@ -24,25 +24,13 @@ Line = Callable[[Array], tuple[Array, Array, Array]]
 
 @dataclass
 class StripBody:
-    """A strip: its pieces and where its points lie along the arc.
+    """A strip: its pieces and where its points lie along the arc."""
 
-    Attributes
-    ----------
-    offset : int
-        First coordinate.
-    kind : int
-        REISSNER or KIRCHHOFF.
-    stations : dict of str to float
-        Arc length from the start to each point on it, m.
-    length : float
-        Stress-free arc length, m.
-    """
-
-    offset: int
-    kind: int
+    offset: int  # first coordinate
+    kind: int  # REISSNER or KIRCHHOFF
     elements: list[Piece]
-    stations: dict[str, float]
-    length: float
+    stations: dict[str, float]  # arc length from the start to each point on it [m]
+    length: float  # stress-free arc length [m]
     start: Array
     rigid: Array
     section: Section | Profile

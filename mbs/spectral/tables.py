@@ -56,157 +56,77 @@ ONSET, BRISTLE, SLIDING, FASTEST = range(4)
 
 
 class Tables(NamedTuple):
-    """A mechanism for the kernel.
+    """A mechanism for the kernel: n coordinates, r rows of constraints; whole numbers but where floats are named.
 
-    Attributes
-    ----------
-    blocks, members, slots, row, col : arrays of int
-        Where the matrices' entries stand, see `buckler.mbs.spectral.packing`: blocks of constraints, then of forces, strips,
-        modal links, masses.
-    mass : array, shape (slots + 1,)
-        Constant part of the mass matrix; modal links add their own.
-    mass_first, mass_col, mass_value : arrays, shape (n + 1,), (entries,), (entries,)
-        The same, row by row.
-    weight : array, shape (n,)
-        Generalised forces of gravity.
-    modal : array of int, shape (k, 3)
-        First coordinate, number of modes m, where its numbers begin: radial (m), gram (m, m), gyration (m, m), stiffness (m),
-        damping (m).
-    strips : array of int, shape (k, 5)
-        Kind, members of the basis, Gauss points, where its places (3 or 2 times members) and its numbers begin: EA, GA, EI, two
-        damping times; weights, stress-free strains (3) of each point; N, N', N'' at each point.
-    markers : array of int, shape (k, 7)
-    places : array of int
-        Coordinates of markers and strips.
-    measures : array of int, shape (k, 3)
-        Kind, marker a, marker b.
-    directions : array, shape (k, 3)
-        Of measures, and the coefficient of each in the constraint it is part of.
-    rows : array of int, shape (r, 3)
-        Constraints: first measure, motion or -1, number of measures whose sum it is.
-    values : array, shape (r,)
-        What that sum is held to, motion aside. Statics moves them.
-    motions : array of int, shape (k, 3)
-        Kind, address of position, of speed.
-    ramps : array, shape (k, 3)
-        Start, end, duration.
-    forces : array of int, shape (k, 7)
-    factors : array, shape (k + 1,)
-        Each force is multiplied by its factor, gravity by the last. Statics moves them.
-    pace : array, shape (1,)
-        By how much faster all functions of time go. Frequency responses move it.
-    elastic : array of int, shape (k, 7)
-        Inner coordinates of strips and modes: one, or two that are a vector (else -1), the group that shares a unit, and for
-        vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform. Integrals of laws' states,
-        with `STATE` in the place of a second coordinate.
-    laws : array of int, shape (k, 4)
-        Kind, addresses.
-    law_numbers : array, shape (k, 8)
-    data : array
-        Numbers of strips, markers, forces.
+    Numbers of a modal link with m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m). Of a strip: EA,
+    GA, EI, two damping times; weights, stress-free strains (3) of each Gauss point; N, N', N'' at each point. Statics moves
+    values and factors, frequency responses the pace.
     """
 
-    blocks: Array
+    blocks: Array  # where the matrices' entries stand, see `packing`: blocks of constraints, forces, strips, modal links, masses
     members: Array
     slots: Array
     row: Array
     col: Array
-    mass: Array
-    mass_first: Array
+    mass: Array  # floats (slots + 1,): constant part of the mass matrix; modal links add their own
+    mass_first: Array  # (n + 1,): the same, row by row
     mass_col: Array
-    mass_value: Array
-    weight: Array
-    modal: Array
-    strips: Array
-    markers: Array
-    places: Array
-    measures: Array
-    directions: Array
-    rows: Array
-    values: Array
-    motions: Array
-    ramps: Array
-    forces: Array
-    factors: Array
-    pace: Array
+    mass_value: Array  # floats
+    weight: Array  # floats (n,): generalised forces of gravity
+    modal: Array  # (k, 3): first coordinate, number of modes, where its numbers begin
+    strips: Array  # (k, 5): kind, members of the basis, Gauss points, where its places (3 or 2 times members), numbers begin
+    markers: Array  # (k, 7)
+    places: Array  # coordinates of markers and strips
+    measures: Array  # (k, 3): kind, marker a, marker b
+    directions: Array  # floats (k, 3): of measures, and the coefficient of each in the constraint it is part of
+    rows: Array  # (r, 3): first measure, motion or -1, number of measures whose sum it is
+    values: Array  # floats (r,): what that sum is held to, motion aside
+    motions: Array  # (k, 3): kind, address of position, of speed
+    ramps: Array  # floats (k, 3): start, end, duration
+    forces: Array  # (k, 7)
+    factors: Array  # floats (k + 1,): each force is multiplied by its factor, gravity by the last
+    pace: Array  # floats (1,): by how much faster all functions of time go
     elastic: Array
-    laws: Array
-    law_numbers: Array
-    data: Array
+    """Inner coordinates of strips and modes, (k, 7): one, or two that are a vector (else -1), the group that shares a unit, and
+    for vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform. Integrals of laws' states,
+    with `STATE` in the place of a second coordinate."""
+    laws: Array  # (k, 4): kind, addresses
+    law_numbers: Array  # floats (k, 8)
+    data: Array  # floats: numbers of strips, markers, forces
 
 
 class Instant(NamedTuple):
-    """State of which forces are functions.
+    """State of which forces are functions."""
 
-    Attributes
-    ----------
-    time : float
-        [s].
-    since : float
-        Time since the last accepted step, over which bristles bend; negative where bristles are states [s].
-    q, v : arrays, shape (n,)
-        Coordinates and rates.
-    lam : array, shape (r,)
-        Multipliers of the constraints.
-    memory : array, shape (forces, 4)
-    """
-
-    time: float
-    since: float
-    q: Array
-    v: Array
-    lam: Array
-    memory: Array
+    time: float  # [s]
+    since: float  # time since the last accepted step, over which bristles bend; negative where they are states [s]
+    q: Array  # (n,)
+    v: Array  # (n,)
+    lam: Array  # (r,): multipliers of the constraints
+    memory: Array  # (forces, 4)
 
 
 class Work(NamedTuple):
-    """RadauState to work in, one for each thread; what of `slope` is constant is written once.
+    """State to work in, one for each thread; what of `slope` is constant is written once."""
 
-    Attributes
-    ----------
-    state : array, shape (markers, 11)
-    slope : array, shape (3, places)
-        Derivatives of (x, y, angle) of a marker by its coordinates.
-    drift : array, shape (3, places)
-        Derivatives of their rates by the coordinates.
-    grad, hess, sway : arrays, shape (6,), (6, 6), (6,)
-        Of one measure by (x, y, angle) of two markers: gradient, Hessian, and that times the markers' rates.
-    by_place, by_rate : arrays, shape (6, 6)
-        Derivatives of one force on two markers by their places and rates.
-    element : array
-        One strip's coordinates, rates and forces.
-    stiff, damp : arrays, shape (m, m)
-        One block's entries, m unknowns that the largest has.
-    mixed : array, shape (1,)
-        Which forces of strips are asked for, see `strips`.
-    stress, slack : array, shape (points, 3)
-        Stresses at all strips' Gauss points, and what these lack.
-    held : array, shape (points, 3, 4)
-        Gradients of the strains when tangents were last made.
-    strain, force : array, shape (points, 4), (points, 3)
-        Arguments of the strains and weighted stresses, from forces to tangents.
-    reports : array, shape (forces, 8)
-        Of each force, in the columns above.
-    """
-
-    state: Array
-    slope: Array
-    drift: Array
-    grad: Array
-    hess: Array
-    sway: Array
-    by_place: Array
-    by_rate: Array
-    element: Array
-    stiff: Array
-    damp: Array
-    mixed: Array
-    stress: Array
-    slack: Array
-    held: Array
-    strain: Array
-    force: Array
-    reports: Array
+    state: Array  # (markers, 11)
+    slope: Array  # (3, places): derivatives of (x, y, angle) of a marker by its coordinates
+    drift: Array  # (3, places): derivatives of their rates by the coordinates
+    grad: Array  # (6,): of one measure by (x, y, angle) of two markers
+    hess: Array  # (6, 6)
+    sway: Array  # (6,): Hessian times the markers' rates
+    by_place: Array  # (6, 6): derivatives of one force on two markers by their places
+    by_rate: Array  # (6, 6): and by their rates
+    element: Array  # one strip's coordinates, rates and forces
+    stiff: Array  # (m, m): one block's entries, m unknowns that the largest has
+    damp: Array  # (m, m)
+    mixed: Array  # (1,): which forces of strips are asked for, see `strips`
+    stress: Array  # (points, 3): stresses at all strips' Gauss points
+    slack: Array  # (points, 3): what these lack
+    held: Array  # (points, 3, 4): gradients of the strains when tangents were last made
+    strain: Array  # (points, 4): arguments of the strains, from forces to tangents
+    force: Array  # (points, 3): weighted stresses, likewise
+    reports: Array  # (forces, 8): of each force, in the columns above
 
 
 def work_for(tables: Tables) -> Work:
