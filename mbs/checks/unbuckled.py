@@ -64,7 +64,8 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     The normal force is the mean over a quarter of the pinned strip's first period, which leaves axial vibration out.
     """
     record, time, strips = run.record, result.time, _strips(run)
-    forces = {link.name: recent_mean(time, result.signals[f"{link.name}.axial_force"], _quarter(record, link)) for link in strips}
+    periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
+    forces = {name: recent_mean(time, result.signals[f"{name}.axial_force"], period / 4) for name, period in periods.items()}
     unbent = {link.name: _unbent(record, result, link) for link in strips}
     pressed = {
         link.name: (-forces[link.name] > PRESSED * link.body.section.euler_load(record.links[link.name].length))
@@ -102,11 +103,6 @@ def _between(rows: Array, rates: Array, pressing: Array) -> Array:
     least = np.minimum(pressing[rows[before]], pressing[rows[after]])
     found: Array = np.where(pressing >= LESS * least, np.minimum(rates[before], rates[after]), 0.0)
     return found
-
-
-def _quarter(record: Record, link: Link) -> float:
-    """Return a quarter of the first period of a strip with pinned ends, s."""
-    return float(np.pi / 2 / link.body.section.first_frequency(record.links[link.name].length))
 
 
 def _unbent(record: Record, result: Result, link: Link) -> Array:

@@ -196,13 +196,7 @@ def _turn(mechanism: Mechanism, duration: float) -> float:
 
 
 def _try_first(task: Task) -> None:
-    """Raise the error of a reading or a number that makes no sense before all members run into it.
-
-    Raises
-    ------
-    ValueError
-        If the first member cannot be made, or lacks a signal.
-    """
+    """Run the first member for a little while; a ValueError if what is asked for makes no sense."""
     short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
     (_, _, said), = short.run([0])  # fmt: skip
     if said.startswith(("ValueError", "KeyError", "UnknownSignalError")):

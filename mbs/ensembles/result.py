@@ -207,13 +207,7 @@ class Ensemble:
         return target
 
     def resume(self, path: str | Path) -> Ensemble:
-        """Take over from a file what the same call has run before.
-
-        Raises
-        ------
-        ValueError
-            If the file is of another ensemble.
-        """
+        """Take over from a file what the same call has run before; a ValueError if it is of another ensemble."""
         with np.load(path) as kept:
             same = (
                 tuple(kept["readings"].tolist()) == self.readings and np.array_equal(kept["edges"], self.edges)
