@@ -238,7 +238,7 @@ class Strip:
         return np.concatenate((balance, ends))
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Derivative of `defect` by z, with one more column for the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
+        """Derivative of `defect` by the unknowns, with one more column for the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
         f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
         slopes = _slope_columns(self, f, load)
         dx, dy = J @ slopes[0], J @ slopes[1]
@@ -267,7 +267,7 @@ class Strip:
         return newton(step, unknowns)
 
     def _nearby(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
-        """Return the unknowns at a load factor from those at another; None where they are far from the tangent at z."""
+        """Return the unknowns at a load factor from those at another; None where they are far from the tangent there."""
         matrix = self.jacobian(load, before, unknowns)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
@@ -278,7 +278,7 @@ class Strip:
         return there if off <= MOST_CORRECTION * turn + 1e-9 and turn <= MOST_TURN else None
 
     def _residual(self, load: Load, factor: float, unknowns: Array) -> float:
-        """Compute the largest defect of the interpolated solution on a grid half as fine again."""
+        """Compute the largest defect of the interpolated solution on a grid of 1.5 times as many points."""
         fine = self.finer
         pieces = [resample(piece, fine.nodes) for piece in (unknowns[: self.nodes], unknowns[self.nodes : -3])]
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))

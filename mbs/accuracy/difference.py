@@ -1,4 +1,4 @@
-"""Difference of two runs of one mechanism, signal by signal, in norms that bound the errors of readings.
+"""Difference of two runs of one mechanism, signal by signal, in norms that bound the errors of maxima, means and integrals.
 
 Both runs are cubics between their samples, compared at the samples of both. Two readings may agree by chance, so that a
 difference of readings tells little; a norm of the difference of two functions bounds it:
@@ -7,7 +7,7 @@ difference of readings tells little; a norm of the difference of two functions b
 
 Contacts that begin a little earlier make forces differ wholly for that little while. Onsets of both runs belong together if each
 is the other's nearest. Forces and rates are compared in a time in which such onsets coincide; the shift itself is the norm ONSET.
-The impulse of a contact is compared by Levy's distance of its integrals, which forgives that one blow falls as two.
+The impulse of a contact is compared by Levy's distance of its integrals, little changed where one impact is resolved as two.
 
 References
 ----------
@@ -34,7 +34,7 @@ SPLIT = 0.1
 """Gap, over the length of a contact, below which two contacts are one: the force of a bending strip touches zero within a
 blow."""
 NEAR = 0.02
-"""Largest shift of two onsets that belong together, over the run: twice what places may be off. Farther ones are two events."""
+"""Largest shift of two onsets that belong together, over the run: twice the tolerance of places. Farther ones are two events."""
 
 
 class Difference:
@@ -49,7 +49,7 @@ class Difference:
         self._compared = set[str]()
 
     def norms(self, names: Iterable[str]) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Relative norms of signals of both runs, and what they are relative to; with those that were asked for before."""
+        """Relative norms of signals of both runs, and what they are relative to, results of earlier calls included."""
         new = [name for name in names if name in self.a.signals and name in self.b.signals and name not in self._compared]
         self._compared.update(new)
         with np.errstate(all="ignore"):
@@ -89,7 +89,7 @@ class Difference:
         }
 
     def _compare_jumping(self, names: list[str]) -> dict[Key, float]:
-        """Compare what jumps at onsets and kinks, in a time in which onsets coincide and without the moments about them."""
+        """Compare what jumps at onsets and kinks, over a time in which onsets coincide, but for the samples next to them."""
         mine, theirs = self.onsets
         times = _merge_times((self.a.time, np.interp(self.b.time, theirs, mine), mine), self.end)
         other = np.interp(times, mine, theirs)
@@ -99,7 +99,7 @@ class Difference:
         return self._means_and_peaks(names, off, _trapezoid(times))
 
     def _add_impulses(self, found: dict[Key, float], names: list[str]) -> None:
-        """Add what the integrals of forces are off at most, and the integrals of their magnitudes as sizes."""
+        """Add the largest differences of running integrals of forces, and the integrals of their magnitudes as sizes."""
         mine, theirs = (np.stack([run.signals[name].values for name in names]) for run in (self.a, self.b))
         first, second = corrected_trapezoidal(self.a.time, mine), corrected_trapezoidal(self.b.time, theirs)
         through = corrected_trapezoidal(self.b.time, np.abs(theirs))
@@ -110,7 +110,7 @@ class Difference:
             self._sizes[name, Norm.IMPULSE] = max(float(np.interp(self.end, self.b.time, passed)), least)
 
     def _add_contact(self, found: dict[Key, float], name: str) -> None:
-        """Add a contact's norms in place of those of any force; one that was nearly made counts as a difference."""
+        """Replace a contact's norms of forces by those of contacts; a contact in one run alone is a difference."""
         a, b = self.a.signals[name], self.b.signals[name]
         if b.kind is Kind.CONTACT and not b.group and b.unit == "N":
             apart = contact_norms((self.a.time, np.abs(a.values)), (self.b.time, np.abs(b.values)), self.end)
@@ -163,7 +163,7 @@ def _trapezoid(times: Array) -> Array:
 
 
 def _values(run: Trajectory, names: list[str], times: Array) -> Array:
-    """Signals of one run at other times, (times, signals), by as few passes as there are kinds of slopes."""
+    """Signals of one run at other times, (times, signals), one pass for each way to take slopes."""
     found = np.empty((len(times), len(names)))
     some = slice(int(np.searchsorted(run.time, times[-1])) + 3)  # slopes need two samples more
     signals = [run.signals[name] for name in names]

@@ -4,7 +4,7 @@
     class Clearance(Joint):
         pin: float = quantity("m", above=0, doc="radius of the pin")
 
-`Clearance(pin=-1, ...)` is refused with names, value, range and unit. `pin = "5 mm"` is read alike in Python and in a file.
+`Clearance(pin=-1, ...)` is an error that names class, field, value, range and unit. `pin = "5 mm"` is alike in Python and a file.
 The docstring, the file's schema, the options of the command line and the reference are made from the declaration.
 """
 
@@ -28,7 +28,7 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by what may stand there; the functions below declare the usual ones."""
+    """Declare a field by the specification of its values; the functions below declare the usual ones."""
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}

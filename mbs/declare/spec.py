@@ -21,8 +21,8 @@ Schema = dict[str, Any]
 class Spec:
     """Specification of the values of a field.
 
-    `unit` is that of a quantity, `allowed` its range, `words` the values that messages expect; `metavar` stands for a value in
-    the help of the command line.
+    `unit` is that of a quantity, `allowed` its range, `words` what a message says after 'must be'; `metavar` stands for a value
+    in the help of the command line.
     """
 
     unit: str = ""
@@ -31,7 +31,7 @@ class Spec:
     metavar: str = "VALUE"
 
     def fits(self, given: object) -> bool:
-        """Return True if a value is of the right sort, so that an error by this specification fits it."""
+        """Return True if a value is of the right sort, so that this specification has the message for it."""
         raise NotImplementedError
 
     def read(self, name: str, given: object) -> Any:

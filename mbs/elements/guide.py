@@ -56,9 +56,9 @@ class GuideFriction(Declared):
 
 
 RESOLVED = 20
-"""Steps in a period of a block on its bristles that resolve the work of its friction, which jumps where bristles slip."""
+"""Steps in a period of vibration on the bristles that resolve the work of friction, which jumps where bristles slip."""
 STUCK = 1e-4
-"""Way of a block that is stuck, over the longest link: nobody sees it, and its friction works on its bristles alone."""
+"""Travel over the longest link below which a block is stuck: its friction then works on its bristles alone."""
 
 
 @declared
@@ -80,7 +80,7 @@ class Guide(Guided):
     mass: float = quantity("kg", low=0, doc="of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
-        doc="given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's lateral reaction",
+        doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
     through: str | None = names(
         doc="another point of the line; it decides where the line is if the guided point's place is left out", default=None
@@ -109,7 +109,7 @@ class Guide(Guided):
 
     @property
     def rubs(self) -> str:
-        """Its point, where it has friction."""
+        """Name of its point, or '' without friction."""
         return self.point if self.friction is not None else ""
 
     @property
@@ -118,7 +118,7 @@ class Guide(Guided):
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return its friction; None if that follows the reaction, which is unknown before."""
+        """Return its friction; None if it depends on the reaction, which only the run knows."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
@@ -166,12 +166,12 @@ class Guide(Guided):
         speed = record.blocks[self.point].speed
         if isinstance(self.friction, GuideFriction):
             return self.friction.force(speed)
-        assert self.friction is not None  # or nobody asks
+        assert self.friction is not None  # callers have checked that there is one
         normal, bristle = self._reaction_and_bristle(name, record)
         return np.asarray(remembering(self.friction).coefficient(speed, bristle) * normal)
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
-        """True if the block moves by no more than nobody sees, and steps do not resolve how it rings on its bristles."""
+        """True if the travel is negligible and steps are too long for the vibration on the bristles."""
         size, way = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point].travel
         force, bend = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
         period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * bend / force) if force > 0 else 0.0

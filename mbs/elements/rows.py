@@ -1,6 +1,6 @@
-"""Constraints as rows: sums of coefficient times measure that stay as at t = 0, or follow a drive's motion. Solvers know these.
+"""Constraints as rows: sums of coefficient times measure that stay as at t = 0, or follow a drive's motion.
 
-A measure is the place, angle or distance of a point of one body as seen from another.
+A measure is the place, angle or distance of a point of one body as seen from another. Both solvers take these three.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Row:
         return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
 
     def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
-        """Yield its derivatives by (x, y, angle) of each place at t = 0, all bodies' places their own."""
+        """Yield its derivatives by (x, y, angle) of each place at t = 0, each body with a copy of its own."""
         for share, measure in self.terms:
             if isinstance(measure, Turn):
                 yield measure.first, (0.0, 0.0, share)

@@ -14,7 +14,7 @@ from ..geometry import Array
 class Kind(StrEnum):
     """Kind of a signal, by which two runs are compared and values between samples are found.
 
-    A stretch is a length that stiff axial strain changes, and that rings with it. A reaction is the force of a constraint. A
+    A stretch is a length that axial strain changes, and that vibrates with it. A reaction is the force of a constraint. A
     contact signal is a force or depth while a contact is closed. An internal force follows by a law from a state or from time:
     strips, springs, motors, loads. A state belongs to a load's own law.
     """

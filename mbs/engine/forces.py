@@ -1,4 +1,4 @@
-"""Forces of stops and struts as callbacks of the engine, and their memory of its last call or step."""
+"""Forces of stops and struts as callbacks of the engine, which keep the state of the last call or step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .placed import Placed
 class StopContact(Striking):
     """One stop in the engine's coordinates.
 
-    Its point touches at the way `face` [m] along its direction; `side` is +1 if that lies ahead of the start, else -1. `mass`
+    Contact closes at the travel `face` [m] along its direction; `side` is +1 if that lies ahead of the start, else -1. `mass`
     [kg] strikes: as light as it can be for want of everything joined to it. `columns` are the places of the coordinates that
     decide it in the engine's vector. At the end of the last accepted step it was `touching`, and `pressing` [N].
     """
@@ -36,7 +36,7 @@ class StopContact(Striking):
         self.columns = placed[self.stop.point].columns()[0]
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
+        """Depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
 
@@ -63,7 +63,7 @@ class End:
 
 @dataclass
 class FreeContact(StopContact):
-    """The same of any point of a link against a line of another body or the ground.
+    """Contact of any point of a link against a line of another body or the ground.
 
     With p the point, o the place and phi the turn of the face's node, u = R(phi) along and reach = at - along . o(0):
 

@@ -1,4 +1,4 @@
-"""Functions that users give: one that raises, or returns what is no number, ends the run by name."""
+"""Functions that users give: one that raises, or returns what is no number, ends the run with a message that names it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def describe_failure(t: float, what: str, error: BaseException, out_of_range: St
 
 
 def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
-    """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
+    """Return a function called with (anything, time, ...) that records its first exception in `scene.stopped`.
 
     The name `what` says in words what raises. A ValueError means `out_of_range`, any other exception FUNCTION_FAILED.
     """

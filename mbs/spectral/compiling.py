@@ -36,7 +36,7 @@ TEXT = (
 """Announcement of a compilation."""
 WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
-"""Liberties with the order of sums, which let them be made four at a time; what is not finite is still seen."""
+"""Fast-math flags that let sums be reordered and made four at a time; NaN and infinity keep their meaning."""
 
 
 class Announcer(Listener):
@@ -71,14 +71,15 @@ register("numba:compile", Announcer())
 
 @cache
 def _stamp() -> str:
-    """Sum of the contents of all files whose functions are compiled."""
+    """Hash of the contents of all files whose functions are compiled."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
     return stamp_of(Path(__file__), here / "tables.py", *own, here.parent / "laws" / "table.py")
 
 
 def jit(function: F) -> F:
-    """Compile a function that Python calls, for the types it is first called with; its tables are handed to it by reference.
+    """Compile a function that Python calls, for the types it is first called with; named tuples of arrays are passed by
+    reference.
 
     It stays on disk as long as no file with compiled functions changes.
     """
@@ -128,7 +129,9 @@ def draft(function: F, **options: object) -> F:
 
 
 def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
-    """Take a constant for an argument as its type: Numba compiles a function anew for each number that it is called with."""
+    """Replace the type of a constant argument by the general one: Numba compiles a function anew for each number that it is
+    called with.
+    """
     folded, found = fold(args, kws)
     return folded, tuple(map(types.unliteral, found))
 
@@ -141,7 +144,7 @@ def inline(function: F) -> F:
 class Reference(types.Type):
     """Type of a pointer to the places and shapes of a named tuple's arrays: one pointer in place of some hundred numbers.
 
-    They have no share in the memory's reference counts: the tuple must outlive the call.
+    They do not count as references to the arrays: the tuple must outlive the call.
     """
 
     def __init__(self, whole: types.Type) -> None:

@@ -50,7 +50,7 @@ class Row:
 
 
 def to_json(content: object) -> str:
-    """Write strict JSON that keeps every float: NaN and infinities are words."""
+    """Write strict JSON that keeps every float: NaN and infinities become strings."""
     return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
@@ -151,9 +151,9 @@ class Store:
         return {name: json.loads(value) for name, value in self.ask("SELECT name, value FROM about")}
 
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> None:
-        """Write all cases of a sweep down, unless they are there; with `retry` failed ones have not ended.
+        """Write all cases of a sweep down, unless they are there; with `retry` failed ones run again.
 
-        A StoreError refuses cases of another sweep or version. The store may grow: its cases must be among those asked for.
+        A StoreError refuses cases of another sweep or version. Cases may be added; stored ones must be asked for.
         """
         texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters however they were given
         keys = {text: number for number, text in enumerate(texts)}
@@ -173,7 +173,7 @@ class Store:
                 self.ask("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
 
     def _compare(self, about: About) -> None:
-        """Refuse a store whose numbers came about in another way."""
+        """Refuse a store that another study or other versions made."""
         found = self.about()
         if found and found["study"] != about.study:
             raise StoreError(f"{self.path} holds a sweep of {found['study']}, not of {about.study}; name another file")
