@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 import numpy as np
 
@@ -93,7 +91,7 @@ class RowConstraint:
         markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=whole))]
         if self.native:
             slope = forms.system(reference - angle)[1]
-            given: dict[str, Any] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
+            given: dict[str, object] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:

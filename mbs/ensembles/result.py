@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -179,7 +179,7 @@ class Ensemble:
         import pandas as pd
 
         members, windows = self.values.shape[:2]
-        columns: dict[str, Any] = {
+        columns: dict[str, object] = {
             "member": np.repeat(np.arange(members), windows), "window": np.tile(np.arange(windows), members),
             **{path: np.repeat(self.members.numbers[:, k], windows) for k, path in enumerate(self.members.paths)},
             **{name: self.values[..., k].ravel() for k, name in enumerate(self.readings)},

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[li
     for i, j in zip(row.tolist(), col.tolist(), strict=True):
         near[i].add(j)
         near[j].add(i)
-    found: dict[Any, int] = {}
+    found: dict[object, int] = {}
     groups: list[list[int]] = []
     of = [0] * unknowns
     for u in range(unknowns):

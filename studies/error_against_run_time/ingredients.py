@@ -10,7 +10,7 @@ import json
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from buckler import mbs
 
@@ -53,7 +53,7 @@ class Ingredients:
 
     HEADERS: ClassVar[tuple[str, ...]] = ("objects", "unknowns", "kernels", "packages", "folders of mbs")
 
-    def row(self) -> list[Any]:
+    def row(self) -> list[object]:
         """List them in the order of `HEADERS`."""
         objects = ", ".join(f"{count} {kind}" for kind, count in self.objects.items())
         return [objects, self.unknowns, *(", ".join(names) for names in (self.kernels, self.packages, self.rooms))]
