@@ -168,8 +168,9 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw each number over the clearance, a line a speed; and the bifurcation map."""
-    return {"lines": _lines(result)} | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
+    """Draw each number over the clearance, a line a speed; as maps over both; and the bifurcation map."""
+    found = {"lines": _lines(result), "maps": _maps(result)}
+    return found | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
 
 
 def _bifurcation(result: StudyResult) -> Figure:
@@ -198,4 +199,25 @@ def _lines(result: StudyResult) -> Figure:
         ax.xaxis.set_major_formatter("{x:g}")
     title = "speed [rad/s]; hollow: PENETRATION, deeper than the clearance"
     fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=6, title=title)
+    return fig
+
+
+def _maps(result: StudyResult) -> Figure:
+    s = result.signals
+    fig, axes = subplots(3, 1, height=185, sharex=True)
+    names = ["force, joint B, over ideal", "rms $a_x$, coupler, over ideal", "rms $a_x$, rocker, over ideal"]
+    for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
+        over = s["mean"][..., i].T / s["ideal"][:, i, None]
+        ax.grid(False)
+        image = ax.imshow(np.log10(over), origin="lower", aspect="auto", cmap="viridis")
+        for k, c in np.ndindex(over.shape):
+            bright = np.log10(over[k, c]) > np.nanmean(np.log10(over)) + 0.3 * np.nanstd(np.log10(over))
+            colour = "#000000" if bright else "#ffffff"
+            text = f"{over[k, c]:.3g}" if s["valid"][c, k] else f"({over[k, c]:.3g})"
+            ax.text(c, k, text, ha="center", va="center", fontsize=7, color=colour)
+        ax.set(title=name, ylabel="crank [rad/s]")
+        ax.set_xticks(range(len(s["clearance"])), [f"{1e3 * c:g}" for c in s["clearance"]])
+        ax.set_yticks(range(len(s["speed"])), [f"{w:g}" for w in s["speed"]])
+        fig.colorbar(image, ax=ax, label="log10")
+    axes[-1].set_xlabel("radial clearance [mm]; in brackets: PENETRATION, deeper than the clearance")
     return fig
