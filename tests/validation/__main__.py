@@ -60,7 +60,7 @@ def main() -> int:
             tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {made}."]
         page = PAGE.read_text(encoding="utf-8")
         for question, lines in tables.items():
-            page = write(page, question, ["", *lines, ""])
+            page = write(page, question, lines)
         PAGE.write_text(page, encoding="utf-8")
     return bool(wrong)
 

@@ -9,11 +9,10 @@ from . import drops, errors, features, nonsmooth, pendulum, published, saved, so
 from .known import Known
 
 QUESTIONS = {
-    "published": "Do published benchmark problems come out?",
+    "published": "Do published problems and equations of motion come out?",
     "stability": "Do stability and frequencies come out?",
     "restitution": "Do contact laws deliver the restitution that they promise?",
     "nonsmooth": "Does smooth contact come to nonsmooth trajectories as it stiffens?",
-    "motion": "Does a mechanism follow its own equations of motion?",
     "solvers": "Do two solvers agree that share no equation?",
     "errors": "Is the error that a run reports the true one?",
     "features": "Are narrow features of a user's function seen?",
