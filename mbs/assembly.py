@@ -1,6 +1,6 @@
-"""Assembly: the places of points that lengths and angles of links decide.
+"""Assembly: places of points from the lengths and angles of links.
 
-Linear equations first; the lengths |E - S|^2 = L^2 that are left by Levenberg-Marquardt from rounds of starts.
+Linear equations are solved first, the remaining lengths |E - S|^2 = L^2 by the Levenberg-Marquardt method from random starts.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from .validate import short
 
 Pair = tuple[float, float]
 AGREE = 1e-9
-"""Distance, in lengths of the link, within which what is given twice agrees."""
+"""Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write."""
 STARTS, ROUNDS, ITERATIONS = 48, 8, 60
 SAME = 1e-6
-"""Distance, in lengths of the longest link, below which two poses are one."""
+"""Distance, over the longest link, below which two poses are the same."""
 SINGULAR = 1e-6
-"""Least over largest singular value below which a pose is a dead centre: places are known to the root of rounding only."""
+"""Ratio of the least to the largest singular value below which a pose is a dead centre: there places have half of the digits."""
 
 
 class Assembly(NamedTuple):
@@ -43,7 +43,7 @@ class Assembly(NamedTuple):
 def assemble(
     points: Mapping[str, Pair], links: Iterable[Any], guides: Iterable[Any] = (), near: Mapping[str, Pair] | None = None
 ) -> Assembly:
-    """Find the points that the lengths and angles of links decide.
+    """Find the points that are determined by lengths and angles of links.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def assemble(
     guides : iterable of Guide
         Those with `through` keep their point on a line.
     near : dict of str to (float, float), optional
-        Rough places, m: of several poses the one with the least sum of squared distances from them is taken; by default the
-        one whose first point that differs lies highest, then farthest right.
+        Rough places, m: of several poses the one with the least sum of squared distances from them is taken. By default it is
+        the one whose first differing point is highest, then farthest right.
 
     Raises
     ------
     ValueError
-        If they decide nothing or contradict each other; in one line that names links.
+        If lengths and angles are too few or contradict each other; in one line that names links.
     """
     links, near = list(links), near or {}
     lengths = {link.name: given for link in links if (given := _length(link, points)) is not None}
@@ -114,7 +114,7 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
 
 
 def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
-    """Distance of a link's ends: as given, or that of places that are given; None where it is not known beforehand."""
+    """Return the length of a link, as given or from the places of its ends; None if it is unknown."""
     if link.length is not None or not {link.start, link.end} <= set(points):
         return link.length
     return abs(_apart(link, points))
@@ -125,7 +125,7 @@ def _apart(link: Any, points: Mapping[str, Pair]) -> complex:
 
 
 def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
-    """Return places x + i y as complex coefficients of the unknown coordinates and of 1."""
+    """Return places x + i y as complex linear forms: coefficients of the unknown coordinates, then the constant."""
     at = {point: np.zeros(2 * len(unknown) + 1, dtype=complex) for point in (*unknown, *points)}
     for k, point in enumerate(unknown):
         at[point][2 * k : 2 * k + 2] = 1.0, 1j
@@ -135,7 +135,7 @@ def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
 
 
 def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
-    """Yield the equations of links that are linear in the places: coefficients of the coordinates and of 1, with sum 0."""
+    """Yield the equations of links that are linear in the places, each a linear form that must vanish."""
     for link in links:
         if link.start not in at or link.end not in at:
             continue
@@ -155,7 +155,7 @@ def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float
 
 
 def _linear(rows: list[Array], count: int) -> tuple[Array, Array]:
-    """Return a solution of the linear rows, by least squares, and a basis of what they leave open, (count, open)."""
+    """Return a least-squares solution of the linear rows, and a basis of their null space, (count, open)."""
     if not rows:
         return np.zeros(count), np.eye(count)
     matrix = np.array(rows)
@@ -166,14 +166,14 @@ def _linear(rows: list[Array], count: int) -> tuple[Array, Array]:
 
 
 class _Poses:
-    """Solutions z of |M z + c| = L for all links of given length, M and c complex."""
+    """Poses of the links whose length alone is given: solutions z of |M z + c| = L, M and c complex."""
 
     def __init__(self, ends: Array, lengths: Array, base: Array, free: Array) -> None:
         self.base, self.free, self.lengths = base, free, lengths
         self.matrix, self.constant = ends[:, :-1] @ free, ends[:, :-1] @ base + ends[:, -1]
 
     def residual(self, coordinates: Array) -> tuple[Array, Array]:
-        """(|v|^2 - L^2) / 2 L, m, and its derivatives, for z of shape (starts, open)."""
+        """Compute (|v|^2 - L^2) / 2 L, v = M z + c [m], and its derivatives, for z of shape (starts, open)."""
         apart = coordinates @ self.matrix.T + self.constant
         value = (np.abs(apart) ** 2 - self.lengths**2) / (2 * self.lengths)
         return value, (apart.conj()[..., None] * self.matrix).real / self.lengths[:, None]
@@ -190,7 +190,7 @@ class _Poses:
             raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
 
     def all(self, size: float) -> tuple[list[Array], bool]:
-        """Coordinates of every pose found; if there is none, of the one that comes closest, and False."""
+        """Return the coordinates of every pose found, and True; without any, of the one with the least gap, and False."""
         found: list[Array] = []
         random = np.random.default_rng(1)
         if not self.free.shape[1] or not len(self.lengths):
@@ -208,7 +208,7 @@ class _Poses:
         return found, True
 
     def _descend(self, coordinates: Array) -> tuple[Array, Array]:
-        """Levenberg-Marquardt from all starts at once: where they end, and the largest residual there, m."""
+        """Iterate by Levenberg-Marquardt from all starts at once; return the ends and the largest residual of each [m]."""
         damping = np.full(len(coordinates), 1e-2)
         value, slopes = self.residual(coordinates)
         for _ in range(ITERATIONS):
@@ -226,7 +226,7 @@ class _Poses:
         return coordinates, np.abs(value).max(axis=1)
 
     def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
-        """Raise a ValueError if places at a pose are no smooth functions of the lengths."""
+        """Raise a ValueError if a pose is a dead centre, where places are not differentiable in the lengths."""
         if not self.free.shape[1]:
             return
         x = np.concatenate([pose[point] for point in unknown])
@@ -251,25 +251,25 @@ def _nearest(near: Mapping[str, Pair], size: float) -> Any:
 
 
 def _topmost(unknown: list[str], size: float) -> Any:
-    """Order of poses: that whose first point that differs lies highest, then farthest right."""
+    """Make a key that orders poses: first the one whose first differing point is highest, then farthest right."""
     step = SAME * size
     return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
 
 def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
-    """Return True if a link points where its angle says, not the other way round."""
+    """Return True if a link has the direction of its angle, not the opposite one."""
     return link.angle is None or (_apart(link, points) * rect(1.0, -link.angle)).real >= 0
 
 
 def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
-    """Raise a ValueError if a link's ends are not as far apart, or do not lie as, its length and angle say."""
+    """Raise a ValueError if the places of a link's ends contradict its length or angle."""
     for link in links:
         if {link.start, link.end} <= set(points):
             _check(link, points)
 
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
-    """Make the error for lengths that no pose has, by the pose that comes closest."""
+    """Make the error for lengths that no pose has, from the pose with the least gap."""
     apart = {link.name: abs(_apart(link, points)) for link in links}
     off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)

@@ -22,22 +22,22 @@ def rotate_left(vectors: Array) -> Array:
 
 
 def cross(one: Array, other: Array) -> Array:
-    """Cross products of vectors (..., 2): the moment of forces b at arms a."""
+    """Compute cross products of vectors (..., 2): the moments of forces b at arms a."""
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
 def unit(vectors: Array) -> tuple[Array, Array]:
-    """Lengths (times,) and directions (times, 2) of vectors; the direction of one without length is zero."""
+    """Return lengths (times,) and directions (times, 2) of vectors; a vector of length zero has the direction zero."""
     size = np.hypot(*vectors.T)
     return size, vectors / np.where(size > 0, size, 1.0)[:, None]
 
 
 HALVINGS = 52
-"""Steps of bisection, each halves the interval: as many as a share of a step has binary digits."""
+"""Steps of bisection, each of which halves the interval: the number of binary digits of a float."""
 
 
 def onsets(time: Array, depth: Array, rate: Array) -> Array:
-    """Times [s] at which a depth passes zero, by bisection of the cubics through its samples and their rates.
+    """Find the times [s] at which a depth passes zero, by bisection of the cubic Hermite interpolant.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Ready mechanisms: small functions that return a `Mechanism`, with no privileges a user's own one lacks."""
+"""Ready mechanisms: small functions that return a `Mechanism`, written with the public interface alone."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ def slider_crank(
     law : NormalLaw or None
         Contact law of the stopper; None leaves the stopper out.
     mass : float
-        Of the slider, kg.
+        Mass of the slider, kg.
     speed : float, Ramp or Motion
-        Of the crank, rad/s.
+        Speed of the crank, rad/s.
     friction : GuideFriction, optional
-        Of the slider's guide.
+        Friction of the slider's guide.
     stop : float
         Place of the stopper on the slider's line, m, negative.
     lengths : SliderCrank
-        Of crank and coupler, m.
+        Lengths of crank and coupler, m.
     """
     crank = Rigid(Section(width=0.030, thickness=0.005))  # its speed is prescribed: its mass changes the torque only
     return Mechanism(
@@ -82,12 +82,12 @@ class CrankRocker(NamedTuple):
     frame: float = 0.225
 
     def places(self, angle: float) -> dict[str, tuple[float, float]]:
-        """Points O, A, B, C at a crank angle, B on the left of A-C: the open branch.
+        """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch.
 
         Raises
         ------
         KinematicsError
-            If coupler and rocker do not reach each other, or only just: a dead centre.
+            If coupler and rocker do not reach each other, or are in line: a dead centre.
         """
         a, c = self.crank * np.array([np.cos(angle), np.sin(angle)]), np.array([self.frame, 0.0])
         diagonal = float(np.hypot(*(c - a)))
@@ -106,11 +106,11 @@ STEEL_CRANK_ROCKER = CrankRocker()
 PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
 """K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
-"""Its contact law with c_max read as 253 N s/m: the joints rattle."""
+"""Contact law of the paper with its c_max read as 253 N s/m: the joints rattle."""
 CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """The same with c_max read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
-"""Makes the joint of a point, its pin's body and its bush's body."""
+"""Function that makes the joint of a point, given the names of the pin's and the bush's body."""
 
 
 def crank_rocker(
@@ -130,15 +130,15 @@ def crank_rocker(
     rocker : Rigid or Beam
         Body of the rocker, from the frame C to the coupler's end B.
     speed : float, Ramp or Motion
-        Of the crank, rad/s.
+        Speed of the crank, rad/s.
     play : callable, optional
         `play(point, first, second)` returns the Clearance of a joint; None leaves all joints ideal.
     with_play : str
         Which of the joints O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker) have it.
     section : Section
-        Of crank and coupler.
+        Section of crank and coupler.
     lengths : CrankRocker
-        m.
+        Lengths, m.
     angle : float
         Crank angle at the start, rad.
     """

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Pair = tuple[float, float]
 RUN = "run"
-"""The table of a file that says how it is run: duration, accuracy and so on; no part of the mechanism."""
+"""Table of a file with the settings of a run, as duration and accuracy; it is no part of the mechanism."""
 ASIDE = ("about", RUN)
 
 
@@ -44,10 +44,10 @@ class Placed(Frozen):
 
 
 class Places(Named):
-    """Places of points; what follows from them is left to follow, when they are read again or written."""
+    """Places of points in a file: only given ones are read and written, as the others follow from lengths and angles."""
 
     def read(self, name: str, given: object) -> dict[str, Any]:
-        """Return those that are given."""
+        """Return the given places."""
         return super().read(name, given.given if isinstance(given, Placed) else given)
 
     def write(self, name: str, value: Any) -> dict[str, Any]:
@@ -129,7 +129,7 @@ class Mechanism(Parts):
     )
 
     def agree(self) -> None:
-        """Names that are there, once; elements that fit."""
+        """Raise a ValueError unless all names are known and unique, and elements fit together."""
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
         object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))
@@ -148,11 +148,11 @@ class Mechanism(Parts):
                     raise RefusalError(str(error), _place(kind, k, element)) from None
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields: what was found out about it is found again."""
+        """Return the fields alone; derived values are computed again."""
         return dict(vars(self))
 
     def __str__(self) -> str:
-        """Return what it is made of, in a line."""
+        """Return links and numbers of elements, in a line."""
         links = ", ".join(f"{link.name} ({type(link.body).__name__})" for link in self.links)
         rest = [f"{len(found)} {kind}" for kind in KINDS if kind != "links" and (found := getattr(self, kind))]
         return f"Mechanism of {len(self.points)} points, links {links}" + "".join(f", {part}" for part in rest)
@@ -170,17 +170,17 @@ class Mechanism(Parts):
         return {guide.point: guide for guide in self.guides}[point]
 
     def length(self, name: str) -> float:
-        """Distance of a link's two end points, m."""
+        """Return the distance of a link's two end points, m."""
         link = self.link(name)
         (x0, y0), (x1, y1) = self.points[link.start], self.points[link.end]
         return hypot(x1 - x0, y1 - y0)
 
     def assemblies(self) -> Assembly:
-        """Places of the points left out, and those of the other poses that lengths and angles allow."""
+        """Return the places of the points left out, and those of the other poses that lengths and angles allow."""
         return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
-        """Return all elements by their names: a second one of a name is `name.2`."""
+        """Return all elements by name; a second element of the same name is `name.2`."""
         found: dict[str, Element] = {}
         for kind in KINDS:
             for element in getattr(self, kind):
@@ -265,7 +265,7 @@ def _place(kind: str, k: int, element: Any) -> str:
 
 
 def _check_velocities(mechanism: Mechanism) -> None:
-    """Check whose velocities are given: a link's turning or a link's point's velocity."""
+    """Raise a ValueError unless velocities are given of links, by one number, or of points of links."""
     links = {link.name: link for link in mechanism.links}
     for name, value in mechanism.velocities.items():
         where = f"velocities['{name}']"

@@ -1,4 +1,4 @@
-"""Late binding: methods such as `Mechanism.plot` are implemented in packages above and resolved by name at the first call.
+"""Late binding: methods such as `Mechanism.plot` are implemented in higher packages and resolved by name at the first call.
 
 Other installed packages extend Buckler through entry points:
 
@@ -9,7 +9,7 @@ Other installed packages extend Buckler through entry points:
 | `buckler.spectral` | name of the kind | `add(builder, name, element)`, as in `mbs/spectral/registry.py` |
 | `buckler.symbols` | name of the kind | `symbol(sheet, name, element)`, as in `mbs/view/symbols.py` |
 
-They are looked for where a kind is not found among Buckler's own, and when a file is read.
+They are searched when a kind is not one of Buckler's own, and when a file is read.
 """
 
 from __future__ import annotations

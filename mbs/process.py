@@ -1,4 +1,4 @@
-"""State that a run shares with its process: Ctrl-C, threads of linear algebra, the compiler, a clock without its work."""
+"""State of the process that a run needs: Ctrl-C, threads of linear algebra, the compiler, a clock without compile time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def compiler() -> bool:
 
 
 class Stopwatch:
-    """Seconds that this process has spent compiling: no part of what a run takes, nor of the time that it may take."""
+    """Seconds that this process has spent compiling, which count neither as run time nor towards a time limit."""
 
     seconds = 0.0
 
@@ -39,21 +39,21 @@ COMPILING = Stopwatch()
 
 
 def working_time() -> float:
-    """Seconds of a clock that stands still while functions are compiled."""
+    """Return the seconds of a clock that stops while functions are compiled."""
     return perf_counter() - COMPILING.seconds
 
 
 Progress = Callable[[float], None]
-"""Is told what share of a run is done."""
+"""Function that is called with the fraction of a run that is done."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended `simulate`: scripts end as they do without it, unless they ask for what there is.
+    """Ctrl-C ended `simulate`; as it is a KeyboardInterrupt, a script ends unless it catches this.
 
     Attributes
     ----------
     result : Result
-        INTERRUPTED: the run that got farthest, as far as it got. No check looked at it.
+        The run that got farthest, without checks; its status is INTERRUPTED.
     """
 
     def __init__(self, result: Any) -> None:
@@ -67,10 +67,10 @@ class TimeUpError(Exception):
 
 @contextmanager
 def time_limit(seconds: float | None) -> Iterator[None]:
-    """Raise TimeUpError in the main thread once, after so many seconds [s]; without a number never."""
+    """Raise TimeUpError in the main thread after a time [s]; never without a number."""
 
     def end(number: int, frame: FrameType | None) -> None:
-        """End the process's work by an error when the time is over."""
+        """Raise TimeUpError, as a handler of the alarm."""
         raise TimeUpError(f"--timeout {seconds:g}: the time is over")
 
     if seconds is None:
@@ -86,7 +86,7 @@ def time_limit(seconds: float | None) -> Iterator[None]:
 
 
 class _Noted:
-    """Handler that notes Ctrl-C for as long as it is the handler."""
+    """Signal handler that remembers Ctrl-C."""
 
     def __init__(self) -> None:
         self.pressed = False
@@ -97,10 +97,10 @@ class _Noted:
 
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Give a function that tells whether Ctrl-C came since; never, where Python's own handler does not wait for it.
+    """Yield a function that returns True after Ctrl-C; always False in other threads, or where a caller has its own handler.
 
-    That handler would raise a KeyboardInterrupt inside a callback, where the engine makes a failed step of it. Within another
-    such context the function is the outer one's.
+    Python's default handler would raise a KeyboardInterrupt inside a callback, which the engine turns into a failed step. Nested
+    contexts use the function of the outer one.
     """
     here = threading.current_thread() is threading.main_thread()
     before = signal.getsignal(signal.SIGINT) if here else None
@@ -117,7 +117,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
 
 _LOCK = Lock()
 _BEFORE: list[list[int]] = []
-"""Numbers of threads that those found who entered; the last to leave takes those of the first."""
+"""Numbers of threads before each `one_thread` that is active; the last one to end restores those of the first."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 
 
@@ -135,7 +135,7 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let linear algebra use one thread, until the last of those that ask for it at a time has left."""
+    """Let linear algebra use one thread, until the last active context of this kind ends."""
     with _LOCK:
         _BEFORE.append([read() for read, _ in _thread_functions()])
         for _, write in _thread_functions():

@@ -1,4 +1,4 @@
-"""Progress of the runs of one call: a bar, and in a line how long they will take."""
+"""Progress of the runs of one call: a bar, and a line with the expected time."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from typing import Any
 from .process import working_time
 
 SOON = 2.0
-"""Seconds of waiting after which the time is told: sooner it is seen anyway, and steps of a start are not like the others."""
+"""Seconds after which the expected time is printed: first steps are slower than others."""
 WORTH = 3.0
-"""Least time that is told [s]."""
+"""Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the one before: tolerances of levels fall by 8, and steps go by their fourth root."""
+"""Time of a run over that of the one before: tolerances of levels differ by 8, and steps are as their fourth root."""
 after_step: ContextVar[Callable[[], object]] = ContextVar("after_step", default=lambda: None)
 """Function that is called before each step of a path or a response curve, whose number is not known beforehand."""
 USUAL = (2, 5)
-"""Runs of one result, mostly: see `mbs.accuracy.refine`."""
+"""Usual least and largest number of runs for one result: see `mbs.accuracy.refine`."""
 
 
 class Forecast:
-    """Progress callback of `simulate` that tells in a line how long all runs will take, and draws a bar.
+    """Progress callback of `simulate` that prints the expected time of all runs in a line, and draws a bar.
 
     Attributes
     ----------
     title : str
     cases : float
-        Such calls one after another, of which this is the first.
+        Number of calls one after another, of which this is the first.
     bar : bool
-        Whether a bar is drawn, too.
+        True to draw a bar.
     runs : (int, int)
-        Runs of a call, at least and at most.
+        Least and largest number of runs of a call.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -44,7 +44,7 @@ class Forecast:
         self.drawn: Any = None
 
     def __call__(self, done: float) -> None:
-        """Take the share of a run that is done; one that falls, or follows 1, is of the next run."""
+        """Take the fraction of a run that is done; a smaller one than before, or one after 1, belongs to the next run."""
         if done < self.done or self.done >= 1.0:
             self.number, self.begin = self.number + 1, working_time()
         self.done = done
@@ -56,7 +56,7 @@ class Forecast:
                 print(text, file=sys.stderr, flush=True)
 
     def text(self) -> str:
-        """Say how long it will take from now on; '' where that is soon."""
+        """Write the expected time from now on; '' if it is short."""
         spent = working_time() - self.begin
         whole = spent / self.done
         least, most = (
@@ -73,12 +73,12 @@ class Forecast:
         return f"{self.title}{': ' if self.title else ''}about {span} more{cases}{why}"
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self.drawn is not None:
             self.drawn.close()
 
     def _draw(self) -> None:
-        """Move the bar."""
+        """Update the bar."""
         if self.drawn is None:
             from tqdm import tqdm  # loaded where a bar is wanted
 
@@ -92,14 +92,14 @@ class Forecast:
 
 
 def forecast(progress: bool | Callable[[float], None] | None) -> Callable[[float], None] | None:
-    """Make what `simulate` calls after each step: the function given, or a `Forecast`, by default where someone looks on."""
+    """Make the progress callback of `simulate`: the function given, or a `Forecast`, by default in terminals and notebooks."""
     if callable(progress):
         return progress
     return Forecast() if (looked_at() if progress is None else progress) else None
 
 
 def looked_at() -> bool:
-    """Return True in the main thread of a first process whose standard error is a terminal, or that serves a notebook."""
+    """Return True in the main thread of a parent process whose standard error is a terminal, or that serves a notebook."""
     first = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
     return first and (sys.stderr.isatty() or "ipykernel" in sys.modules)
 

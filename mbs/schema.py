@@ -8,7 +8,7 @@ from .documents import shorthand
 from .mechanism import RUN, Mechanism
 
 BY_OTHERS = (("Link", "name"), ("Link", "body"))
-"""Fields that a file may give elsewhere: as the name of a table, or among the defaults."""
+"""Required fields that a file may give in another place: as the name of a table, or among the defaults."""
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 

@@ -1,4 +1,4 @@
-"""Simulation of a mechanism: run, estimate errors, check, make the result."""
+"""Simulation of a mechanism: runs, error estimates, checks, and the result."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ GRAPHICS = (
     "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
     "'dnf install mesa-libGL libX11', conda packages libgl and xorg-libx11"
 )
-"""Cure of a server that lacks graphics."""
+"""Advice for a machine without graphics libraries."""
 
 
 def _run_compiled(*arguments: object, **known: object) -> Run:
@@ -65,9 +65,9 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_co
 
 Solver = Exudyn | Spectral | Closure
 LOOKS = 16
-"""Most repetitions of a run that passes edges of a function: each finds those that the motion before them moved."""
+"""Most repetitions of a run whose steps pass edges of a function: a step that ends on one moves the later ones."""
 STALLED = 3
-"""Number of repetitions in which the shift of edges does not halve, so that it will not: each edge waits for the one before."""
+"""Number of repetitions without halving the shift of edges after which the repetition ends."""
 
 
 @one_thread()
@@ -92,31 +92,30 @@ def simulate(
     duration : float
         s, positive.
     accuracy : float, optional
-        Largest relative error of what `of` names, 1e-6 to 0.1. The solver runs twice or more often, each run finer than the one
-        before, until the difference of the last two tells an error that is allowed; the result's `error` has that of each signal.
-        A result that misses it is SUSPECT, ACCURACY in the message. One that holds it up to `error.until` only is CHAOTIC, or
-        SENSITIVE where finer runs would hold it longer. Without an accuracy a run is held to what a user looks at: see
-        `mbs.accuracy.demand`; of a chaotic motion it is OK, and its message tells up to when it is one trajectory.
+        Largest relative error of the signals in `of`, 1e-6 to 0.1. The solver runs twice or more often, each run finer than the
+        one before, until the error estimated from the last two is below it; the result's `error` has that of each signal.
+        A result with a larger error is SUSPECT, with ACCURACY in the message. One that has it up to `error.until` only is
+        CHAOTIC, or SENSITIVE if finer runs would have it longer. Without an accuracy the allowed errors are conventions: see
+        `mbs.accuracy.demand`. A chaotic motion is then OK, and the message says up to when it is one trajectory.
     of : str or sequence of str
-        Subject of the accuracy: "places"; "forces", as computed, all of them; or signals by their names, or norms of them such as
+        Signals that shall have the accuracy: "places"; "forces", all of them; or names of signals, or norms of them such as
         "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
-        Solver and its settings. Without an accuracy it runs once, and its error is not known. By default `Closure()` where
-        joints and drives alone decide the motion; `Spectral()`, the compiled solver, for all it knows; `Exudyn()` where Numba is
-        missing or an element is unknown to the compiled solver. The result's provenance names the solver and why.
+        Solver and its settings. Without an accuracy it runs once, and the error is not known. By default `Closure()` if
+        joints and drives alone determine the motion; else `Spectral()`, the compiled solver; `Exudyn()` if Numba is missing or
+        an element is unknown to the compiled solver. The result's provenance names the solver and the reason.
     verify : bool
         Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the largest relative difference of
-        places into the result's `verified`. Signals farther apart than both errors allow make it SUSPECT, SOLVERS in the message.
+        places into the result's `verified`. A difference above the sum of both errors makes it SUSPECT, SOLVERS in the message.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
         Times, s, at which to keep the shapes of flexible links.
     timeout : float, optional
-        Wall-clock limit, s; beyond it the result is TIMED_OUT with the best so far: the finest run that ended, or the part of the
-        first one that there is.
+        Wall-clock limit, s; beyond it the result is TIMED_OUT: the finest run that ended, or else the beginning of the first.
     progress : bool or callable, optional
-        True shows a bar and says how long it will take, by default in terminals and notebooks. A function is called with the
-        fraction done after each step; of each run in turn, where there are several.
+        True shows a bar and the expected time, by default in terminals and notebooks. A function is called after each step with
+        the fraction of the run that is done; each run begins at 0.
 
     Returns
     -------
@@ -128,7 +127,7 @@ def simulate(
     ValueError
         On wrong input, before any engine call.
     Interrupted
-        On Ctrl-C: a KeyboardInterrupt whose `result` is what there is by then.
+        On Ctrl-C: a KeyboardInterrupt whose `result` is the run that got farthest.
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
@@ -165,7 +164,7 @@ def simulate(
 
 
 class _Runs:
-    """All runs of one call: each within the time that is left, of a scene that is built once."""
+    """All runs of one call; they share the time limit and a scene that is built once."""
 
     def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None, looks: Looks) -> None:
         self.mechanism, self.timeout, self.progress, self.looks = mechanism, timeout, progress, looks
@@ -173,7 +172,7 @@ class _Runs:
         self.scenes: dict[int | None, Any] = {}
 
     def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
-        """Make a run, again where it passed edges of a user's function, with steps that end on them."""
+        """Make a run; repeat it with steps that end on the edges of a user's function which its steps have passed."""
         shifts: list[float] = []
         for _ in range(LOOKS):
             run = self._once(mechanism, span, solver)
@@ -203,13 +202,13 @@ class _Runs:
         return self.made[-1]
 
     def scene(self, degree: int | None) -> Any:
-        """Return the scene for strips of a degree, or why the compiled solver does not take the mechanism."""
+        """Return the compiled scene for strips of a degree, or the reason why the compiled solver cannot run the mechanism."""
         if degree not in self.scenes:
             self.scenes[degree] = find_offer("compiled_scene")(self.mechanism, degree)
         return self.scenes[degree]
 
     def choose_solver(self) -> tuple[Solver, str]:
-        """Choose the solver of a run that names none; return it with the reason."""
+        """Choose the solver, if the user names none; return it with the reason."""
         if Scene.of(self.mechanism).is_kinematic:
             return Closure(), "joints and drives alone decide the motion"
         if not compiler():
@@ -241,7 +240,7 @@ class _Runs:
 
 
 def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
-    """Errors allowed of a run."""
+    """Return the errors allowed of a run."""
     if accuracy is not None:
         return Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
     if of != PLACES:
@@ -250,20 +249,20 @@ def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
 
 
 def _times(shapes: Sequence[float], duration: float) -> Array:
-    """Times, s, at which shapes are kept."""
+    """Return the times, s, at which shapes are kept."""
     each = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
     return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
 
 
 def _interruption(made: Sequence[Run]) -> Interrupted:
-    """Make the exception of Ctrl-C, with the run that got farthest; no check looks at it."""
+    """Make the exception of Ctrl-C, with the run that got farthest, without checks."""
     run = max(reversed(made), key=lambda run: float(run.record.time[-1]))
     said = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
 
 
 def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Array) -> Result:
-    """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
+    """Make the result of a run: signals, energies, checks; `complete` adds the error estimate before the checks."""
     record = run.record
     status, message = run.failure or (Status.OK, "")
     shapes, energies = shapes_at(record, times) if len(times) else {}, run.ledger if ledger else {}
@@ -288,7 +287,7 @@ def _versions() -> dict[str, str]:
 
 
 def _provenance(run: Run) -> dict[str, Any]:
-    """Versions, what was built, the settings it ran with, and what is worth knowing of the mechanism."""
+    """Return versions, numbers of elements, settings of the solver, and remarks on the mechanism."""
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     scene = Scene.of(run.record.mechanism)
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
@@ -299,7 +298,7 @@ def _provenance(run: Run) -> dict[str, Any]:
 
 
 def _settings(value: Any) -> dict[str, Any]:
-    """Return a solver's settings as plain values, each value that is a type of its own with its name."""
+    """Return a solver's settings as plain values; a nested setting is a dictionary with the name of its type."""
     found: dict[str, Any] = {"kind": type(value).__name__}
     for spec in fields(value):
         inner = getattr(value, spec.name)

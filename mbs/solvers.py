@@ -1,4 +1,4 @@
-"""Solvers as values: length of steps, settings of each, what suits a mechanism. Nothing here computes, or loads an engine."""
+"""Settings of the solvers: length of steps, options of each, default tolerances. Nothing here computes or loads an engine."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .declare import Declared, Quantity, choice, declared, field, part, quantity
 from .scene.scene import Scene
 
 MIN_STEP = 1e-9
-"""Smallest step of the engine [s]: rounding of the times of a run of seconds is a millionth of it."""
+"""Smallest step of the engine [s]: a million times the rounding of times of seconds."""
 COARSEST = 40
-"""Steps of the coarsest runs, at least."""
+"""Least number of steps of the coarsest run."""
 
 
 @declared
 class Controlled(Declared):
-    """Steps whose size follows the local error.
+    """Steps that are adapted to the local error.
 
     Notes
     -----
-    Without a tolerance, a mechanism whose motion constraints alone decide takes equal steps, 400 a turn of its drive.
+    Without a tolerance, a motion that constraints alone determine has equal steps, 400 for each turn of its drive.
 
     Examples
     --------
@@ -48,11 +48,11 @@ class Controlled(Declared):
     adaptive: ClassVar[bool] = True
 
     def longest(self, duration: float) -> float:
-        """Longest step of a run, s."""
+        """Return the longest step of a run, s."""
         return self.max_step or duration / 200
 
     def number(self, duration: float) -> int:
-        """Steps of a run at least."""
+        """Return the least number of steps of a run."""
         return max(1, ceil(duration / self.longest(duration)))
 
 
@@ -75,16 +75,16 @@ class Equal(Declared):
     max_steps: ClassVar[int] = 10**9
 
     def longest(self, duration: float) -> float:
-        """Step of a run, s."""
+        """Return the step of a run, s."""
         return duration / self.count
 
     def number(self, _duration: float) -> int:
-        """Steps of a run."""
+        """Return the number of steps of a run."""
         return self.count
 
 
 def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
-    """Add times between kinks, s, that one step would join: a run whose longest step is finer is finer there too."""
+    """Add times between kinks, s, that are closer than the longest step, so that a finer run has finer steps there, too."""
     parts = max(1, ceil(usual / longest - 1e-9))
     between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
     return sorted({*kinks, *(float(t) for piece in between for t in piece)})
@@ -92,7 +92,7 @@ def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[floa
 
 @declared
 class Closure(Declared):
-    """Loop closure and inverse dynamics, for linkages whose motion joints and drives alone decide; nothing is integrated.
+    """Loop closure and inverse dynamics, for linkages whose motion is determined by joints and drives; nothing is integrated.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class Closure(Declared):
 
 @declared
 class Exudyn(Declared):
-    """The solver Exudyn: generalized-alpha, or an explicit method where rigid links hang together by clearance joints only.
+    """The solver Exudyn: generalized-alpha, or an explicit method if all joints of rigid links have clearance.
 
     Examples
     --------
@@ -138,12 +138,12 @@ class Exudyn(Declared):
 
 TOLERANCE = 1e-6
 LONGEST = 50
-"""A longest step that is not given is this part of the duration."""
+"""Duration over the longest step, if that is not given."""
 
 
 @declared
 class Spectral(Declared):
-    """The compiled solver: spectral strips, joints as constraints; every default can stay.
+    """The compiled solver: spectral strips, joints as constraints; the defaults suit most mechanisms.
 
     Examples
     --------
@@ -170,11 +170,11 @@ class Spectral(Declared):
 
     @property
     def tolerance(self) -> float:
-        """Local error allowed a step."""
+        """Local error allowed in a step."""
         return self.steps.tolerance or TOLERANCE
 
     def longest(self, duration: float) -> float:
-        """Longest step of a run, s."""
+        """Return the longest step of a run, s."""
         if isinstance(self.steps, Equal):
             return duration / self.steps.count
         return self.steps.max_step or duration / LONGEST
@@ -189,12 +189,12 @@ DAMPED_PLAY = 3e-5
 
 
 def usual_tolerance(scene: Scene) -> float:
-    """Return the tolerance of a run that asks for none."""
+    """Return the default tolerance of a scene."""
     if not scene.clearances:
         return WITHOUT_PLAY
     return DAMPED_PLAY if scene.is_stiffly_damped else WITH_PLAY
 
 
 def position_error(scene: Scene, tolerance: float | None) -> float:
-    """Return the local position error allowed a step [m], by a tolerance or by the usual one."""
+    """Return the local error of places allowed in a step [m], from a tolerance or the default one."""
     return (tolerance or usual_tolerance(scene)) * min([scene.size, *(0.1 * joint.gap for joint in scene.clearances)])

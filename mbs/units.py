@@ -1,6 +1,6 @@
 """Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `5 lbf.in`.
 
-`measured("0.3 mm")` is 3e-4, and knows its kind of unit until a check compares it with the unit wanted.
+`measured("0.3 mm")` is 3e-4, and keeps its dimension until a check compares it with the expected unit.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ FORCES = ("N", "N m")
 
 
 class Unit(NamedTuple):
-    """One unit in SI: factor * 10**power. The decimal power stays apart so that 300um is exactly the float 3e-4."""
+    """One unit in SI: factor * 10**power. The decimal power is kept separately so that 300um is exactly the float 3e-4."""
 
     factor: float
     power: float
     dimension: tuple[float, ...]
-    """Exponents of metre, kilogram, second, ampere and radian; an angle is kept apart from a plain number."""
+    """Exponents of metre, kilogram, second, ampere and radian; an angle differs from a plain number."""
 
 
 SYMBOLS: dict[str, Unit] = {
@@ -84,7 +84,7 @@ def _digits(text: str) -> re.Match[str]:
 
 
 def _symbol(name: str) -> Unit:
-    """A bare symbol, with or without a decimal prefix; the whole word first, so that `min` is no milli-inch."""
+    """Return the unit of a symbol, with or without a decimal prefix; the whole word first, so that `min` is no milli-inch."""
     if name in SYMBOLS:
         return SYMBOLS[name]
     prefix, base = name[0], name[1:]
@@ -156,7 +156,7 @@ def _read(text: str, target: Unit) -> tuple[float, Unit | None]:
 
 
 class Measured(float):
-    """A number in SI that was given with a unit, and is compared with the unit wanted of it when it is checked."""
+    """A number in SI that was given with a unit; checks compare its dimension with the expected one."""
 
     given: str
     """Text that was given."""
@@ -229,7 +229,7 @@ def label_with_unit(name: str, unit: str) -> str:
 
 
 def behind(units: Mapping[str, str], name: str) -> str:
-    """Return the unit of one of several quantities as it stands behind its value; nothing where it has none."""
+    """Return a space and the unit of one of several quantities, to follow its value; '' for a plain number."""
     unit = units.get(name, "")
     return f" {unit}" if unit not in ("", "1") else ""
 

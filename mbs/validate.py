@@ -1,4 +1,4 @@
-"""Input checks with one voice: parameter, value, allowed range, unit."""
+"""Input checks whose messages have one form: parameter, value, allowed range, unit."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 from .units import Measured
 
 LARGEST = 1e30
-"""Largest size of any input, and the inverse of the smallest that is not zero: products of a few are numbers still."""
+"""Largest magnitude of any input, and the inverse of the smallest: products of a few such numbers do not overflow."""
 
 
 def number(
     name: str, value: float | Real, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
 ) -> float:
-    """Return `value` as a float if it is finite and in [low, high], without an end that is open; infinite bounds stay open.
+    """Return `value` as a float if it is finite and in [low, high], an open end excluded.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def function(name: str, value: object, *arguments: float) -> Any:
 
 
 def as_tuple(name: str, values: object) -> tuple[Any, ...]:
-    """Return `values` as a tuple if it is a sequence, and no text; ValueError otherwise."""
+    """Return `values` as a tuple if it is iterable and not a text; ValueError otherwise."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise ValueError(f"{name} = {short(values)}: must be a list")
     return tuple(values)

@@ -1,9 +1,9 @@
-"""Vibration that numerical damping takes from a run, in closed form: the difference of two runs does not show what both lose.
+"""Loss of vibration by numerical damping, in closed form: the difference of two runs does not show what both lose.
 
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
 amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of all steps add up to the
 amplitude A(t) of a force that the motion should still have at time t. Masses m err by A/(w m) in speed, and by A/(w^2 m) in
-place. The force of a blow goes with the speed of its approach; its impulse errs by A/w.
+place. The force of an impact is proportional to the speed of approach; its impulse errs by A/w.
 
 References
 ----------
@@ -23,7 +23,7 @@ from ..record.errors import Key, Norm
 from .trajectory import TINY, Trajectory
 
 Factor = Callable[[Array], Array]
-"""Factor of an amplitude in one step, by the angle [rad] that a vibration turns in it."""
+"""Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 LIGHTER = 2.0
 """Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
 BEFORE = 3
@@ -49,7 +49,7 @@ def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
 
 
 def damped(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
-    """Return relative errors of places and of impacts that the difference of two runs does not show."""
+    """Return relative errors of places and of impacts by numerical damping, which two runs have in common."""
     period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
     found = dict[Key, float]()
     if not period or factor is None:

@@ -1,8 +1,8 @@
-"""Errors allowed of a run: by an accuracy that was asked for, or by what a user looks at.
+"""Errors allowed of a run: by the accuracy that a user asked for, or else by conventions.
 
-A run that names no accuracy is held to what a drawing and a design need: places, journals, impulses and peaks of contacts,
-energies. Forces as functions of time, rates and the stretch of strips ring in periods that depend on microseconds of a blow;
-their errors are estimated, and demanded only where an accuracy is asked `of` them.
+Without an accuracy, errors are limited of what a drawing and a design need: places, journals, impulses and peaks of contacts,
+energies. Forces over time, rates and stretches of strips vibrate with a phase that depends on microseconds of an impact. Their
+errors are estimated, and limited only where an accuracy is asked `of` them.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from .trajectory import FORCES, Trajectory
 from .words import PLACES, read_signals, write_signals
 
 PLACE = 1e-2
-"""Error allowed of a place or a deflection in the mean over time, over its range: as fine as a drawing shows. A convention."""
+"""Root mean square of the error allowed of a place or a deflection, over its range: a drawing shows no more. A convention."""
 PEAK_PLACE = 1e-3
-"""Error allowed of a place at any time, over the longest link or a radian: as fine as parts are made. A convention."""
+"""Error allowed of a place at any time, over the longest link or a radian: a tolerance of manufacture. A convention."""
 STRUCK_PLACE = 5e-3
-"""The same in the mean over time where something strikes, sticks or slips: a rebound that is 5 % wrong errs by so much."""
+"""Root mean square of the same where bodies strike, stick or slip: a rebound that is 5 % wrong causes such an error."""
 LAW = 0.1
 """Error allowed of a journal over its clearance, and of states: contact laws are known no better."""
 STRIKE = 0.05
@@ -37,14 +37,14 @@ ENERGIES = tuple(
         "given_drive", "given_load", "given_motor",
     )
 )  # fmt: skip
-"""Energies that are demanded: all sums but what friction takes, which a regularised law invents where a contact sticks."""
+"""Energies whose errors are limited: all but that of friction, which a regularised law dissipates even where a contact sticks."""
 BALANCE: Key = ("energy.balance", Norm.PEAK)
-"""Error of the energy balance: a run that invents or loses energy is wrong whatever its places say."""
+"""Error of the energy balance: a run that gains or loses energy is wrong even if its places agree with a finer run."""
 READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 
 
 class Worst(NamedTuple):
-    """Signal and norm that are farthest beyond what is allowed; error and what is allowed, relative."""
+    """Signal and norm with the largest ratio of the relative error to the allowed one."""
 
     key: Key
     error: float
@@ -52,7 +52,7 @@ class Worst(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """Error over what is allowed."""
+        """Error over the allowed one."""
         return self.error / self.allowed
 
     @property
@@ -64,10 +64,9 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True)
 class Asked:
-    """An accuracy, and what it is asked of: one of `WORDS`, names of signals, or norms of them such as
-    'impulse(B.contact_force)'.
+    """An accuracy and the signals that shall have it: one of `WORDS`, names, or norms such as 'impulse(B.contact_force)'.
 
-    Of contacts' forces peaks and impulses are asked, too. A signal asked for by its name never rests.
+    It then holds for peaks and impulses of contact forces, too. The error of a named signal is relative to the signal's own size.
     """
 
     asked: float
@@ -89,7 +88,7 @@ class Asked:
         return self.asked
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
-        """Relative errors allowed; UnknownSignalError if a name is none of a signal."""
+        """Return the relative errors allowed; UnknownSignalError if a signal does not exist."""
         if not isinstance(self.of, str):
             return self._accuracies_by_name(run, [key_of(name) for name in self.of])
         found = dict[Key, float]()
@@ -114,13 +113,13 @@ class Asked:
 
 
 def key_of(text: str) -> Key:
-    """Signal and norm of a text."""
+    """Split a text such as 'peak(B.contact_force)' into signal and norm."""
     found = READING.fullmatch(text)
     return (found[2], Norm(found[1])) if found else (text, Norm.RMS)
 
 
 class Usual:
-    """Errors allowed of a run that names no accuracy; see the constants of this file."""
+    """Errors allowed of a run without an accuracy, by the constants of this file."""
 
     asked: ClassVar[float] = nan
     words: ClassVar[str] = "a run that names no accuracy"
@@ -128,7 +127,7 @@ class Usual:
     place: ClassVar[float] = PLACE
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
-        """Relative errors allowed."""
+        """Return the relative errors allowed."""
         found = dict[Key, float]()
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
@@ -147,6 +146,6 @@ Demand = Asked | Usual
 
 
 def worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Worst:
-    """The signal that is farthest beyond what is allowed."""
+    """Find the signal with the largest ratio of its error to the allowed one."""
     seen = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
     return max(seen, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), 0.0, 1.0))

@@ -1,13 +1,13 @@
 """Difference of two runs of one mechanism, signal by signal, in norms that bound the errors of maxima, means and integrals.
 
-Both runs are cubics between their samples, compared at the samples of both. Two readings may agree by chance, so that a
-difference of readings tells little; a norm of the difference of two functions bounds it:
+Both runs are cubics between their samples and compared at the samples of both. Two maxima may agree by chance; a norm of the
+difference of two functions does not, and bounds the difference of their maxima, means and integrals:
 
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
-Contacts that begin a little earlier make forces differ wholly for that little while. Onsets of both runs belong together if each
-is the other's nearest. Forces and rates are compared in a time in which such onsets coincide; the shift itself is the norm ONSET.
-The impulse of a contact is compared by Levy's distance of its integrals, little changed where one impact is resolved as two.
+A contact that begins later in one run makes the forces differ by their whole size in between. Onsets of both runs are matched if
+each is the nearest of the other. Forces and rates are compared on a time scale on which matched onsets coincide; their shift is
+the norm ONSET. Impulses of a contact are compared by Levy's distance, which hardly changes where one impact is resolved as two.
 
 References
 ----------
@@ -49,7 +49,7 @@ class Difference:
         self._compared = set[str]()
 
     def norms(self, names: Iterable[str]) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Relative norms of signals of both runs, and what they are relative to, results of earlier calls included."""
+        """Return relative norms and the sizes they are relative to, those of earlier calls included."""
         new = [name for name in names if name in self.a.signals and name in self.b.signals and name not in self._compared]
         self._compared.update(new)
         with np.errstate(all="ignore"):
@@ -60,7 +60,7 @@ class Difference:
         return self._found, self._sizes
 
     def _compare(self, names: list[str]) -> dict[Key, float]:
-        """Norms of signals of both runs, in the signals' units."""
+        """Compute norms of signals of both runs, in the signals' units."""
         straight = [name for name in names if self.b.signals[name].kind in STRAIGHT]
         others = [name for name in names if name not in straight]
         off = _values(self.a, straight, self.time) - _values(self.b, straight, self.time)
@@ -75,7 +75,7 @@ class Difference:
         return found
 
     def relative(self, names: list[str]) -> Array:
-        """Differences of signals over their sizes, shape (times, signals)."""
+        """Return differences of signals over their sizes, shape (times, signals)."""
         off = np.abs(_values(self.a, names, self.time) - _values(self.b, names, self.time))
         return np.asarray(off / np.array([self.b.sizes[name, Norm.RMS] for name in names]))
 
@@ -99,7 +99,7 @@ class Difference:
         return self._means_and_peaks(names, off, _trapezoid(times))
 
     def _add_impulses(self, found: dict[Key, float], names: list[str]) -> None:
-        """Add the largest differences of running integrals of forces, and the integrals of their magnitudes as sizes."""
+        """Add max_t |int_0^t (a - b)| of forces, and as their sizes int |b|."""
         mine, theirs = (np.stack([run.signals[name].values for name in names]) for run in (self.a, self.b))
         first, second = corrected_trapezoidal(self.a.time, mine), corrected_trapezoidal(self.b.time, theirs)
         through = corrected_trapezoidal(self.b.time, np.abs(theirs))
@@ -110,7 +110,7 @@ class Difference:
             self._sizes[name, Norm.IMPULSE] = max(float(np.interp(self.end, self.b.time, passed)), least)
 
     def _add_contact(self, found: dict[Key, float], name: str) -> None:
-        """Replace a contact's norms of forces by those of contacts; a contact in one run alone is a difference."""
+        """Replace the norms of a contact force by `contact_norms`, and add the force of contacts that both runs nearly make."""
         a, b = self.a.signals[name], self.b.signals[name]
         if b.kind is Kind.CONTACT and not b.group and b.unit == "N":
             apart = contact_norms((self.a.time, np.abs(a.values)), (self.b.time, np.abs(b.values)), self.end)
@@ -125,7 +125,7 @@ class Difference:
 
     @cached_property
     def onsets(self) -> Array:
-        """Times of a and of b, shape (2, times), that belong together: ends of the run, and onsets near each other."""
+        """Matched times of a and of b, shape (2, times): start, onsets near each other, end."""
         pairs = [(0.0, 0.0)]
         found = list[tuple[float, float]]()
         for name, signal in self.b.signals.items():
@@ -140,7 +140,7 @@ class Difference:
         return np.array([*pairs, (self.end, self.end)]).T
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Force [N] at the times of contacts that neither run makes but that are within reach of the difference of depths."""
+        """Return the force [N] of contacts that neither run makes, but that a depth deeper by the runs' difference would make."""
         if not len(b.depth):
             return np.empty(0)
         depths = [between(run.time, each.depth, None, self.time, smooth=True) for run, each in ((self.a, a), (self.b, b))]
@@ -151,19 +151,19 @@ class Difference:
 
 
 def _merge_times(times: Iterable[Array], end: float) -> Array:
-    """Times of all up to an end, once each."""
+    """Merge times up to an end, each once."""
     every = np.unique(np.concatenate(list(times)))
     return np.append(every[every < end * (1 - 1e-12)], end)
 
 
 def _trapezoid(times: Array) -> Array:
-    """Weights of the trapezoidal rule."""
+    """Return the weights of the trapezoidal rule."""
     steps = np.diff(times)
     return (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
 
 
 def _values(run: Trajectory, names: list[str], times: Array) -> Array:
-    """Signals of one run at other times, (times, signals), one pass for each way to take slopes."""
+    """Interpolate signals of a run, shape (times, signals), in three groups: with recorded rates, smooth, with jumps."""
     found = np.empty((len(times), len(names)))
     some = slice(int(np.searchsorted(run.time, times[-1])) + 3)  # slopes need two samples more
     signals = [run.signals[name] for name in names]
@@ -177,7 +177,7 @@ def _values(run: Trajectory, names: list[str], times: Array) -> Array:
 
 
 def _clear(times: Array, samples: Array, jumps: Array) -> Array:
-    """True at times that do not lie between two samples about a jump."""
+    """Return True at times that lie between the samples on both sides of a jump."""
     out, near = np.ones(len(times), dtype=bool), 1e-6 * float(samples[-1])
     last = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
     first = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
@@ -187,7 +187,7 @@ def _clear(times: Array, samples: Array, jumps: Array) -> Array:
 
 
 def match_times(a: Array, b: Array) -> tuple[Array, Array]:
-    """Numbers of the times of a and b that are each other's nearest; such pairs never cross."""
+    """Return indices of the times of a and b that are each other's nearest; such pairs never cross."""
     if not len(a) or not len(b):
         return np.empty(0, int), np.empty(0, int)
     there, back = (np.searchsorted((x[1:] + x[:-1]) / 2, y) for x, y in ((b, a), (a, b)))
@@ -196,11 +196,11 @@ def match_times(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) -> dict[Norm, float]:
-    """Relative differences of two contact forces, each (time, force >= 0), up to an end [s]: impulse, largest peak, onsets.
+    """Compute relative differences of two contact forces, each (time, force >= 0), up to an end [s]: impulse, peak, onsets.
 
-    The peak is off by as much as any blow's peak that may be the largest, and by as much as peaks are in the mean: that of one
-    blow may agree by chance. Between samples a peak is higher, by the parabola through three: what both runs miss of it
-    counts, too. A blow that only one run has counts wholly.
+    The largest peak may belong to any impact whose own difference allows it. As the peaks of one impact may agree by chance,
+    each differs at least by the relative root mean square of all. What the samples of b miss of a peak, by the parabola through
+    three of them, is added. An impact of one run alone differs by its whole peak.
     """
     (mine, along), (theirs, other) = (_find_blows(*each, end) for each in (a, b))
     floor = GRAZE * max(each[:, 1].max(initial=0.0) for each in (mine, theirs))
@@ -222,7 +222,7 @@ def contact_norms(a: tuple[Array, Array], b: tuple[Array, Array], end: float) ->
 
 
 def _find_blows(time: Array, force: Array, end: float) -> tuple[Array, Array]:
-    """Onset [s], impulse [N s], peak and what samples miss of it [N], of each contact, (contacts, 4); impulses at all times."""
+    """Return onset [s], impulse [N s], peak and what samples miss of it [N] of contacts, (contacts, 4); the integral of force."""
     area, force = corrected_trapezoidal(time, force), np.where(time <= end, force, 0.0)
     edges = np.flatnonzero(np.diff(force > 0, prepend=False, append=False))
     if not len(edges):
@@ -236,7 +236,7 @@ def _find_blows(time: Array, force: Array, end: float) -> tuple[Array, Array]:
 
 
 def _find_tops(time: Array, force: Array) -> Array:
-    """Highest values [N] of the parabolas through each sample of a contact that is a maximum; the values elsewhere."""
+    """Return the force [N] with each local maximum of a contact replaced by that of the parabola through its three samples."""
     h, tops = np.diff(time), force.copy()
     before, after = np.diff(force)[:-1] / h[:-1], np.diff(force)[1:] / h[1:]
     bend, slope = (after - before) / (h[:-1] + h[1:]), (before * h[1:] + after * h[:-1]) / (h[:-1] + h[1:])
@@ -246,10 +246,10 @@ def _find_tops(time: Array, force: Array) -> Array:
 
 
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
-    """Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
+    """Compute Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
 
-    J_a(t), J_b(t) are the impulses up to t, given with their times, J is that of b up to the end; `unit` is the mean time between
-    two contacts [s].
+    J_a(t), J_b(t) are the impulses up to t, given with their times; J is J_b(end); `unit` is the mean time between contacts [s].
+    The least e is found by bisection of its logarithm.
     """
     (time, along), (times, other) = a, b
     grid = np.append(time[time < end], end)

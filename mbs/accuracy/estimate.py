@@ -1,14 +1,15 @@
-"""Error of the finer of two runs from their difference, and the time at which two runs part.
+"""Error of the finer of two runs from their difference, and the time at which two runs separate.
 
 The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B > tol_C is e_B - e_C. So
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
-The order q is the least of the solver for a first pair and wherever anything strikes, else as the pair before shows, within
-bounds: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without extrapolating the run itself.
+The order q is the solver's least for the first pair and for motions with impacts. Else it is the observed order of this pair and
+the one before, within bounds. This is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307,
+doi 10.1098/rsta.1911.0009; the run itself is not extrapolated.
 
-Two runs of a chaotic motion part as exp(t/t_L): each refinement moves the time of parting by the same amount. A drift of the
-phase grows by a power of time, so that each refinement moves its parting by more than the one before.
+Two runs of a chaotic motion separate as exp(t/t_L): each refinement delays their separation by the same time. An error of the
+phase grows by a power of time, so that each refinement delays the separation by more than the one before.
 """
 
 from __future__ import annotations
@@ -24,15 +25,15 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 PARTED = 0.1
-"""Difference of places, over their range, of runs that no longer know of each other. At 1 a phase drift would pass for chaos."""
+"""Difference of places, over their range, beyond which runs are separate. At 1 a drift of the phase would pass for chaos."""
 WINDOWS = 200
-"""Windows of time in which parting is looked at: the resolution of the parting time. A snap that comes a window later is none."""
+"""Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5
-"""Part of all later windows in which runs that have parted are apart: a blow or a snap that comes later does not last."""
+"""Share of all later windows in which separated runs are separate: the different instants of one impact separate them briefly."""
 LAST = 10
-"""Windows at the end in which no parting is looked for: too few are left to see whether it lasts."""
+"""Windows at the end in which no separation begins: too few are left to see whether it lasts."""
 LEAST = float(np.sqrt(np.finfo(float).eps))
-"""Least error that is estimated or asked for, half of the digits there are: rounding enters two runs alike."""
+"""Least relative error that is estimated or asked for, half of the digits: two runs have rounding errors in common."""
 
 
 def gains(
@@ -40,12 +41,19 @@ def gains(
 ) -> dict[Key, float]:
     """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
 
-    Given are differences and ratios of the tolerances of this pair and of the one before, and the least and largest order.
+    With the tolerance ratios r of this pair and s of the one before, differences fall by before/now = (s^q - 1)/(1 - r^-q), which
+    fixed-point iteration solves for q.
+
+    Parameters
+    ----------
+    now, before : differences of this pair and of the one before
+    ratios : ratios of tolerances, (r, s)
+    orders : least and largest order q
     """
     found, (ratio, ratio_before) = dict.fromkeys(now, orders[0]), ratios
     for key, off in now.items():
         if before is not None and off > 0 and before.get(key, 0.0) > 0 and np.isfinite(off):
-            q = 0.5  # differences fall by (r^q - 1)/(1 - s^-q), r and s the ratios before and now: by iteration
+            q = 0.5
             for _ in range(20):
                 q = log(1 + before[key] / off * (1 - ratio**-q)) / log(ratio_before)
             found[key] = float(np.clip(q, *orders))
@@ -53,13 +61,13 @@ def gains(
 
 
 def errors(now: Mapping[Key, float], gain: Mapping[Key, float]) -> dict[Key, float]:
-    """Errors of the finer run of a pair; those of keys without a gain by the least gain of all."""
+    """Estimate errors of the finer run of a pair; a signal without a gain of its own takes the least of all."""
     least = min(gain.values(), default=2.0)
     return {key: max(LEAST, off / (gain.get(key, least) - 1)) for key, off in now.items()}
 
 
 class Parting:
-    """Difference of all places of two runs over time."""
+    """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
         names = [name for name, signal in pair.b.signals.items() if signal.kind is Kind.PLACE and name in pair.a.signals]
@@ -71,7 +79,7 @@ class Parting:
 
     @property
     def at(self) -> float:
-        """Time [s] at which the runs part for good; infinite where they do not."""
+        """Time [s] from which the runs are separate in most windows; infinite if there is none."""
         far = self.off > PARTED
         window = np.minimum((self.time / self.end * WINDOWS).astype(int), WINDOWS - 1)
         beyond = np.isin(np.arange(WINDOWS), window[far])
@@ -81,6 +89,6 @@ class Parting:
         return float(self.time[np.argmax(far & (window == np.argmax(lasting)))])
 
     def within(self, share: float = 1.0) -> float:
-        """Time [s] up to which every place is within a share of what is allowed."""
+        """Find the time [s] up to which the difference of every place is at most a share of the allowed error."""
         beyond: Array = np.maximum.accumulate(self.over) > share
         return float(self.time[max(0, int(np.argmax(beyond)) - 1)]) if beyond.any() else self.end

@@ -29,24 +29,24 @@ from .damping import Factor, radau
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
-mechanisms part from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
 STICKING = 1 / 128
-"""First tolerance of guides whose friction bends bristles, over `FIRST`: coarser runs miss when they slip."""
+"""First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
-"""Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 would do."""
+"""Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link. A double pendulum of 10 s is still better at 1e-10 (4e-6), but pins that rattle on a
-modal rocker are then followed for longer than their peaks are known."""
+"""Least tolerance over the longest link. A double pendulum of 10 s still gains at 1e-10 (4e-6), but pins that rattle on a modal
+rocker are then resolved for longer than their peaks are known."""
 RESTING = 1e-3
-"""Deflection, over the thickness, below which a strip needs no further degrees: it is straight to the eye."""
+"""Deflection, over the thickness, below which a strip needs no further degrees: it is practically straight."""
 MOST_DEGREES = 8
-"""Most degrees added at once: the fall of two coefficients tells no more."""
+"""Most degrees added at once: the decay of two coefficients cannot be extrapolated farther."""
 UNDAMPED = 0.9
-"""Spectral radius of every second level of Exudyn, beside 0.7: what numerical damping takes then differs, and is seen."""
+"""Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 
 
 Runner = Callable[[Mechanism, float, Any], Run]
-"""Makes one run of a mechanism for a duration [s] by a solver."""
+"""Function that makes one run of a mechanism for a duration [s] by a solver."""
 
 
 class Level(NamedTuple):
@@ -63,15 +63,15 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    share: float = 1.0  # error that is asked for, over that of a run that names none: the first level goes by it
+    share: float = 1.0  # accuracy asked for, over the usual one: it scales the tolerance of the first level
 
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any
     order."""
     runs_at_most = 10
-    """Most runs for one result: as many as there are levels above the finest tolerance, and three."""
+    """Most runs for one result: the number of levels above the finest tolerance, and three."""
     orders = (1 / 4, 3 / 4)
-    """Order of the error in the tolerance: the least, of contacts and kinks, and the most that is counted upon."""
+    """Least order of the error in the tolerance, of motions with contacts and kinks, and the largest that is assumed."""
     finest = 0.0
 
     @property
@@ -101,25 +101,25 @@ class Levels:
         return at
 
     def finer(self, level: Level, ratio: float) -> Level:
-        """A level whose tolerance is so many times smaller, with degrees to match."""
+        """Return a level with the tolerance divided by a ratio, and degrees to match."""
         more = self.degrees * max(1, round(log(ratio) / log(self.ratio)))
         return Level(max(self.finest, level.tolerance / ratio), level.degree + more)
 
     def refinements_to_go(self, level: Level) -> float:
-        """Refinements that are left above the finest tolerance."""
+        """Return the number of refinements left above the finest tolerance."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
     def raise_degree(self, level: Level, _run: Run, _allowed: float) -> Level:
-        """The level with degrees enough for an error of the deflection, as far as a run tells."""
+        """Return the level with the degrees that an allowed error of the deflection needs, judged by a run."""
         return level
 
     def truncation(self, _run: Run) -> float:
-        """Part of a deflection in its last coefficients, over its largest value [1]."""
+        """Return the part of a deflection in its last coefficients, over its largest value [1]."""
         return 0.0
 
     @property
     def prefix(self) -> float:
-        """Part of the duration after which chaos is looked for: an eighth where pins rattle in their bushes."""
+        """Share of the duration of the run that first tests for chaos: an eighth where pins rattle in their bushes."""
         return 1 / 8 if Scene.of(self.mechanism).clearances else 1.0
 
 
@@ -150,7 +150,7 @@ class SpectralLevels(Levels):
         return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Longest step and contact tolerance go with the tolerance, at the usual ones one level above the first."""
+        """Return mechanism and solver; longest step and contact tolerance are the defaults one level above the first."""
         share = level.tolerance / FIRST * self.ratio
         longest = self.duration / COARSEST * share ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
@@ -160,7 +160,7 @@ class SpectralLevels(Levels):
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
     def raise_degree(self, level: Level, run: Run, allowed: float) -> Level:
-        """The level with degrees enough for an error of the deflection, by the fall of a run's coefficients."""
+        """Return the level with the degrees that an allowed error of the deflection needs, by the decay of its coefficients."""
         last, fall = _tail(run)
         if not last:
             return level
@@ -168,24 +168,24 @@ class SpectralLevels(Levels):
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run) -> float:
-        """The larger of the last two coefficients of a deflection, over the largest."""
+        """Return the larger of the last two coefficients of a deflection, over the largest."""
         return _tail(run)[0]
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn; the second is a run at its defaults, but for strips of one element."""
+    """Levels of Exudyn; the second has the defaults, except that a strip of one element keeps it."""
 
     orders = (1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
 
     def first(self) -> Level:
-        """The coarsest level: half the elements, or those there are where one has no half."""
+        """Return the coarsest level: half the elements, or all where a strip has one."""
         bodies: list[Any] = [link.body for link in self.mechanism.links]
         fewest = min([body.count for body in bodies if body.meshed], default=2)
         return Level(self.ratio * min(1.0, self.share), -1 if fewest > 1 else 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Tolerance over the usual one; half the elements at the first level, twice as many at each further one."""
+        """Return mechanism and solver; the tolerance is relative to the usual one, and each level doubles the elements."""
         finer, number = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))
         steps = _finer(finer, Controlled().longest(self.duration))
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
@@ -204,7 +204,7 @@ class ClosureLevels(Levels):
         return Level(2.0, 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Samples at steps so many times longer."""
+        """Return mechanism and solver, with the usual steps of samples times the level's tolerance."""
         if level.tolerance == 1.0:
             return self.mechanism, self.solver
         each = self.duration / len(sample_times(self.mechanism, self.duration, Controlled()))
@@ -216,13 +216,13 @@ KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLev
 
 
 def _finer(times: float, step: float) -> Controlled:
-    """Steps so many times finer than a step [s], and than those a contact takes usually."""
+    """Divide a step [s], and the usual steps within a contact, by a number."""
     resolution = max(1, min(10_000, round(Controlled().contact_resolution * times)))
     return Controlled(max_step=step / times, contact_resolution=resolution)
 
 
 def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
-    """The mechanism with so many times its elements."""
+    """Return the mechanism with its numbers of elements multiplied."""
     bodies: list[Any] = [link.body for link in mechanism.links]
     finer = [replace(b, elements=max(1, min(1000, round(times * b.count)))) if b.meshed else b for b in bodies]
     links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
@@ -230,9 +230,9 @@ def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
 
 
 def _tail(run: Run) -> tuple[float, float]:
-    """The larger of the last two coefficients of a deflection over the largest, and by how much coefficients fall a degree.
+    """Compute the larger of the last two coefficients of a deflection over the largest, and the mean ratio of successive ones.
 
-    Largest values over time across the chord, of the strip that needs most degrees; (0, 0.5) where none is bent.
+    Coefficients are normal to the chord and maxima over time, of the strip that needs most degrees; (0, 0.5) if none is bent.
     """
     found = (0.0, 0.5)
     for link in run.record.mechanism.links:

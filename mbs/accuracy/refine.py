@@ -1,11 +1,11 @@
-"""Refinement until the error is known and allowed: a cheap run, then finer ones, each compared with the one before.
+"""Refinement until the error estimate is below the allowed one: a coarse run, then finer ones, each compared with the one before.
 
     answer = refine(run, levels, demand, duration)
 
-`run(level, end)` makes a run up to a time. Two runs are enough mostly: the finer one is handed back, its error by their
-difference. Where two runs part at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
-to move the parting by (T - t1)/N, N the refinements left above the finest tolerance. Where the third parts from the second
-sooner, the motion is chaotic: finer runs end there, and errors are those up to about t1.
+`run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
+difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
+to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If the third separates from the second
+sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from .levels import Level, Levels
 from .trajectory import Trajectory, energies_of, turn_of
 
 PATIENCE = 3
-"""Coarse runs that may fail before one that finer steps did not cure is handed back."""
+"""Number of coarse runs that may fail before the failure is reported."""
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
 JUMP = 2
-"""Most levels gone at once: at three the third run is wasted as often as not."""
+"""Most levels by which one refinement goes finer: with three, the third run is wasted in half of the cases."""
 CONFIRMED = 2
-"""Refinements in a row that must fail to move a parting before a motion is chaotic; one where pins rattle, as each costs a run.
-One alone would call stick-slip chaotic, whose first levels miss the bristles."""
+"""Refinements in a row that must fail to delay the separation before a motion is chaotic; one where pins rattle, as each costs a
+run. One alone would call stick-slip chaotic, whose first levels miss the bristles."""
 LATER = 0.5
-"""Part of its share by which a later refinement has to move a parting. A refinement of the double pendulum in the README moves it
-by 0.84 of the share, and a later one to the end; a strip that whips, by nothing."""
+"""Share of the required delay of the separation that later refinements must reach. The double pendulum in the README reaches 0.84
+of it, and the end with the next refinement; a whipping strip nothing."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
-"""Error of a run beside which no finer one could be made."""
+"""Error of a run without a finer one to compare it with."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A run, its errors, what is farthest beyond what is allowed."""
+    """A run, its errors, and the signal whose error is worst."""
 
     run: Run
     errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
@@ -56,7 +56,7 @@ class Answer:
     count: int = 1  # runs that were made
 
     def shortfall(self, demand: Demand) -> str:
-        """Return why it is not what was asked for, in a sentence; '' if it is."""
+        """Explain in a sentence which error is above the allowed one; '' if none is."""
         why = f"; {self.said}" if self.said else ""
         if not self.errors.known:
             return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
@@ -71,7 +71,7 @@ def _share(error: float) -> str:
 
 
 def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> Answer:
-    """Run until the error is allowed, until chaos forbids it, or until the runs are used up."""
+    """Make finer runs until the error is allowed, the motion is found chaotic, or no runs are left."""
     refinement = _Refinement(run, levels, demand, duration)
     try:
         coarse = refinement.run_first()
@@ -104,7 +104,7 @@ class _FailedError(Exception):
 
 
 class _Pair:
-    """Two runs that are compared, the finer one last, and when they part."""
+    """Two runs that are compared, and their separation."""
 
     def __init__(self, coarse: _Trial, fine: _Trial, demand: Demand) -> None:
         self.coarse, self.fine = coarse, fine
@@ -145,7 +145,7 @@ class _Refinement:
         return self.make(level, self.duration)
 
     def next_level(self, trial: _Trial, ratio: float) -> Level:
-        """Return the level after a run, with degrees enough as far as that run tells."""
+        """Return the level after a run, with the degrees that the run shows to be needed."""
         return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
 
     def refine(self, coarse: _Trial, fine: _Trial) -> Answer:
@@ -199,7 +199,7 @@ class _Refinement:
         return self.answer_until(reported, Status.CHAOTIC)
 
     def find_share(self, parting: float, level: Level, ratio: float) -> float:
-        """Find the time to which a refinement has to move a parting, if those that are left are to move it to the end [s]."""
+        """Return the time [s] to which a refinement must delay a separation, so that those left delay it to the end."""
         gone = log(ratio) / log(self.levels.ratio)
         to_go = max(1.0, self.levels.refinements_to_go(level))
         return parting + gone * (self.duration - parting) / to_go if parting < inf else 0.0
@@ -210,7 +210,7 @@ class _Refinement:
         return float(ratio**JUMP if parts else np.clip((1 + 2 * beyond) ** (1 / most), ratio, ratio**JUMP))
 
     def estimate_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
-        """Estimate errors of what is demanded of the finer run; return also differences and gains."""
+        """Estimate errors of those signals of the finer run whose errors are limited; return also differences and gains."""
         asked, run = {name for name, _ in pair.allowed}, pair.fine.trajectory
         now, _ = pair.difference.norms(asked)
         now = {key: now[key] for key in pair.allowed if key in now}
@@ -229,7 +229,7 @@ class _Refinement:
         return self.attach_errors(pair.fine, every, sizes | others, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> Answer:
-        """Return the coarser run with errors up to the time to which its difference to the finer one is allowed."""
+        """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
         gain = pair.ratio ** self.levels.orders[0]
         whole = gain / (gain - 1)
         until = pair.parting.within(1 / whole)
@@ -246,7 +246,7 @@ class _Refinement:
         self, trial: _Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float,
         allowed: Mapping[Key, float], notes: tuple[str, ...] = (), chaos: Status | None = None,
     ) -> Answer:  # fmt: skip
-        """Attach errors to a run, infinite ones where its steps do not follow a ringing."""
+        """Attach errors to a run, infinite ones where its steps do not resolve a vibration."""
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}
         found = {**found, **unresolved}

@@ -22,15 +22,15 @@ from .refine import refine
 from .trajectory import Trajectory
 
 NEGLIGIBLE = 0.1
-"""Difference of two solvers that is not asked about, over the accuracy that was."""
+"""Difference of two solvers that is always allowed, over the accuracy asked for."""
 NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 
 def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
     """Run another solver and put the largest relative difference of places into the result's `verified`.
 
-    A difference beyond the sum of both errors makes the result SUSPECT, SOLVERS in the message. A failed result is given back as
-    it is; where the other solver does not know the mechanism or does not finish, with a note.
+    A difference beyond the sum of both errors makes the result SUSPECT, with SOLVERS in the message. A failed result is returned
+    unchanged. If the other solver cannot run the mechanism or fails, the result gets a note.
     """
     if not result.status.finished:
         return result
@@ -58,10 +58,10 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 
 
 def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEAST) -> tuple[float, Worst]:
-    """Largest relative difference of places of two runs, and the signal that is farthest beyond what is allowed.
+    """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Compared are places, contacts and reactions as long as both runs are one trajectory. Allowed is the sum of both errors, or
-    `least`, or where one is not known, as much as of impulses.
+    Places, contacts and reactions are compared up to the time at which the runs separate. Allowed is the sum of both errors, at
+    least `least`; if one error is not known, `STRIKE`.
     """
     first, second = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(second)
@@ -81,6 +81,6 @@ def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEA
 
 
 def add_notes(result: Result, *notes: str) -> Result:
-    """The result with notes."""
+    """Return the result with notes."""
     every = [*result.provenance.get("notes", ()), *notes]
     return replace(result, provenance=result.provenance | ({"notes": every} if every else {}))

@@ -1,8 +1,8 @@
-"""A run as functions of time, and the sizes its signals are measured by.
+"""A run as functions of time, and the sizes to which errors of its signals are relative.
 
-A place is measured by its range, a force or a rate by its root mean square and its peak, a component by the largest of its
-vector. All are measured at least by a share of the largest signal of the same kind and unit, places by a share of the mechanism:
-what is smaller rests. Energies are measured by the energy that is put through.
+The size of a place is its range, of a force or a rate its root mean square and its peak, of a component the largest of its
+vector. No size is below a share of the largest of the same kind and unit, or for places below a share of the mechanism's size:
+what is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from ..record.run import Run, follows, put_through
 from ..scene.scene import Scene
 
 SMALL = 1e-2
-"""Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise beside it. A convention."""
+"""Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise. A convention."""
 RESTING = 1e-3
-"""Least range of a place, over the mechanism's size or in rad: what moves less rests. A convention."""
+"""Least size of a place, over the mechanism's size or in rad: what moves less is at rest. A convention."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 STRAIGHT = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNSEEN = 0.05
-"""Most of the energy put through that vibrations nobody sees are granted: as much as energies may err. A strip that jerks between
-samples would excuse itself."""
+"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the samples: the error
+allowed of energies."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -41,7 +41,7 @@ class Trajectory:
     time: Array  # [s], (times,)
     signals: Mapping[str, Signal]
     size: float  # length of the longest link [m]
-    kinks: tuple[float, ...] = ()  # times [s] at which what drives or loads the mechanism jumps or has a kink
+    kinks: tuple[float, ...] = ()  # times [s] at which a drive or a load jumps or has a kink
     push: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, in the run: the least size of a force
     undetermined: frozenset[str] = frozenset()  # signals of forces that no equation determines, not among the others
     mass: float = 1.0  # of all links, blocks and points [kg]
@@ -49,7 +49,7 @@ class Trajectory:
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
-        """Signals of a run but counts, and forces that no equation determines."""
+        """Take the signals of a run but counts, and forces that no equation determines."""
         scene, end = Scene.of(run.record.mechanism), float(run.record.time[-1])
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         push = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
@@ -64,13 +64,13 @@ class Trajectory:
 
     @cached_property
     def unresolved(self) -> list[str]:
-        """Forces that ring in periods that the steps do not follow, so that both runs damp the ringing away."""
+        """Forces that vibrate in periods too short for the steps, so that both runs lose the vibration by numerical damping."""
         followed = {period: follows(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
         return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
 
     @cached_property
     def own(self) -> dict[str, Array]:
-        """Sizes of signals by themselves, for RMS and PEAK: range of what does not jump, else root mean square and peak."""
+        """Sizes of signals by themselves, for RMS and PEAK: range if continuous, else root mean square and peak."""
         found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in STRAIGHT}
         if jumping := [name for name in self.signals if name not in found]:
             values = np.stack([self.signals[name].values for name in jumping])
@@ -80,7 +80,7 @@ class Trajectory:
 
     @cached_property
     def sizes(self) -> dict[Key, float]:
-        """Sizes of signals for the norms RMS and PEAK, in the signals' units: each beside its vector and its family."""
+        """Sizes of signals for RMS and PEAK, in the signals' units: at least those of the vector and a share of the family's."""
         vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
         for name, signal in self.signals.items():
             group, family = signal.group or name, _family(signal)
@@ -99,35 +99,35 @@ class Trajectory:
         return found
 
     def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
-        """Integral of a signal, or of a function of it, since the start at the samples."""
+        """Integrate a signal, or a function of it, from the start to each sample."""
         return corrected_trapezoidal(self.time, of(self.signals[name].values))
 
 
 def energies_of(run: Run) -> tuple[Trajectory, float]:
-    """Energies of a run's ledger as signals `energy.kinetic` and so on, and what they do not add up by, both over the throughput.
+    """Return the energies of a run as signals `energy.kinetic` and so on, and their imbalance over the throughput.
 
-    Sizes are the energy put through, and a hundred times what vibrations that nobody sees may hold; of a mechanism at rest, what
-    its weight would do on the way that counts as rest.
+    Their size is the throughput and a hundred times the energy of unresolved vibrations. It is at least the work of the weight
+    over a displacement that counts as rest.
     """
     record, energies = run.record, dict(run.ledger)
     through, unseen = put_through(record, energies, run.values)
     missing = float(np.abs(energies.pop("error")).max()) / through
     del energies["throughput"]
     scene = Scene.of(record.mechanism)
-    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # it goes with the way squared
+    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # square of the displacement
     whole = max(through * (1 + unseen / SMALL), resting)
-    sticks = any(guide.friction is not None for guide in record.mechanism.guides)  # on bristles that hold all there is
+    sticks = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all of the energy
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
     return Trajectory(record.time, found, 1.0), max(0.0, missing - (unseen if sticks else min(unseen, UNSEEN)))
 
 
 def turn_of(mechanism: Mechanism) -> float:
-    """Time of the longest turn of the drives of links at constant speeds [s]; 0 where there is none."""
+    """Return the longest period of a link that is driven at constant speed [s]; 0 if there is none."""
     links = {link.name for link in mechanism.links}
     speeds = [drive.speed for drive in mechanism.drives if drive.target in links and isinstance(drive.speed, int | float)]
     return max((2 * np.pi / abs(speed) for speed in speeds if speed), default=0.0)
 
 
 def _family(signal: Signal) -> tuple[str, str]:
-    """Kind and unit of signals that are large or small beside each other; all forces are one kind."""
+    """Return kind and unit of signals whose sizes are compared; all forces are one kind."""
     return ("force" if signal.kind in FORCES else signal.kind), signal.unit

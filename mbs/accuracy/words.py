@@ -15,7 +15,7 @@ COARSEST = 0.1
 
 
 def read_signals(of: str | Sequence[str]) -> str | tuple[str, ...]:
-    """One of `WORDS`, or names of signals; a ValueError if it is neither."""
+    """Return one of `WORDS`, or names of signals; a ValueError if it is neither."""
     if isinstance(of, str) and of in WORDS:
         return of
     listed = isinstance(of, Sequence) and not isinstance(of, str)
@@ -25,5 +25,5 @@ def read_signals(of: str | Sequence[str]) -> str | tuple[str, ...]:
 
 
 def write_signals(of: str | Sequence[str]) -> str:
-    """For a sentence."""
+    """Write the signals as words of a sentence."""
     return of if isinstance(of, str) else ", ".join(of)

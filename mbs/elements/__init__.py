@@ -1,4 +1,4 @@
-"""Elements of a mechanism: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
+"""Elements of a mechanism: links and their bodies, joints, guides, stops, drives, loads, masses, couplings."""
 
 from .beam import Beam, Cable
 from .clearance import Clearance

@@ -17,11 +17,11 @@ from .section import Profile, Section
 from .signal import Kind, Signal
 
 DEFAULT_ELEMENTS = 8
-"""Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
+"""Default number of elements of a flexible link."""
 RULE = np.polynomial.legendre.leggauss(12)
 """Gauss points and weights between two stations of a curve."""
 PANELS = 64
-"""Pieces over which the place of an inner point of a curved strip is integrated."""
+"""Pieces of the quadrature of the place of a point on a curved strip."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
 ELEMENTS = f"of Exudyn's first run, {DEFAULT_ELEMENTS} by default; an accuracy takes as many as it needs"
@@ -44,13 +44,13 @@ class Flexible(Body):
     shape: Shape | None
 
     def agree(self) -> None:
-        """One stress-free shape."""
+        """Raise a ValueError if two stress-free shapes are given."""
         if self.imperfection and self.shape is not None:
             raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
 
     @property
     def count(self) -> int:
-        """Elements it is modelled with."""
+        """Number of elements."""
         return self.elements or DEFAULT_ELEMENTS
 
     @property
@@ -59,13 +59,13 @@ class Flexible(Body):
         return 1
 
     def curve(self, chord: float) -> Curve:
-        """Return its stress-free shape for a distance of its ends, m."""
+        """Return the stress-free shape for a distance of the ends, m."""
         if self.shape is None:
             return _bow(chord, self.imperfection)
         return _spline(chord, self.shape)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of its ends, m."""
+        """Return the place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of the ends, m."""
         if not self.imperfection and self.shape is None:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
@@ -124,13 +124,13 @@ class Cable(Flexible):
 
 @dataclass(frozen=True)
 class Curve:
-    """A stress-free line of some `length` [m]: fractions of it (n,) -> angle (n,) of the tangent against the chord [rad]."""
+    """Stress-free line of a `length` [m]; `direction` maps fractions of it (n,) to angles (n,) of tangent against chord [rad]."""
 
     length: float
     direction: Callable[[Reals], Reals]
 
     def places(self, stations: Array) -> Array:
-        """Places in the chord's frame at increasing stations in [0, 1], the first 0: (n, 2), m; by Gauss quadrature."""
+        """Integrate places in the chord's frame at increasing fractions in [0, 1], the first 0: (n, 2), m; Gauss quadrature."""
         nodes, weights = RULE
         half = np.diff(stations)[:, None] / 2
         theta = self.direction(stations[:-1, None] + half + half * nodes)
@@ -139,7 +139,7 @@ class Curve:
 
 
 def _bow(chord: float, bow: float) -> Curve:
-    """Half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
+    """Return a half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
     amplitude = np.pi * bow / chord
     unit = Curve(1.0, lambda s: amplitude * np.cos(np.pi * s))
     stretch = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])

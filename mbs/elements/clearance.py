@@ -18,7 +18,7 @@ from .rows import Row, meets
 from .signal import Depth, Energy, Kind, Signal
 
 PIERCED = 0.05
-"""Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
+"""Depth of a pin in its bush, over the pin's radius, up to which a depth beyond the clearance gives a remark, not SUSPECT."""
 
 
 @declared
@@ -64,21 +64,21 @@ class Clearance(Joint):
             )
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the pin is centred in its bush at the start."""
+        """Yield the rows of a pin that is centred in its bush at the start."""
         return meets(self.point, self.first, self.second, start_only=True)
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield its depth, and the clearance or a share of the pin, whichever is more."""
+        """Yield the largest allowed depth: the clearance or a share of the pin's radius, whichever is larger."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield its normal force and its depth."""
+        """Yield the names of normal force and depth."""
         yield f"{self.point}.normal_force", f"{self.point}.penetration"
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield that the pin is deeper than its clearance, where the theory of two cylinders has ended."""
+        """Yield a remark if the depth exceeds the clearance, beyond the theory of two cylinders."""
         deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))
         if deepest > self.gap:
             yield (
@@ -87,7 +87,7 @@ class Clearance(Joint):
             )
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
+        """Yield the force on the second body, N, normal and friction force, N, depth and place of the pin in its bush, m."""
         found, point = self._touch(name, record), self.point
         touched = onsets(record.time, found.depth, found.rate)
         yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=touched)
@@ -118,10 +118,10 @@ class Clearance(Joint):
                 yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what contact and bristles hold, and what they took by damping and by friction.
+        """Yield the energy stored in contact and bristles, and that dissipated by damping and by friction.
 
-        Powers are integrated by Simpson's rule, the state at half a step from the cubic Hermite interpolation of the places; the
-        bristle half-way is the mean of those at the ends.
+        Powers are integrated by Simpson's rule. The state in the middle of a step is interpolated by cubic Hermite polynomials;
+        the bristle there is the mean of those at the ends.
         """
         pin, bush = states(self, record)
         memory, time = record.channel(name, "memory"), record.time
@@ -148,7 +148,7 @@ class Clearance(Joint):
 
 
 def clearances(mechanism: Parts) -> list[Clearance]:
-    """Joints with clearance of a mechanism."""
+    """Return the joints with clearance of a mechanism."""
     return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
 
 
@@ -169,7 +169,7 @@ def states(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
 
 
 def _half_way(side: Side, h: Array) -> Side:
-    """Interpolate the state half a step on."""
+    """Interpolate the motion in the middle of each step."""
 
     def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
         """Evaluate the cubic through both ends."""
@@ -180,28 +180,26 @@ def _half_way(side: Side, h: Array) -> Side:
 
 
 class Touch(NamedTuple):
-    """Contact of pin and bush, each (times,): [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], direction from bush to pin,
-    place of the pin in the bush [m].
-    """
+    """Contact of pin and bush, each (times,)."""
 
-    normal: Array
-    tangential: Array
-    depth: Array
-    rate: Array
-    sliding: Array
-    bristle: Array
-    fx: Array
+    normal: Array  # [N]
+    tangential: Array  # [N]
+    depth: Array  # [m]
+    rate: Array  # of the depth [m/s]
+    sliding: Array  # speed [m/s]
+    bristle: Array  # deflection [m]
+    fx: Array  # force on the pin [N]
     fy: Array
-    nx: Array
+    nx: Array  # direction from bush to pin
     ny: Array
-    ex: Array
+    ex: Array  # place of the pin in the bush [m]
     ey: Array
 
 
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
     """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
 
-    `memory` (times, 4) is what `journal.MEMORY` names, of the last accepted step before each time.
+    `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.
     """
     place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
     depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
@@ -223,7 +221,7 @@ CONTINUOUS = 2.0
 
 
 def contact_state(depth: Array) -> Array:
-    """FREE, IMPACT or CONTINUOUS at each sample: continuous from the first minimum of the depth within a contact on."""
+    """Return FREE, IMPACT or CONTINUOUS at each sample: continuous from the first minimum of the depth within a contact."""
     touching = depth > 0
     dip = np.zeros_like(touching)
     dip[1:-1] = touching[1:-1] & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:]) & touching[:-2] & touching[2:]

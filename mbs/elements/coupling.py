@@ -1,4 +1,4 @@
-"""Couplings of bodies that need not meet, each a linear form of places and turns with one effort: gears, racks, belts, ropes."""
+"""Couplings of bodies without a common point, each a linear constraint of places and angles: gears, racks, belts, ropes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .signal import Kind, Signal
 
 
 class Coupling(Element):
-    """A kind of coupling."""
+    """Base of couplings of two bodies, seen from a carrier."""
 
     title: ClassVar[str] = "{kind:lower} of '{first}' and '{second}'"
     label: ClassVar[str] = "{kind:lower}.{first:body}-{second:body}"
@@ -24,11 +24,11 @@ class Coupling(Element):
     carrier: str = GROUND
 
     def turning(self) -> Iterator[str]:
-        """Yield the references 'link:point' of what turns by it."""
+        """Yield the references 'link:point' of the bodies whose angles are coupled."""
         yield from (self.first, self.second)
 
     def check(self, mechanism: Parts) -> None:
-        """Two bodies, each with its point, that can take a moment; the carrier another one."""
+        """Raise a ValueError unless bodies and carrier differ, can take a moment, and have the points."""
         carrier = self.carrier
         if carrier != GROUND:
             known_link(mechanism, carrier, self.where)
@@ -42,16 +42,16 @@ class Coupling(Element):
         takes_moments(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the effort of its row, as on its first body."""
+        """Return the multiplier of the row: force or torque on the first body."""
         return {"effort": multipliers}
 
 
 @declared
 class Gear(Coupling):
-    """Two links whose turns keep a ratio, seen from the carrier of their axles: meshing gears.
+    """Meshing gears: two links whose angles, seen from the carrier of their axles, keep a ratio.
 
-    The teeth push at the pitch point, square to the line of centres; what their pressure angle adds along that line, which only
-    the axles feel, is left out. Where both turn about one point, a torque alone acts.
+    The teeth act at the pitch point, normal to the line of centres. The component along that line by the pressure angle, which
+    loads the axles only, is left out. If both turn about one point, a torque alone acts.
 
     Examples
     --------
@@ -65,13 +65,13 @@ class Gear(Coupling):
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def check(self, mechanism: Parts) -> None:
-        """Two links about two centres with a pitch point between or beside them."""
+        """Raise a ValueError for a ratio of 1 with two centres, which has no pitch point."""
         super().check(mechanism)
         if self.ratio == 1 and distance(mechanism, self.first, self.second) > 0:
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that both have one speed at the pitch point, r of the first gear: r turn_1 + (distance - r) turn_2 = 0."""
+        """Yield the row of equal speeds at the pitch point, r the first radius: r turn_1 + (distance - r) turn_2 = 0."""
         first, second, base = place(self.first), place(self.second), carried_by(mechanism, self.carrier)
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
@@ -88,7 +88,7 @@ class Gear(Coupling):
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the torque of the teeth on the second about its centre, N m."""
+        """Yield the torque of the teeth on the second gear about its centre, N m."""
         apart = distance(record.mechanism, self.first, self.second)
         arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
         yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
@@ -96,10 +96,10 @@ class Gear(Coupling):
 
 @declared
 class Rack(Coupling):
-    """A link that travels as a pinion turns: by its radius a radian, along a line of the carrier.
+    """Rack and pinion: a link that travels along a line of the carrier by the pinion's radius times its angle.
 
-    The teeth push along the line at the pitch point; what their pressure angle adds across it, which only the pinion's axle and
-    the rack's guide feel, is left out. Guide and axle are joints of their own.
+    The teeth act along the line at the pitch point. The component across it by the pressure angle, which loads axle and guide
+    only, is left out. Guide and axle are separate joints.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class Rack(Coupling):
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that both have one speed along the line at the pitch point: travel of the rack = radius times turn."""
+        """Yield the row of equal speeds along the line at the pitch point: travel of the rack = radius times angle."""
         pinion, rack = place(self.first), place(self.second)
         base, turns, (dx, dy) = carried_by(mechanism, self.carrier), self.carrier != GROUND, self.along
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
@@ -137,8 +137,8 @@ class Rack(Coupling):
 class Belt(Coupling):
     """An inextensible belt or chain round two pulleys that does not slip.
 
-    Torques act on both pulleys and on the carrier of their axles. What presses on the axles by how tight the belt is, is left
-    out, and so is its mass.
+    Torques act on both pulleys and on the carrier of their axles. The load of the axles by the belt's pretension and the mass of
+    the belt are left out.
 
     Examples
     --------
@@ -156,12 +156,12 @@ class Belt(Coupling):
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the rims go the same way: r1 turn_1 -+ r2 turn_2 = 0."""
+        """Yield the row of equal rim speeds: r1 turn_1 -+ r2 turn_2 = 0."""
         base, back = carried_by(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
         yield Row(((self.radius, Turn(place(self.first), base)), (back, Turn(place(self.second), base))))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the tension of the span that pulls the second pulley after the first, less that of the other, N."""
+        """Yield the tension of the span that drives the second pulley, less that of the other span, N."""
         yield Signal(f"{name}.force", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
 
 
@@ -169,8 +169,8 @@ class Belt(Coupling):
 class Rope(Coupling):
     """An inextensible rope without mass from one point over pulleys to another; it stays taut.
 
-    The pulleys are points: small, and without friction. A run in which the rope would have to push is not to be trusted, as a
-    rope goes slack; a check says so. A wheel with inertia is a link, and each part of the rope on it a `Rack`.
+    The pulleys are points without friction. A real rope goes slack instead of pushing: a check reports negative tension. A wheel
+    with inertia is a link, and each part of the rope on it a `Rack`.
 
     Examples
     --------
@@ -185,15 +185,15 @@ class Rope(Coupling):
     over: tuple[str, ...] = field(Several(Name(), least=1), "point references of the pulleys, in order from the first end")
 
     def path(self, mechanism: Parts) -> list[Place]:
-        """Places of ends and pulleys in order, each on the link that holds it."""
+        """Return the places of ends and pulleys in order, each on the link that carries it."""
         return [holder_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
 
     def turning(self) -> Iterator[str]:
-        """Yield nothing: it turns no link."""
+        """Yield nothing: a rope couples no angles."""
         yield from ()
 
     def check(self, mechanism: Parts) -> None:
-        """Points of bodies that are apart, not all of them on the ground."""
+        """Raise a ValueError unless neighbouring points differ, and one is not on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
         if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
@@ -204,14 +204,14 @@ class Rope(Coupling):
         self.path(mechanism)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the sum of its parts' lengths stays."""
+        """Yield the row of a constant sum of the lengths between pulleys."""
         parts = pairwise(self.path(mechanism))
         yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield its tension."""
+        """Yield the name of the tension."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield its tension, N."""
+        """Yield the tension, N."""
         yield Signal(f"{name}.tension", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)

@@ -21,7 +21,7 @@ from .signal import Energy, Kind, Signal
 
 @declared
 class Ramp(Declared):
-    """Speed that changes linearly and then stays.
+    """Motion whose speed changes linearly for a time and is constant afterwards.
 
     Examples
     --------
@@ -34,29 +34,29 @@ class Ramp(Declared):
     duration: float = quantity("s", above=0, doc="of the change")
 
     def speed(self, t: float) -> float:
-        """Speed at time t >= 0."""
+        """Return the speed at time t >= 0."""
         return self.start + (self.end - self.start) * min(t, self.duration) / self.duration
 
     def position(self, t: float) -> float:
-        """Angle or displacement since t = 0: the exact integral of `speed`."""
+        """Return the angle or displacement since t = 0: the exact integral of `speed`."""
         s = min(t, self.duration)
         return self.start * s + (self.end - self.start) * s * s / (2 * self.duration) + self.end * (t - s)
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Rate of the speed at time t >= 0, from there on."""
+        """Return the right-hand derivative of the speed at time t >= 0."""
         return (self.end - self.start) / self.duration if t < self.duration else 0.0
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in (0, duration), s, at which the acceleration jumps."""
+        """Return the times in (0, duration), s, at which the acceleration jumps."""
         return (self.duration,) if self.duration < duration and self.start != self.end else ()
 
     def check_run(self, duration: float, where: str) -> None:
-        """Check nothing."""
+        """Accept any duration."""
 
 
 @declared
 class Motion(Declared):
-    """Any motion, by its position with its derivative; a drive takes a formula or table of the speed alone.
+    """Any motion, given by position and speed; if only the speed is known, give it to the drive as a formula or table.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Motion(Declared):
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
 
     def check_run(self, duration: float, where: str) -> None:
-        """Raise a ValueError if within a run `speed` is not the derivative of `position`, or jumps, or one is no number."""
+        """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is no number."""
         times = [share * duration for share in SAMPLES]
         speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
@@ -93,7 +93,7 @@ class Motion(Declared):
                 )
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
-        """Difference of the position, over the step of three that comes closest to the speed: an oscillation may be fast."""
+        """Compute the difference quotient of the position that is closest to the speed, of three steps, for fast oscillations."""
         found = []
         for h in (step, step / 10, step / 100):
             places = [_evaluate(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
@@ -101,9 +101,9 @@ class Motion(Declared):
         return min(found, key=lambda slope: abs(slope - speed))
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Differences of the speed over 2e-5 and 1e-5 s, extrapolated, to one side of a kink; at a kink, of what follows.
+        """Compute the derivative of the speed from differences over 2e-5 and 1e-5 s, by Richardson's extrapolation.
 
-        Nothing is asked for before t = 0 or beyond `last`.
+        The speed is taken on one side of kinks, at a kink after it, and never before t = 0 or beyond `last`.
         """
         known = self.kinks(last)
         start, end = max((k for k in known if k <= t), default=0.0), min((k for k in known if k > t), default=last)
@@ -111,7 +111,7 @@ class Motion(Declared):
         return (4 * self._rate(t, h / 2, start, end) - self._rate(t, h, start, end)) / 3
 
     def _rate(self, t: float, h: float, start: float, end: float) -> float:
-        """Difference of the speed, of second order, between two kinks."""
+        """Compute a difference quotient of the speed, of second order, between two kinks."""
         if t - h < start:
             return (4 * self.speed(t + h) - 3 * self.speed(t) - self.speed(t + 2 * h)) / (2 * h)
         if t + h > end:
@@ -119,16 +119,16 @@ class Motion(Declared):
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in (0, duration), s, at which it jumps, has a kink or changes quickly."""
+        """Return the times in (0, duration), s, at which the motion jumps, has a kink or changes quickly."""
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 
 STEP = 1e-5
 """Step of the differences that check a motion's speed [s]; a tenth of it loses a digit to rounding."""
 SAME = 1e-3
-"""Largest relative difference of a motion's speed from its position's derivative."""
+"""Largest relative difference of a motion's speed from the derivative of its position."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
-"""Instants at which the speed is checked, relative to the run."""
+"""Times at which the speed is checked, over the duration of the run."""
 
 
 def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
@@ -141,10 +141,10 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
 
 
 class Speed(Either):
-    """A speed; a motion that was made from it is written as it."""
+    """Specification of a speed; a motion made from a formula or table is written as that."""
 
     def write(self, name: str, value: object) -> Any:
-        """Return the formula or table it was made from."""
+        """Return the formula or table of the speed, if the motion was made from one."""
         return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
 
 
@@ -168,7 +168,7 @@ class Drive(Driven):
     )
 
     def agree(self) -> None:
-        """Raise a ValueError for a mere function: a motion has an integral."""
+        """Convert a formula or table of the speed to a motion; raise a ValueError for a function without an integral."""
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         elif callable(self.speed):
@@ -182,7 +182,7 @@ class Drive(Driven):
             raise ValueError(f"{self.where}: it is driven twice")
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which its acceleration jumps."""
+        """Return the times in a run at which the acceleration jumps."""
         return self.motion.kinks(duration)
 
     def check_run(self, duration: float, name: str) -> None:
@@ -190,7 +190,7 @@ class Drive(Driven):
         self.motion.check_run(duration, name)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the link turns, or the point travels, as it is told."""
+        """Yield the row of the prescribed angle of the link or travel of the point."""
         if self.target in mechanism.points:
             guide = mechanism.guide(self.target)
             yield row(Along(Place(guide.link, self.target), Place(GROUND, self.target), guide.along), self.motion)
@@ -198,7 +198,7 @@ class Drive(Driven):
             yield row(Turn(Place(self.target, mechanism.link(self.target).start)), self.motion)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return its torque or force."""
+        """Return the torque or force of the drive."""
         return {"effort": multipliers}
 
     @property
@@ -217,7 +217,7 @@ class Drive(Driven):
         yield Signal(f"{name}.position", self._coordinate(record)[0], "rad" if turns else "m", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
+        """Yield the work of the drive."""
         power = record.channel(name, "effort")[:, 0] * self._coordinate(record)[1]
         yield Energy("given", "drive", record.work(power))
 

@@ -1,6 +1,6 @@
-"""Base of all elements, from plain arrays: a name, signals, energies; and references to points.
+"""Base of all elements: name, constraints, forces, signals, energies; and references to points.
 
-An element sees its mechanism as `Parts`, and a run, which all solvers leave behind alike, as `Recorded`.
+An element knows its mechanism as `Parts`, and a run of any solver as `Recorded`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ GROUND = "ground"
 
 
 class Place(NamedTuple):
-    """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
+    """Reference to a point of a body: a link's name, 'ground', or '' for any link that carries the point."""
 
     body: str
     point: str
@@ -50,15 +50,15 @@ class Push(NamedTuple):
     torque: Array
 
     def power(self, record: Recorded) -> Array:
-        """Power it gives to its body, W, (times,)."""
+        """Return the power on the body, W, (times,)."""
         return np.asarray((self.force * record.point(self.at)[1]).sum(axis=1) + self.torque * record.turn(self.at)[1])
 
 
 class _Texts(Formatter):
-    """Fields in texts, and parts of those that are references."""
+    """Formatter of titles and labels, which contain fields of an element."""
 
     def format_field(self, value: object, format_spec: str) -> str:
-        """Write a field, in small letters, or the point or body that it refers to."""
+        """Write a field as it is, in lower case, or the point or body of a reference."""
         text = str(value)
         return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[format_spec]
 
@@ -71,16 +71,16 @@ TEXTS = _Texts()
 
 
 class Element(Declared):
-    """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies.
+    """Base of the elements of a mechanism.
 
-    Messages call it `title`; `label` is its name in a mechanism, where a second one is `name.2`. Both are texts with its fields
-    in braces; `{point:point}` and `{link:body}` are parts of a point reference, `{kind}` and `{kind:lower}` name the class.
+    `title` is the name in messages; `label` that in a mechanism, where a second element of the same name is `name.2`. Both
+    contain fields in braces; `{point:point}` and `{link:body}` are parts of a reference, `{kind}` and `{kind:lower}` the class.
     """
 
     title: ClassVar[str] = ""
     label: ClassVar[str] = ""
     sense: ClassVar[float] = 1.0
-    """Sign of its signal against its effort."""
+    """Sign of the signal of its force relative to the multiplier."""
 
     @property
     def where(self) -> str:
@@ -89,79 +89,76 @@ class Element(Declared):
 
     @property
     def key(self) -> str:
-        """Its name in a mechanism."""
+        """Name in a mechanism."""
         return TEXTS.of(self.label, self)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError if what it refers to is not in the mechanism."""
+        """Raise a ValueError if the element does not fit the mechanism."""
 
     def rows(self, mechanism: Parts) -> Iterator[Any]:
-        """Yield what it asks of the bodies' places, as `buckler.mbs.elements.rows`; nothing by default."""
+        """Yield the constraints, as `buckler.mbs.elements.rows`; none by default."""
         yield from ()
 
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
-        """Channels of a run whose constraints alone decide the motion, from its rows' multipliers (times, rows).
+        """Return channels from the multipliers (times, rows) of its rows, for a motion that constraints alone determine.
 
-        A multiplier is a force, or torque, on the first body of the row's first term along the row, times that term's
-        coefficient; bodies that the row subtracts get the opposite. None, the default, if it cannot tell.
+        A multiplier times the coefficient of a term is the force, or torque, on the first body of the term; on the second body
+        it is the opposite. None, the default, if the reactions are not known.
         """
         return None
 
     @property
     def rubs(self) -> str:
-        """The point or link on which dry friction acts; '' where there is none."""
+        """The point or link on which dry friction acts; '' without friction."""
         return ""
 
     @property
     def has_states(self) -> bool:
-        """True if its force has states of its own, which are integrated with the motion."""
+        """True if the force has states, which are integrated with the motion."""
         return False
 
     @property
     def rubs_on_reaction(self) -> bool:
-        """True if its friction follows its own reaction, so that its forces are unknown before the motion is solved."""
+        """True if friction depends on the reaction of the same element, so that it is unknown in a known motion."""
         return False
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return the forces it exerts in a known motion.
-
-        None, the default, if it cannot tell.
-        """
+        """Return the forces on bodies in a known motion; None, the default, if they are not known."""
         return None
 
     def check_run(self, duration: float, name: str) -> None:
-        """Raise a ValueError if it cannot run that long, s; nothing by default."""
+        """Raise a ValueError if the element is not defined for the duration, s; nothing by default."""
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in (0, duration), s, at which what it prescribes is known to have a kink or jump; none by default."""
+        """Return the times in (0, duration), s, at which a prescribed value has a kink or jump; none by default."""
         return ()
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield its user's functions with their arguments over a run, but for functions of time alone; none by default."""
+        """Yield the user's functions with their arguments over a run, except functions of time alone; none by default."""
         yield from ()
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield how deep its contacts may be; nothing by default."""
+        """Yield the largest allowed depths of contacts; none by default."""
         yield from ()
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield its forces that must not be negative, and the depths without which they are zero, or ''; none by default."""
+        """Yield names of forces that must not be negative, each with that of the depth, or ''; none by default."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield what is worth knowing of it in a run; nothing by default."""
+        """Yield remarks on a run, in sentences; none by default."""
         yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield its signals in a run; none by default."""
+        """Yield the signals of a run; none by default."""
         yield from ()
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield its energies in a run; none by default."""
+        """Yield the energies of a run; none by default."""
         yield from ()
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the masses it adds to bodies; none by default."""
+        """Yield the masses that are added to bodies; none by default."""
         yield from ()
 
 
@@ -171,19 +168,19 @@ class Body(Declared):
     Attributes
     ----------
     flexible : bool
-        Whether its ends can move against each other.
+        True if the ends can move relative to each other.
     meshed : bool
-        Whether it is a strip of finite elements; see `buckler.mbs.elements.beam`.
+        True for a strip of finite elements; see `buckler.mbs.elements.beam`.
     massless : bool
-        Whether it is a spring between its neighbours; its force has kinks.
+        True for a force element between its neighbours; its force has kinks.
     turns : bool
-        Whether its points have an angle, so that a torque can act there.
+        True if its points have an angle, so that a torque can act there.
     carrying : tuple of str
-        How it can carry points besides its ends: at a "fraction" of its length, at a "place" in the plane.
+        Ways to define further points: at a "fraction" of the length, at a "place" in the plane.
     linear : bool
-        Whether its deformation is taken for small: modes of a solid.
+        True if deformations are small: modes of a solid.
     round_off : float
-        What round-off leaves of its internal force, of its axial stiffness.
+        Rounding error of the internal force, over the axial stiffness.
     """
 
     section: Any
@@ -196,26 +193,26 @@ class Body(Declared):
     round_off: ClassVar[float] = 0.0
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        """Return mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
         return self.section.bar(length)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Place at a fraction of the stress-free length, m, in the link's frame, for a distance of its ends, m."""
+        """Return the place at a fraction of the stress-free length, m, in the link's frame, for a distance of the ends, m."""
         return chord * fraction, 0.0
 
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
-        """Yield those besides the link's."""
+        """Yield the signals of the deformation; none by default."""
         yield from ()
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield strain energy and what damping took, of each strain of a flexible link."""
+        """Yield strain energy and energy dissipated by damping, for each strain of a flexible link."""
         for strain in record.links[link.name].strains() if self.flexible else ():
             yield Energy("held", "strain", strain.energy)
             yield Energy("taken", "damping", record.work(strain.power))
 
 
 class Joined(Element):
-    """A joint, as other elements see it: `ideal` if it is a constraint, else contact holds it."""
+    """A joint, as other elements know it: `ideal` if it is a constraint, not a contact."""
 
     ideal: ClassVar[bool] = True
     point: str
@@ -224,7 +221,7 @@ class Joined(Element):
 
 
 class Linked(Element):
-    """A link, as other elements see it."""
+    """A link, as other elements know it."""
 
     name: str
     start: str
@@ -238,7 +235,7 @@ class Linked(Element):
 
 
 class Guided(Element):
-    """A guide, as other elements see it."""
+    """A guide, as other elements know it."""
 
     point: str
     link: str
@@ -246,13 +243,13 @@ class Guided(Element):
 
 
 class Driven(Element):
-    """A drive, as other elements see it."""
+    """A drive, as other elements know it."""
 
     target: str
 
 
 class Parts(Declared):
-    """A mechanism, as its elements see it."""
+    """A mechanism, as its elements know it."""
 
     in_files = False
 
@@ -272,20 +269,20 @@ class Parts(Declared):
         raise NotImplementedError
 
     def length(self, name: str) -> float:
-        """Distance of a link's two end points, m."""
+        """Return the distance of a link's two end points, m."""
         raise NotImplementedError
 
     def elements(self) -> dict[str, Element]:
-        """Return all elements by their names: a second one of a name is `name.2`."""
+        """Return all elements by name; a second element of the same name is `name.2`."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A run as plain arrays over `time` (times,) [s], as its elements see it.
+    """A run as plain arrays over `time` (times,) [s], as elements know it.
 
-    `links` are motions of links with coordinates of their own, as in `buckler.mbs.record.record`; `blocks` those of guides, by
-    point. `channels` (times, columns) are what was recorded besides, by the element's name and the channel's.
+    `links` are motions of links that have coordinates, as in `buckler.mbs.record.record`; `blocks` those of guides, by point.
+    `channels` (times, columns) are other recorded values, by the names of element and channel.
     """
 
     mechanism: Parts
@@ -296,7 +293,7 @@ class Recorded:
     _made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, key: Any, make: Callable[[], Any]) -> Any:
-        """Return what `make()` makes, once for a key: signals and energies ask for the same arrays."""
+        """Return the value of `make()`, computed once for each key, as signals and energies need the same arrays."""
         if key not in self._made:
             self._made[key] = make()
         return self._made[key]
@@ -307,7 +304,7 @@ class Recorded:
         return found
 
     def point(self, at: str) -> tuple[Array, Array]:
-        """Place and velocity of a point reference, each (times, 2), from whatever body carries it; fixed if none does."""
+        """Return place and velocity of a point reference, each (times, 2), by the body that carries it; fixed without one."""
         body, point = place(at)
         motion = self._carrier(body, point)
         if motion is not None:
@@ -317,7 +314,7 @@ class Recorded:
         return fixed, np.zeros_like(fixed)
 
     def turn(self, at: str) -> tuple[Array, Array]:
-        """Angle turned since t = 0 at a point reference, rad, and its rate, each (times,)."""
+        """Return the angle since t = 0 at a point reference, rad, and its rate, each (times,)."""
         body, point = place(at)
         motion = self._carrier(body, point)
         if motion is not None:
@@ -325,7 +322,7 @@ class Recorded:
         return np.zeros_like(self.time), np.zeros_like(self.time)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
+        """Return the work, J, of a power, W, since t = 0, each (times,); `sides` are the power just before and after samples."""
         raise NotImplementedError
 
     def _carrier(self, body: str, point: str) -> Moved | None:

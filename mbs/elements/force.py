@@ -20,7 +20,7 @@ Pair = tuple[float, float]
 
 @declared
 class Force(Stateful):
-    """A force on a point of a link, or on a guide's block: constant, a function of time, or one of the point and of states.
+    """A force on a point of a link, or on a guide's block: constant, or a function of time, motion and states.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class Force(Stateful):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it acts on a point of a body and follows a link that turns."""
+        """Raise a ValueError unless the force acts on a point of a body, and the link to follow has an angle."""
         where = self.where
         refers(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
@@ -69,7 +69,7 @@ class Force(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Time, place, and the velocity that is not known yet."""
+        """Return time, place, and zeros for the unknown velocity."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
     def initial_force(self, mechanism: Parts) -> Pair:
@@ -80,16 +80,16 @@ class Force(Stateful):
         return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Place and velocity."""
+        """Return place and velocity."""
         at, velocity = record.point(holder_reference(record.mechanism, self.point))
         return *at.T, *velocity.T
 
     def turns_with(self, mechanism: Parts) -> str | None:
-        """Return the point reference whose angle it follows."""
+        """Return the point reference whose angle the force follows."""
         return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the force, N, (times, 2), at times that may lie a little beside the samples, s."""
+        """Return the force, N, (times, 2), at times that may differ a little from the samples, s."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         return values if at is None else rotate(record.turn(at)[0], values)
@@ -102,12 +102,12 @@ class Force(Stateful):
         return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield its components, N, and its states."""
+        """Yield the components, N, and the states."""
         yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, name)
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
+        """Yield the work of the force."""
         if callable(self.value) or self.follows is not None or self.through is not None:
             yield Energy("given", "load", self.work_of(name, record))
             return
@@ -117,7 +117,7 @@ class Force(Stateful):
 
 @declared
 class Torque(Stateful):
-    """A torque on a link: constant, or a function of time, angle and speed, and of states of its own.
+    """A torque on a link: constant, or a function of time, angle, speed and states.
 
     Examples
     --------
@@ -143,11 +143,11 @@ class Torque(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Time, angle turned, and the speed that is not known yet."""
+        """Return time, angle, and zero for the unknown speed."""
         return [0.0, 0.0, 0.0]
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Angle and speed."""
+        """Return angle and speed."""
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
@@ -155,7 +155,7 @@ class Torque(Stateful):
         return turning(mechanism, self.link)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the torque, N m, (times,), at times that may lie a little beside the samples, s."""
+        """Return the torque, N m, (times,), at times that may differ a little from the samples, s."""
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
@@ -168,7 +168,7 @@ class Torque(Stateful):
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
+        """Yield the work of the torque."""
         if callable(self.value):
             yield Energy("given", "load", self.work_of(name, record))
         else:
@@ -203,7 +203,7 @@ class LineLoad(Load):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
-        """Force per length, N/m, (times, stations, 2), where sections have turned, rad, (times, stations)."""
+        """Return the force per length, N/m, (times, stations, 2), for angles of sections, rad, (times, stations)."""
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
@@ -215,7 +215,7 @@ class LineLoad(Load):
         yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
 
     def power(self, record: Recorded) -> Array:
-        """Power it gives to the strip, W, (times,)."""
+        """Return the power on the strip, W, (times,)."""
         lengths, fields, rates = record.links[self.link].stations_of()
         along = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
         return np.asarray((along + self.moment * rates[..., 2]) @ lengths)
@@ -226,7 +226,7 @@ class LineLoad(Load):
             yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work it gave."""
+        """Yield the work of the load."""
         if self.turns:
             yield Energy("given", "load", record.work(self.power(record)))
             return

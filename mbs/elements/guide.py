@@ -100,7 +100,7 @@ class Guide(Guided):
                 raise ValueError(f"{self.where}: through = '{self.through}': lies {abs(off):.3g} m beside its line")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the point stays on the line."""
+        """Yield the row of the point on the line."""
         return on_line(self.point, self.link, GROUND, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
@@ -127,7 +127,7 @@ class Guide(Guided):
         return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the block's kinetic energy and weight, and what friction took."""
+        """Yield the block's kinetic energy and weight, and the energy dissipated by friction."""
         block = record.blocks[self.point]
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)
@@ -148,7 +148,7 @@ class Guide(Guided):
         if self.friction is None:
             return
         rubs = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
-        owner = name if rubs else self.point  # a joint that rubs has signals of the point's name
+        owner = name if rubs else self.point  # friction in a joint has the signals of the point's name
         yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:

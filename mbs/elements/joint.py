@@ -20,7 +20,7 @@ class Joint(Joined):
     label: ClassVar[str] = "{point}.{first}-{second}"
 
     def check(self, mechanism: Parts) -> None:
-        """Two different bodies that reach the point, not joined there already."""
+        """Raise a ValueError unless both bodies have the point and are not joined there already."""
         check_known("point", self.point, mechanism.points, self.where)
         self.check_ends(mechanism)
         for name in (self.first, self.second):
@@ -51,7 +51,7 @@ class Revolute(Joint):
     second: str = names(doc="a link or 'ground'")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the point of one body stays on that of the other."""
+        """Yield the rows of a common point of both bodies."""
         return meets(self.point, self.first, self.second)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
@@ -59,7 +59,7 @@ class Revolute(Joint):
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body, N; none where a strut is pinned, as it acts on its neighbour directly."""
+        """Yield the force on the second body, N; none for the pin of a strut, which acts on its neighbour directly."""
         force = record.channel(name, "force")
         if force.size:
             yield from vector(f"{name}.f", force, "N", Kind.REACTION, name)
@@ -82,12 +82,12 @@ class Weld(Joint):
     second: str = names(doc="a link or 'ground'; a Strut has no moment to be clamped by")
 
     def check(self, mechanism: Parts) -> None:
-        """Two different bodies that reach the point and can take a moment there."""
+        """Raise a ValueError unless both bodies have the point and can take a moment."""
         super().check(mechanism)
         takes_moments(mechanism, (self.first, self.second), self.where)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield that the points stay together, and the angle as it is."""
+        """Yield the rows of a common point and of a constant angle."""
         yield from meets(self.point, self.first, self.second)
         yield from same_turn(self.point, self.first, self.second)
 
@@ -103,7 +103,7 @@ class Weld(Joint):
 
 @declared
 class Slot(Joint):
-    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely.
+    """A pin in a straight slot: a point of the first body stays on a line of the second; the angle is free.
 
     Examples
     --------
@@ -157,7 +157,7 @@ class Slot(Joint):
 
 @declared
 class Slider(Slot):
-    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is.
+    """A prismatic joint: a point of the first body stays on a line of the second; the angle between them is constant.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A link: two points, what it is made of, and what else it carries."""
+"""A link: two points, a body, and further points that it carries."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class Frozen(Mapping[str, Any]):
 
 
 class Carried(Spec):
-    """Names of points, or names with the fraction of the length, or the place in the link's frame, at which they lie."""
+    """Specification of carried points: names, or names with a fraction of the length or a place in the link's frame."""
 
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
     def read(self, name: str, given: object) -> Frozen:
-        """Return a mapping; None where a name stands alone."""
+        """Return a mapping; None for a name alone."""
         if isinstance(given, Mapping):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
             return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
@@ -58,13 +58,13 @@ class Carried(Spec):
         return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
 
     def write(self, name: str, value: Any) -> Any:
-        """Return a list where no point has a place of its own."""
+        """Return a list if no point has a place, else a table."""
         if all(each is None for each in value.values()):
             return list(value)
         return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
 
     def schema(self) -> Schema:
-        """Return a list or a table."""
+        """Return the JSON schema of a list or a table."""
         return any_of([Several(Name()).schema(), Named(Either((Quantity("1", 0.0, 1.0), Vector("m")))).schema()])
 
 
@@ -102,7 +102,7 @@ class Link(Linked):
     )
 
     def agree(self) -> None:
-        """Only points that its body can carry."""
+        """Raise a ValueError for carried points that the body cannot have."""
         along: Any = self.carries
         kind = type(self.body).__name__
         if along and not self.body.carrying:
@@ -111,7 +111,7 @@ class Link(Linked):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
-        """Known points, some distance apart."""
+        """Raise a ValueError unless the points are known and differ."""
         for point in self.points:
             check_known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
@@ -126,7 +126,7 @@ class Link(Linked):
         return (self.start, self.end, *self.carries)
 
     def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
-        """Places, m, of the carried points whose place on the link is known, for places of its ends."""
+        """Return the places, m, of carried points, for places of the ends; not of those given by name alone."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
         if chord == 0:
             return {}
@@ -135,23 +135,23 @@ class Link(Linked):
         return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in places.items()}
 
     def carried_places(self, chord: float) -> dict[str, tuple[float, float]]:
-        """Return the places of carried points in the link's frame, for a distance of its ends, m."""
+        """Return the places of carried points in the link's frame, for a distance of the ends, m."""
         carried: Any = self.carries
         known = {point: at for point, at in carried.items() if at is not None}
         return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
-        """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
+        """Return the mass, kg, for a distance of the ends, m; that of a strut is left out of its model."""
         return self.body.mass_properties(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield those of the centre of mass, m, m/s, m/s^2, then those of the body."""
+        """Yield the signals of the centre of mass, m, m/s, m/s^2, then those of the body."""
         if name in record.links:
             yield from moving(name, *record.links[name].centre())
         yield from self.body.signals(self, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy, weight, and those of the body."""
+        """Yield kinetic energy, weight, and the energies of the body."""
         if name in record.links:
             motion = record.links[name]
             yield Energy("held", "kinetic", motion.kinetic())
@@ -160,7 +160,7 @@ class Link(Linked):
 
 
 def moving(name: str, *motion: Array) -> Iterator[Signal]:
-    """Yield place, velocity and acceleration, each (times, 2), as signals: as many of them as there are."""
+    """Yield the signals of place, velocity and acceleration, each (times, 2), or of the first ones given."""
     letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
     for order, (letter, unit, kind, values) in enumerate(zip(letters, units, kinds, motion, strict=False)):
         yield from vector(
@@ -169,7 +169,7 @@ def moving(name: str, *motion: Array) -> Iterator[Signal]:
 
 
 def weight(motion: Moved, record: Recorded) -> Iterator[Energy]:
-    """Yield the potential of gravity where it lies in the plane."""
+    """Yield the potential energy of gravity in the plane."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:
         yield Energy("held", "weight", -motion.mass * (motion.centre()[0] @ gravity))

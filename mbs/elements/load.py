@@ -1,4 +1,4 @@
-"""Base of loads: bodies they push, functions of their user, and laws with states of their own."""
+"""Base of loads: forces on bodies, functions of the user, and laws with states."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .element import GROUND, Element, Parts, Push, Recorded, place
 from .signal import Kind, Signal
 
 SIDE = 1e-9
-"""Time before and after a sample at which a step evaluates a function, relative to the run."""
+"""Distance in time from a sample at which the sides of a jump are evaluated, over the duration of the run."""
 
 
 class Load(Element):
-    """A kind of load."""
+    """Base of loads."""
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield what it does to each body, the ground left out."""
+        """Yield the forces on bodies, the ground left out."""
         raise NotImplementedError
 
 
@@ -64,9 +64,9 @@ class States(Declared):
 
 
 class Stateful(Load):
-    """A load whose value is given: constant, or a function of time first of all, which may be one of states, too.
+    """A load whose value is constant, or a function of time, motion and states.
 
-    `law` has variables, unit and size of its function without states; `measured` names variables of a function of states besides.
+    `law` has variables, unit and size of the function without states; `measured` the variables before the states.
     """
 
     law: ClassVar[Law]
@@ -76,7 +76,7 @@ class Stateful(Load):
     states: States | None
 
     def agree(self) -> None:
-        """Raise a ValueError if states come without a function, or its arguments do not fit."""
+        """Raise a ValueError if states are given without a function, or the function has other arguments."""
         if self.states is not None and not callable(self.value):
             raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
         if self.states is None and callable(self.value):
@@ -84,24 +84,24 @@ class Stateful(Load):
 
     @property
     def has_states(self) -> bool:
-        """True if it has states."""
+        """True if the law has states."""
         return self.states is not None
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which it jumps, has a kink or changes quickly."""
+        """Return the times in a run at which the load jumps, has a kink or changes quickly."""
         more = () if self.states is None else kinks(self.states.rates, duration)
         return tuple(sorted({*kinks(self.value, duration), *more}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return its push on its body, at times that may lie a little before or after the samples, s."""
+        """Return the force on the body, at times that may differ a little from the samples, s."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield it."""
+        """Yield the force on the body."""
         yield self.push(name, record, record.time)
 
     def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work, J, each step with the power inside it where a function jumps."""
+        """Compute the work, J; at jumps of the function each step uses the power on its own side."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -110,32 +110,32 @@ class Stateful(Load):
         return record.work(power, (before, after))
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Return the arguments of its function at t = 0, without the states."""
+        """Return the arguments of the function at t = 0, without the states."""
         raise NotImplementedError
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Return the arguments of its function over time, without time and states, each (times,)."""
+        """Return the arguments of the function over time, without time and states, each (times,)."""
         raise NotImplementedError
 
     @property
     def variables(self) -> list[str]:
-        """Names of the arguments of its function and its rates."""
+        """Names of the arguments of the function and of the rates."""
         if self.states is None:
             return self.law.of.split(", ")
         return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start(self, mechanism: Parts) -> list[float]:
-        """Return these arguments at t = 0, where velocities are not known yet."""
+        """Return all arguments at t = 0, with zeros for the unknown velocities."""
         states = () if self.states is None else self.states.initial
         return [*self.initial(mechanism), *states][: len(self.variables)]
 
     def functions(self) -> list[Callable[..., float]]:
-        """Return its components, and then the rates of its states, each a function of `variables`."""
+        """Return the components of the load, then the rates of the states, each a function of `variables`."""
         own = numbers_of(self.value, self.variables, self.law.size)
         return own if self.states is None else [*own, *numbers_of(self.states.rates, self.variables, len(self.states.initial))]
 
     def check_states(self, mechanism: Parts) -> None:
-        """Raise a ValueError if its function, or that of the rates, fails at t = 0, or does not return the numbers it must."""
+        """Raise a ValueError if the function or that of the rates fails at t = 0, or returns another number of values."""
         if self.states is None:
             return
         start = self.start(mechanism)
@@ -156,7 +156,7 @@ class Stateful(Load):
             Quantity(unit).read(at, each)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
-        """Evaluate its function in a run, (times,) or (times, size), at times that may lie a little off the samples, s."""
+        """Evaluate the function in a run, (times,) or (times, size), at times that may differ a little from the samples, s."""
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
@@ -164,7 +164,7 @@ class Stateful(Load):
         return found[:, 0] if self.law.size == 1 else found
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield its function and the rates of its states, unless they are functions of time alone."""
+        """Yield the function and the rates of the states, unless they are functions of time alone."""
         timely = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
         if not callable(self.value) or (timely and self.states is None):
             return
@@ -179,7 +179,7 @@ class Stateful(Load):
             yield function, arguments
 
     def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield its states and their rates."""
+        """Yield the states and their rates."""
         columns = record.channel(name, "states").T
         count = len(columns) // 2
         for k, (x, rate) in enumerate(zip(columns[:count], columns[count:], strict=True), 1):

@@ -1,4 +1,4 @@
-"""Modal links: material and size, a mesh, two interfaces, chosen modes, damping."""
+"""Modal links: section, mesh, interfaces to the joints, chosen modes, damping."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 Point3 = tuple[float, float, float]
 
 
-# --- interfaces: which nodes a joint holds ----------------------------------------------------------------------------
+# --- interfaces: nodes that a joint holds -----------------------------------------------------------------------------
 
 
 @declared
 class EndFace(Declared):
-    """All nodes in the cross-section through the joint's centre."""
+    """Interface of all nodes in the cross-section through the joint's centre."""
 
     tolerance: float = quantity("m", above=0, doc="how far from it they may be", default=1e-7)
 
@@ -42,7 +42,7 @@ class EndFace(Declared):
 
 @declared
 class PinHole(Declared):
-    """All nodes on the wall of a hole about the joint's axis (1 % more: walls are faceted)."""
+    """Interface of all nodes on the wall of a hole about the joint's axis, within 1 % for faceted walls."""
 
     radius: float = quantity("m", above=0, doc="of the hole")
 
@@ -52,7 +52,7 @@ class PinHole(Declared):
 
 
 Interface = Callable[[Array, Array], Array]
-"""(nodes (n, 3) in link axes, joint's centre (3,)) -> mask (n,)."""
+"""Function of nodes (n, 3) in link axes and the joint's centre (3,) that returns the mask (n,) of the nodes it holds."""
 
 
 # --- meshes and modes by name -----------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ class AdamsDamping(Declared):
 
 
 class Interfaces(Part):
-    """A kind of interface, or a function."""
+    """Specification of an interface: an object of a class here, or any function."""
 
     def fits(self, given: object) -> bool:
         """Return True for any function."""
@@ -186,9 +186,10 @@ class Modal(Body):
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:
-        """Return natural frequencies [Hz] of the modes that move in the plane, at a length [m], with the modes' end conditions.
+        """Return natural frequencies [Hz] of the chosen modes that move in the plane, for a length [m].
 
-        Other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` has all of them.
+        End conditions are those of the modes, free or fixed. Out-of-plane modes take no part in the motion;
+        `buckler.mbs.modal.reduced` has all modes.
         """
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 

@@ -23,7 +23,7 @@ CREEP = 1e-3
 
 @declared
 class Motor(Load):
-    """A DC motor without inductance that turns a link against the ground through a gear.
+    """A DC motor without inductance that drives a link through a gear; its stator is on the ground.
 
     With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
     gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
@@ -53,7 +53,7 @@ class Motor(Load):
     dead_band: float = quantity("V", low=0, doc="the voltage acts less this, and not at all below it", default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which it jumps, has a kink or changes quickly."""
+        """Return the times in a run at which the voltage jumps, has a kink or changes quickly."""
         return kinks(self.voltage, duration)
 
     def check(self, mechanism: Parts) -> None:
@@ -61,11 +61,11 @@ class Motor(Load):
         check_turning(mechanism, self.link, self.where)
 
     def at(self, mechanism: Parts) -> str:
-        """Return the point reference at which it acts."""
+        """Return the point reference at which the motor acts."""
         return turning(mechanism, self.link)
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the rotor's inertia as the link feels it."""
+        """Yield the rotor's inertia reduced to the link, inertia gear^2."""
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
@@ -75,28 +75,28 @@ class Motor(Load):
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:
-        """Voltage that acts, V: less the dead band."""
+        """Return the voltage without the dead band, V."""
         return voltage - np.clip(voltage, -self.dead_band, self.dead_band)
 
     def current(self, voltage: Reals, speed: Reals) -> Reals:
-        """Current, A, for a voltage, V, and the link's speed, rad/s."""
+        """Return the current, A, for a voltage, V, and the link's speed, rad/s."""
         return (self.effective(voltage) - self.constant * self.gear * speed) / self.resistance
 
     def rubbing(self, speed: Reals) -> Reals:
-        """Torque of friction against the rotor's turning, N m, for the link's speed, rad/s."""
+        """Return the friction torque against the rotor's rotation, N m, for the link's speed, rad/s."""
         return self.friction * np.clip(self.gear * speed / CREEP, -1.0, 1.0)
 
     def torque(self, voltage: Reals, speed: Reals) -> Reals:
-        """Torque on the link, N m."""
+        """Return the torque on the link, N m."""
         return self.gear * (self.constant * self.current(voltage, speed) - self.rubbing(speed))
 
     def _run(self, record: Recorded) -> tuple[Array, Array]:
-        """Voltage and the link's speed, each (times,)."""
+        """Return voltage and the link's speed, each (times,)."""
         given = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
         return given, record.turn(self.at(record.mechanism))[1]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the torque; the rotor's own inertia is left to the link."""
+        """Yield the torque; the inertia of the rotor is added to the link's."""
         yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._run(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -107,7 +107,7 @@ class Motor(Load):
         yield Signal(f"{name}.voltage", voltage, "V", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy of the rotor, electric work behind the dead band, heat of the resistance, and friction."""
+        """Yield kinetic energy of the rotor, electric work without the dead band, and losses in resistance and friction."""
         voltage, speed = self._run(record)
         current = self.current(voltage, speed)
         yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)

@@ -1,4 +1,4 @@
-"""References of elements to points and bodies, and the bodies that hold them."""
+"""References of elements to points and bodies."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ FIXED = Place(GROUND, "")
 
 
 class UnknownError(ValueError):
-    """A name that nothing bears."""
+    """A name that the mechanism does not have."""
 
     def __init__(self, name: str, message: str) -> None:
         super().__init__(message)
         self.name = name
 
     def field_of(self, element: Element) -> str:
-        """Return the field in which an element names it; '' if none does."""
+        """Return the field of an element that contains the name; '' if none does."""
         texts = {key: value for key in declarations(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 
@@ -36,14 +36,14 @@ def known_link(mechanism: Parts, name: str, where: str) -> None:
 
 
 def reaches(mechanism: Parts, name: str, point: str, where: str) -> None:
-    """Raise a ValueError if a link is unknown or does not reach a point."""
+    """Raise a ValueError if a link is unknown or does not have a point."""
     known_link(mechanism, name, where)
     if point not in mechanism.link(name).points:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(mechanism.link(name).points)}")
 
 
 def refers(mechanism: Parts, at: str, where: str) -> None:
-    """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
+    """Raise a ValueError if a point reference names an unknown point or link, or a link without the point."""
     body, point = place(at)
     check_known("point", point, mechanism.points, where)
     if body and body != GROUND:
@@ -59,17 +59,17 @@ def takes_moments(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
 
 
 def holder(mechanism: Parts, at: str) -> str:
-    """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
+    """Return the body that a load at a point reference acts on: a link, a guide's block (by its point) or 'ground'.
 
-    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts. A ValueError says that
-    nothing with mass holds it.
+    At the end of a strut, which has no mass, it is the body pinned to the strut, directly or through other struts. A ValueError
+    says that there is none with mass.
     """
     body, point = place(at)
     links = {link.name: link for link in mechanism.links}
     if not body:
         carriers = [link for link in mechanism.links if point in link.points]
         body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
-    pinned = [body]
+    pinned = [body]  # grows within the loop
     for each in pinned:
         if each == GROUND or not links[each].body.massless:
             return each
@@ -82,12 +82,12 @@ def holder(mechanism: Parts, at: str) -> str:
 
 
 def holder_reference(mechanism: Parts, at: str) -> str:
-    """Return the reference 'body:point' of the body that holds a point reference; see `holder`."""
+    """Return the reference 'body:point' of the body that a load at a point reference acts on; see `holder`."""
     return f"{holder(mechanism, at)}:{place(at).point}"
 
 
 def holder_place(mechanism: Parts, at: str, where: str) -> Place:
-    """Return the place of a point on the link, or the ground, that holds it; ValueError if a guide's block alone does."""
+    """Return the place of a point on the body that a load acts on; ValueError if that is a guide's block."""
     body, point = place(holder_reference(mechanism, at))
     if body != GROUND and body not in {link.name for link in mechanism.links}:
         raise ValueError(f"{where}: '{at}' is the end of a strut on a guide's block; name a link with mass")
@@ -95,7 +95,7 @@ def holder_place(mechanism: Parts, at: str, where: str) -> Place:
 
 
 def turning(mechanism: Parts, at: str, near: str | None = None) -> str:
-    """Return the reference 'link:point' of a body that turns: of 'crank' at the point `near` if it has it, else at its start."""
+    """Return the reference 'link:point' of a link given as 'crank' or 'beam:B'; by default at the point `near`, or the start."""
     if ":" in at:
         return at
     if at == GROUND:
@@ -114,12 +114,12 @@ def check_turning(mechanism: Parts, at: str, where: str) -> None:
 
 
 def carried_by(mechanism: Parts, carrier: str, point: str = "") -> Place:
-    """Place of a carrier, at a point or at its own start."""
+    """Return the place of a carrier, at a point or at its start."""
     if carrier == GROUND:
         return Place(GROUND, point) if point else FIXED
     return Place(carrier, point or mechanism.link(carrier).start)
 
 
 def distance(mechanism: Parts, one: str, other: str) -> float:
-    """Distance of two point references at t = 0, m."""
+    """Return the distance of two point references at t = 0, m."""
     return dist(*(mechanism.points[place(at).point] for at in (one, other)))

@@ -38,7 +38,7 @@ class Rigid(Body):
     carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def agree(self) -> None:
-        """Refuse a section beside a mass, and a mass without an inertia."""
+        """Raise a ValueError unless either a section, or mass and inertia are given."""
         given = [self.mass is not None, self.inertia is not None]
         if given != [self.section is None] * 2 or (self.section and self.centre):
             raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
@@ -47,13 +47,13 @@ class Rigid(Body):
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
         """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and that centre [m].
 
-        The centre is in the frame of the link, not in that of the drawing: (0, 0) is the link's first point, x points to its
-        second one, y to the left of that. By default it is half-way between the two.
+        The centre is in the link's frame: (0, 0) is its first point, x leads to its second one, y to the left of x. By default
+        it is half-way between the two.
         """
         return cls(None, mass, inertia, centre)
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass [kg], moment of inertia about the centre of mass [kg m^2], and its place in the link's frame [m]."""
+        """Return mass [kg], moment of inertia about the centre of mass [kg m^2], and its place in the link's frame [m]."""
         if self.mass is None or self.inertia is None:
             return super().mass_properties(length)
         return self.mass, self.inertia, self.centre or (length / 2, 0.0)
@@ -87,7 +87,7 @@ class Mass(Element):
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it is at a point of a body, one that turns if the mass has an inertia."""
+        """Raise a ValueError unless the point is on a body; an inertia needs a body that turns."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
@@ -99,12 +99,12 @@ class Mass(Element):
             raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
     def at(self, mechanism: Parts) -> str:
-        """Return the point reference at which it is fixed."""
+        """Return the point reference of the body and point."""
         reference = self.point if self.link is None else f"{self.link}:{self.point}"
         return f"{holder(mechanism, reference)}:{self.point}"
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield itself."""
+        """Yield the mass."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:

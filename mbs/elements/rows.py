@@ -1,6 +1,6 @@
-"""Constraints as rows: sums of coefficient times measure that stay as at t = 0, or follow a drive's motion.
+"""Constraints as rows: sums of coefficient times measure that keep their value of t = 0, or follow a drive's motion.
 
-A measure is the place, angle or distance of a point of one body as seen from another. Both solvers take these three.
+A measure is the relative place, angle or distance of points of two bodies. Both solvers know these three.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ ACROSS = ((1.0, 0.0), (0.0, 1.0))
 
 @dataclass(frozen=True)
 class Along:
-    """direction . (place of first - place of second) [m].
+    """Measure direction . (place of first - place of second) [m].
 
-    A place is a body, a link's name or 'ground', with a point of it. The direction is that at t = 0; if it `turns`, it does so
-    with the second body.
+    The direction is that at t = 0; if `turns` is true, it turns with the second body.
     """
 
     first: Place
@@ -32,7 +31,7 @@ class Along:
 
 @dataclass(frozen=True)
 class Turn:
-    """Angle of first - angle of second, rad. Bodies are named at one of their points: a strip has another angle at each."""
+    """Measure angle of first - angle of second [rad], each at a point of a body, as the angle of a strip varies along it."""
 
     first: Place
     second: Place = FIXED
@@ -40,7 +39,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Distance:
-    """Distance of two places, m; they must not meet."""
+    """Measure distance of two places [m], which must not coincide."""
 
     first: Place
     second: Place
@@ -51,9 +50,9 @@ Measure = Along | Turn | Distance
 
 @dataclass(frozen=True)
 class Row:
-    """One equation: the sum of coefficient times measure is as at t = 0, or follows a motion from there.
+    """One equation: the sum of coefficient times measure keeps its value of t = 0, or changes by a drive's motion.
 
-    With `start_only` it holds at the start only, as of a pin that is centred in its bush.
+    With `start_only` it holds at the start only, as for a pin that is centred in its bush.
     """
 
     terms: tuple[tuple[float, Measure], ...]
@@ -62,11 +61,11 @@ class Row:
 
     @property
     def bodies(self) -> set[str]:
-        """Bodies that it holds, the ground among them."""
+        """Bodies that the equation constrains, the ground included."""
         return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
 
     def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
-        """Yield its derivatives by (x, y, angle) of each place at t = 0, each body with a copy of its own."""
+        """Yield the derivatives by (x, y, angle) of each place at t = 0."""
         for share, measure in self.terms:
             if isinstance(measure, Turn):
                 yield measure.first, (0.0, 0.0, share)
@@ -90,13 +89,13 @@ def row(measure: Measure, motion: object = None, *, start_only: bool = False) ->
 
 
 def meets(point: str, first: str, second: str, *, start_only: bool = False) -> Iterator[Row]:
-    """Yield the two rows of a point of one body that stays on the same point of another: x, then y."""
+    """Yield the two rows of a common point of two bodies: x, then y."""
     for direction in ACROSS:
         yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
 
 
 def find_pin(rows: Sequence[Row]) -> Along | None:
-    """Return the first measure of rows that hold a point as `meets` does, with turns only besides; None of others."""
+    """Return the first measure of rows that are those of `meets` and possibly of angles; None for other rows."""
     measures = [measure for row in rows for _, measure in row.terms]
     alone = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
     if not alone or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):
@@ -114,5 +113,5 @@ def on_line(point: str, first: str, second: str, along: tuple[float, float]) -> 
 
 
 def same_turn(point: str, first: str, second: str) -> Iterator[Row]:
-    """Yield the row of two bodies that keep their angle to each other at a point."""
+    """Yield the row of a constant angle between two bodies at a point."""
     yield row(Turn(Place(first, point), Place(second, point)))

@@ -1,4 +1,4 @@
-"""Sections of links: materials, rectangular sections, and sections by their numbers, in SI."""
+"""Sections of links: materials, rectangular sections, and sections given by stiffnesses, in SI."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ..validate import non_negative
 
 @declared
 class Material(Declared):
-    """Linear elastic, isotropic, with Kelvin-Voigt damping.
+    """Linear elastic, isotropic material with Kelvin-Voigt damping.
 
-    The bending moment is EI (kappa + bending_damping dkappa/dt), the normal force likewise. They are two retardation times
-    because a strip's measured bending losses (air, joints) say nothing of its axial ones.
+    The bending moment is EI (kappa + bending_damping dkappa/dt), the normal force EA (eps + axial_damping deps/dt). There are two
+    retardation times because measured bending losses contain those of air and joints.
 
     Examples
     --------
@@ -44,7 +44,7 @@ PLA is typical of solid parts; printed ones with gaps are softer and lighter."""
 
 
 class ByName(Part):
-    """A material, by its name or its numbers."""
+    """Specification of a material, by its name or its numbers."""
 
     def fits(self, given: object) -> bool:
         """Accept a material, or the name of one."""
@@ -65,19 +65,19 @@ class ByName(Part):
 
 
 class Slender:
-    """Base of sections: numbers that follow from stiffness and mass per length."""
+    """Base of sections: properties that follow from stiffness and mass per length."""
 
     def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar this long [m]."""
+        """Return mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar of a length [m]."""
         mass = self.mass_per_length * length
         return mass, mass * length**2 / 12 + self.inertia_per_length * length, (length / 2, 0.0)
 
     def euler_load(self: Any, length: float) -> float:
-        """Critical load of the pinned strip, pi^2 E I / L^2, N."""
+        """Return the critical load of the pinned strip, pi^2 E I / L^2, N."""
         return float(pi**2 * self.bending_stiffness / length**2)
 
     def first_frequency(self: Any, length: float) -> float:
-        """First bending frequency of the pinned strip, rad/s."""
+        """Return the first bending frequency of the pinned strip, rad/s."""
         return float((pi / length) ** 2 * sqrt(self.bending_stiffness / self.mass_per_length))
 
 
@@ -135,7 +135,7 @@ class Section(Slender, Declared):
     def damped(self, ratio: float, length: float) -> Section:
         """Return the section with bending damping such that the first pinned mode has damping ratio `ratio`.
 
-        Kelvin-Voigt damps mode n by n^2 times that: tau = 2 ratio / omega_1.
+        The retardation time is tau = 2 ratio / omega_1; mode n then has n^2 times the ratio.
         """
         non_negative("ratio", ratio, "1")
         tau = 2 * ratio / self.first_frequency(length)
@@ -144,9 +144,9 @@ class Section(Slender, Declared):
 
 @declared
 class Profile(Slender, Declared):
-    """A section by its numbers, whatever its shape and material.
+    """A section of any shape and material, given by its stiffnesses and masses per length.
 
-    It is drawn, and its stresses are told, as those of the square bar that bends and stretches so.
+    Drawings and stresses are those of the square bar with the same bending and axial stiffness.
 
     Examples
     --------

@@ -12,11 +12,11 @@ from ..geometry import Array
 
 
 class Kind(StrEnum):
-    """Kind of a signal, by which two runs are compared and values between samples are found.
+    """Kind of a signal; it decides how two runs are compared and how samples are interpolated.
 
-    A stretch is a length that axial strain changes, and that vibrates with it. A reaction is the force of a constraint. A
-    contact signal is a force or depth while a contact is closed. An internal force follows by a law from a state or from time:
-    strips, springs, motors, loads. A state belongs to a load's own law.
+    A stretch is a length that axial vibration changes. A reaction is the force of a constraint. A contact signal is a force or
+    depth of a contact. An internal force follows from motion or time by a law, as of strips, springs, motors, loads. A state is
+    one of a load's law.
     """
 
     PLACE = "place"
@@ -31,15 +31,15 @@ class Kind(StrEnum):
     ENERGY = "energy"
     COUNT = "count"
     UNDETERMINED = "undetermined"
-    """A force that redundant constraints share: no equation determines it, so that it has no error and is never compared."""
+    """Force of redundant constraints, which no equation determines; it has no error and is never compared."""
 
 
 class Trait(NamedTuple):
-    """Properties of a signal besides its values and unit.
+    """Properties of a signal other than values and unit.
 
-    Signals of one `group` are components of a vector, measured by the largest of them; by default it is alone. `rate` names the
-    signal that is its rate. `scale` is what its errors are relative to, where the element knows it: the clearance of a joint.
-    `period` [s] is that of a mean, of the signal `source`; 0 and '' of a signal as computed.
+    Signals of one `group` are components of a vector; their size is the largest of them. `rate` names the signal that is the
+    rate. `scale` is the size to which errors are relative, if the element gives it, as the clearance of a joint. `period` [s] is
+    that of a running mean of the signal `source`; 0 and '' for other signals.
     """
 
     kind: Kind
@@ -56,10 +56,10 @@ class Trait(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """A named series, `values` (times,), and what it is; kind, group, rate, scale, period and source as in `Trait`.
+    """A named series, `values` (times,); kind, group, rate, scale, period and source as in `Trait`.
 
-    `onsets` (contacts,) are times at which a contact closes or opens [s]: its force jumps or has a kink there. `depth` (times,)
-    is that of a stop's contact, negative where open [m]; `elastic` the force [N] of its law at rest in depths [m].
+    `onsets` (contacts,) are times at which a contact closes or opens [s], where its force jumps or has a kink. `depth` (times,)
+    is that of a stop's contact, negative if open [m]; `elastic` maps depths [m] to the elastic force [N].
     """
 
     name: str
@@ -82,16 +82,16 @@ class Signal(NamedTuple):
 
 
 def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rate: str = "") -> Iterator[Signal]:
-    """Yield the components (times, 2) of a vector: `F.f` gives `F.fx` and `F.fy`; likewise of the vector that is its rate."""
+    """Yield the components (times, 2) of a vector: `F.f` gives `F.fx` and `F.fy`; the name of the rate likewise."""
     for axis, letter in enumerate("xy"):
         yield Signal(f"{name}{letter}", values[:, axis], unit, kind, group or name, f"{rate}{letter}" if rate else "")
 
 
 class Energy(NamedTuple):
-    """An energy of shape (times,) [J]: 'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
+    """Energy of shape (times,) [J]: stored ('held'), dissipated since t = 0 ('taken'), or supplied since t = 0 ('given').
 
-    `name` is what it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`,
-    `contact`, `resistance`; `drive`, `load`, `motor`.
+    `name` is the entry of the ledger to which it is added: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
+    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`.
     """
 
     kind: str
@@ -100,7 +100,7 @@ class Energy(NamedTuple):
 
 
 class Depth(NamedTuple):
-    """Largest depth of a contact: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+    """Largest allowed depth of a contact [m]: name of the signal, depth, and words for a message."""
 
     signal: str
     allowed: float
@@ -109,17 +109,17 @@ class Depth(NamedTuple):
 
 
 class Moved(Protocol):
-    """Motion of a link or block, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
+    """Motion of a link or block, as elements know it; places and rates each (times, 2), angles and energies (times,)."""
 
     @property
     def mass(self) -> float:
         """Mass, kg."""
 
     def point(self, name: str, /) -> tuple[Array, Array]:
-        """Place and velocity of a point on it."""
+        """Place and velocity of a point."""
 
     def turn(self, name: str, /) -> tuple[Array, Array]:
-        """Angle turned since t = 0 there, rad, and its rate."""
+        """Angle at a point since t = 0, rad, and its rate."""
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Place, velocity and acceleration of the centre of mass."""
@@ -133,7 +133,7 @@ class Slid(Moved, Protocol):
 
     @property
     def travel(self) -> Array:
-        """Way along the guide since t = 0, m."""
+        """Travel along the guide since t = 0, m."""
 
     @property
     def speed(self) -> Array:

@@ -1,4 +1,4 @@
-"""Springs with dampers: on the line between two points, and between the angles of two links."""
+"""Springs with dampers between two points, and torsion springs between two links."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from .signal import Energy, Kind, Signal
 
 Law = Callable[[float, float], float]
 PIECES = 400
-"""Pieces over which the force of a spring's law is integrated."""
+"""Number of pieces in the quadrature of a spring's law."""
 
 
 def potential(law: Law, values: Array) -> Array:
-    """Work of a law's force at rest, from 0 to each value, J: Gauss quadrature over the range the values span, between edges."""
+    """Integrate a law's force at rest from 0 to each value, J, by Gauss quadrature between edges of the law."""
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
@@ -43,18 +43,18 @@ def potential(law: Law, values: Array) -> Array:
 
 
 class Elastic(Load):
-    """A force along a coordinate, of a spring with a damper or of a law: 'force' of (value less free value, rate)."""
+    """Base of springs: a force along a coordinate by stiffness and damping, or by a law of (value less free value, rate)."""
 
     stiffness: float
     damping: float
     law: Law | None
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Value of the coordinate less its free value, and its rate, each (times,)."""
+        """Return the coordinate less its free value, and its rate, each (times,)."""
         raise NotImplementedError
 
     def tension(self, value: Array, rate: Array) -> Array:
-        """Force, N, or torque, N m, that pulls the value back, (times,)."""
+        """Return the restoring force, N, or torque, N m, (times,)."""
         if self.law is None:
             return self.stiffness * value + self.damping * rate
         return sample(self.law, value, rate)
@@ -64,20 +64,20 @@ class Elastic(Load):
         return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
     def lost(self, value: Array, rate: Array) -> Array:
-        """Power that damping takes, W, (times,)."""
+        """Return the power dissipated by damping, W, (times,)."""
         if self.law is None:
             return self.damping * rate**2
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield its law as a function of time, value and rate."""
+        """Yield the law as a function of time, value and rate."""
         law = self.law
         if law is not None:
             value, rate = self.state(record)
             yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
+        """Yield the stored energy, and that dissipated by damping."""
         value, rate = self.state(record)
         yield Energy("held", "spring", self.stored_energy(value))
         yield Energy("taken", "damping", record.work(self.lost(value, rate)))
@@ -109,7 +109,7 @@ class Spring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Two points of different bodies, apart where the spring has a length."""
+        """Raise a ValueError if both points are on the ground, or coincide though the spring has a length."""
         where = self.where
         for at in (self.a, self.b):
             refers(mechanism, at, where)
@@ -119,17 +119,17 @@ class Spring(Elastic):
             raise ValueError(f"{where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
 
     def free(self, mechanism: Parts) -> float:
-        """Free length, m."""
+        """Return the free length, m."""
         return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
-        """Elongation, m, its rate, m/s, each (times,), and the direction from a to b, (times, 2)."""
+        """Return elongation, m, its rate, m/s, each (times,), and the direction from a to b, (times, 2)."""
         (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
         length, along = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Elongation, m, and its rate, m/s, each (times,)."""
+        """Return elongation, m, and its rate, m/s, each (times,)."""
         return self.stretch(record)[:2]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
@@ -176,7 +176,7 @@ class TorsionSpring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Two different bodies with an angle."""
+        """Raise a ValueError unless the bodies differ and have an angle."""
         where = self.where
         bodies = [at.partition(":")[0] for at in (self.first, self.second)]
         if bodies[0] == bodies[1] and ":" not in self.first + self.second:
@@ -186,13 +186,13 @@ class TorsionSpring(Elastic):
                 check_turning(mechanism, at, where)
 
     def ends(self, mechanism: Parts) -> tuple[str, str]:
-        """Return the point references at which it acts."""
+        """Return the point references at which the torques act."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}
         shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)
         return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Angle from the free one, rad, and its rate, rad/s, each (times,)."""
+        """Return the angle from the free one, rad, and its rate, rad/s, each (times,)."""
         (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 

@@ -1,4 +1,4 @@
-"""Stops: lines that a point must not pass, and what they remember of how fast it came."""
+"""Stops: lines that a point must not pass, and the memory of their approach speed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .references import check_known, known_link, reaches, takes_moments
 from .signal import Depth, Energy, Kind, Signal
 
 NEAREST = 1e-9
-"""Distance from its face, over the mechanism's extent, down to which the place of a point tells its side: above rounding."""
+"""Least initial distance of a point from the face, over the mechanism's extent: above rounding, so that its side is known."""
 PIERCED = 0.2
-"""Depth in a stop, relative to the mechanism's size, beyond which it stops nothing; a soft buffer is a stop."""
+"""Depth in a stop, over the mechanism's size, beyond which a run is suspect; soft buffers stay below it."""
 
 
 @declared
 class Stop(Element):
-    """A straight face in the way of a point: of the ground, or of a link and moving with it.
+    """A straight face that limits the travel of a point, fixed to the ground or to a link.
 
-    At t = 0 the face is the line of all places whose dot product with `along` is `at`. Both bodies feel the contact force where
-    the point is. Friction is the law's coefficient times the contact force, against the point's sliding along the face.
+    At t = 0 the face is the line of all places whose dot product with `along` is `at`. The contact force acts on both bodies at
+    the point. Friction is the law's coefficient times the contact force, against the sliding of the point along the face.
 
     Examples
     --------
@@ -57,12 +57,12 @@ class Stop(Element):
 
     @property
     def rubs(self) -> str:
-        """Its point, where its face has friction."""
+        """The point, if the face has friction, else ''."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
     def is_in_guide(self) -> bool:
-        """True if it stands in a guide's way, so that the block's travel alone gives the depth."""
+        """True if the face is normal to the point's guide, so that the block's travel alone gives the depth."""
         return self.along is None and self.link is None and self.on == GROUND
 
     @property
@@ -71,7 +71,7 @@ class Stop(Element):
         return place(self.on).body or self.on
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it has a guided point, or a point of a link and a direction, and a body for the face."""
+        """Raise a ValueError unless the face has a direction and is on another body than the point."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
@@ -103,7 +103,7 @@ class Stop(Element):
         reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield that nothing was struck, which may be meant."""
+        """Yield a remark if there was no contact."""
         if not (signals[f"{name}.penetration"] > 0).any():
             near = ""
             if self.along is not None and self.on == GROUND:
@@ -112,7 +112,7 @@ class Stop(Element):
             yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Parts) -> str:
-        """Return the link whose point it is."""
+        """Return the link of the point."""
         if self.link is not None:
             return self.link
         names = [guide.link for guide in mechanism.guides if guide.point == self.point]
@@ -120,27 +120,27 @@ class Stop(Element):
         return str(names[0]) if names else ""
 
     def origin(self, mechanism: Parts) -> str:
-        """Point reference of the body that carries the face: the section that turns it, or any point of a rigid link."""
+        """Return a point reference of the body with the face: its section, or the start of a rigid link."""
         if self.carrier == GROUND:
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
 
     def across(self, mechanism: Parts) -> tuple[float, float]:
-        """Unit vector square to the face, at t = 0."""
+        """Return the unit vector normal to the face at t = 0."""
         found: tuple[float, float] = mechanism.guide(self.point).along if self.along is None else self.along
         return found
 
     def side(self, mechanism: Parts) -> float:
-        """+1 if the face lies ahead of the start in its direction, -1 if behind."""
+        """Return +1 if the face is ahead of the start in its direction, -1 if behind."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:
-        """Way along the direction from the point's start to the face, m.
+        """Return the distance along the direction from the point's start to the face, with its sign, m.
 
         Raises
         ------
         ValueError
-            If the point starts on the stop's face, so that only rounding would tell its side.
+            If the point starts on the face, so that its side is not known.
         """
         way = self.at - self._start(mechanism)
         size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
@@ -155,7 +155,7 @@ class Stop(Element):
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
     def approach(self, record: Recorded) -> tuple[Array, Array]:
-        """Penetration depth, m, positive in contact, and its rate, m/s, each (times,)."""
+        """Return depth, m, positive in contact, and its rate, m/s, each (times,)."""
         mechanism = record.mechanism
         side, face = self.side(mechanism), self.face(mechanism)
         if self.is_in_guide:
@@ -165,12 +165,12 @@ class Stop(Element):
         return side * (travel - face), side * rate
 
     def sliding(self, record: Recorded) -> Array:
-        """Speed of the point along the face, to the left of its direction, m/s, (times,)."""
+        """Return the speed of the point along the face, to the left of its direction, m/s, (times,)."""
         x, y = self.across(record.mechanism)
         return self._way(record, (-y, x))[1]
 
     def _way(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
-        """Travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
+        """Return the travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
         mechanism, origin = record.mechanism, self.origin(record.mechanism)
         (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
         angle, spin = record.turn(origin)
@@ -181,7 +181,7 @@ class Stop(Element):
         return travel, ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield its force and friction on the point, and the same there on what carries the face."""
+        """Yield contact force and friction on the point, and the opposite on the body with the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
         across = rotate(angle, self.across(mechanism))
@@ -194,7 +194,7 @@ class Stop(Element):
             yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Friction against the sliding, N, and the sliding speed, m/s, each (times,)."""
+        """Return friction against the sliding, N, and the sliding speed, m/s, each (times,)."""
         sliding = self.sliding(record)
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
@@ -207,11 +207,11 @@ class Stop(Element):
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield its force and its depth."""
+        """Yield the names of force and depth."""
         yield f"{name}.contact_force", f"{name}.penetration"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield contact force, N, and penetration depth, m; of a rough face friction, N, and sliding speed, m/s."""
+        """Yield contact force, N, and depth, m; with friction also friction force, N, and sliding speed, m/s."""
         depth, rate = self.approach(record)
         touched, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
         yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=touched, depth=depth, elastic=self.law.elastic)
@@ -222,7 +222,7 @@ class Stop(Element):
             yield Signal(f"{name}.sliding_speed", sliding, "m/s", Kind.RATE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the elastic potential, and what damping and friction took."""
+        """Yield the elastic potential, and the energies dissipated by damping and friction."""
         depth, rate = self.approach(record)
         potential = self.law.potential(depth)
         work = record.work(record.channel(name, "force")[:, 0] * rate)
@@ -233,19 +233,18 @@ class Stop(Element):
 
 
 SLOWEST_ONSET = 1e-4
-"""Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
+"""Least approach speed in dissipative laws, m/s: a contact at rest has no impact speed."""
 GRAZE = 0.05
-"""Share of the fastest approach so far that slower ones are taken for: after the last tiny rebound of a slider coming to rest,
-a law that divides by the approach speed would else let a slow release pull. Runs that resolve contacts more finely than usual
-take as much less of it, so that what it does is in the difference of two runs."""
+"""Least approach speed of an impact, over the fastest so far. After the last tiny rebound of a slider, a law that divides by the
+approach speed would otherwise pull at a slow release. Finer runs reduce it, so that the difference of runs shows its effect."""
 
 
 @dataclass
 class Striking:
-    """Running state of a stop's contacts, from accepted step to accepted step.
+    """Memory of a stop's contacts, updated after each accepted step.
 
-    `onset` is the approach speed when the present contact began [m/s], or `share` of `fastest` if that is larger. The `fastest`
-    approach so far is that of those that ended in contact [m/s].
+    `onset` is the approach speed at the onset of the present contact [m/s], at least `share` times `fastest`. `fastest` is the
+    largest approach speed of contacts so far [m/s].
     """
 
     stop: Stop
@@ -254,11 +253,11 @@ class Striking:
     share: float = GRAZE
 
     def force(self, depth: float, rate: float) -> float:
-        """Contact force, N, never negative."""
+        """Return the contact force, N, never negative."""
         return self.stop.law.force(depth, rate, self.onset) if depth > 0 else 0.0
 
     def accept(self, depth: float, rate: float) -> bool:
-        """Take over the state at the end of a step; true in contact."""
+        """Update the memory at the end of a step; return True in contact."""
         touching = depth > 0
         if touching:
             self.fastest = max(self.fastest, self.onset)

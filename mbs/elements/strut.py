@@ -18,12 +18,12 @@ from .section import Profile, Section
 from .signal import Energy, Kind, Signal
 
 POINTS = 400
-"""Points of the spline of a strut's force; its error falls with their fourth power."""
+"""Number of points of the spline of a strut's force; its error is of order -4 in it."""
 
 
 @declared
 class Strut(Body):
-    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica.
+    """A massless pinned strip: straight and stiff up to the Euler load, beyond it with the force of the exact elastica.
 
     Examples
     --------
@@ -51,7 +51,7 @@ class Strut(Body):
         yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
     def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield strain energy and what damping took."""
+        """Yield strain energy and the energy dissipated by damping."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
         yield Energy("held", "strain", spring.stored_energy(elongation))
@@ -59,7 +59,7 @@ class Strut(Body):
 
 
 def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
-    """Elongation of a link, m, and its rate, m/s."""
+    """Return the elongation of a link, m, and its rate, m/s."""
     (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)
     chord = end - start
     span = np.hypot(*chord.T)
@@ -69,9 +69,9 @@ def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
 class StrutLaw:
     """Force law of one strut, of axial stiffness `rigidity` E A/L [N/m], up to the elongation `kink` < 0 at the Euler load [m].
 
-    Straight: E A/L times the elongation, down to the Euler load. Beyond it the end shortening U is shared between bending,
-    u L, and compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction suffices. A taut
-    strut also resists with the material's axial damping.
+    The force is E A/L times the elongation up to the Euler load. Beyond it the end shortening U is the sum of bending, u L, and
+    compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction is enough. A taut strut
+    also has the material's axial damping.
     """
 
     def __init__(self, strut: Strut, length: float) -> None:
@@ -84,7 +84,7 @@ class StrutLaw:
         self.kink = -self.critical * self.compliance * length
 
     def elastic(self, elongation: float) -> float:
-        """Tension without damping, N."""
+        """Return the tension without damping, N."""
         if elongation >= self.kink:
             return self.rigidity * elongation
         total = -elongation / self.length
@@ -93,13 +93,13 @@ class StrutLaw:
         return -self.unit * float(self.load(u))
 
     def force(self, elongation: float, rate: float) -> float:
-        """Tension, N; a taut strut never pushes."""
+        """Return the tension, N; never negative when taut."""
         if elongation > 0:
             return max(0.0, self.rigidity * elongation + self.damping * rate)
         return self.elastic(elongation)
 
     def damping_power(self, elongation: Reals, rate: Reals) -> Reals:
-        """Power taken by the axial damping of the taut strut, W."""
+        """Return the power dissipated by axial damping of the taut strut, W."""
         force = np.where(elongation > 0, self.damping * rate, 0.0)
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
 

@@ -1,12 +1,12 @@
-"""Run an ensemble, and its statistics.
+"""Run the members of an ensemble and accumulate statistics of their signals.
 
     found = ensemble(
         mechanism, 2.0, members=1000, vary={"joints[0].gap": uniform(1e-4, 4e-4)}, of=["rms(B.normal_force)"], each=0.2
     )
     found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
 
-A member is a run; each window of it gives every reading once. Members are independent, the windows of one member are not:
-standard errors are those of the members' means.
+A member is one run, divided into windows of time; each window gives one value of every reading. Members are independent and the
+windows of one member are not: standard errors are those of the members' means.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ from .readings import Reading, columns, formulas_of, values_of
 from .result import Ensemble
 
 CHUNK = 16
-"""Members handed out at once: enough to hide what a task costs, few enough to share evenly and to lose little to Ctrl-C."""
+"""Members in a task: enough to hide the cost of a task, few enough to keep all cores busy and to lose little at Ctrl-C."""
 WITHIN = 3
-"""States within each implicit step of joints with clearance."""
+"""Number of states that are interpolated within each implicit step of joints with clearance."""
 Curve = Callable[[Array], Array]
-"""Given signal: values at times [s], both of shape (times,)."""
+"""Signal given by a function: values at times [s], both of shape (times,)."""
 
 
 class Ready(NamedTuple):
-    """Compiled scene of a mechanism, its start, its signals' columns, and True if its steps go over impacts."""
+    """Compiled scene of a member, its initial state, the columns of its signals; True if its steps pass over impacts."""
 
     scene: CompiledScene
     start: State
@@ -58,7 +58,7 @@ class Ready(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """All that members share; it can be sent to another process."""
+    """Settings that all members have in common; it can be pickled for another process."""
 
     members: Members
     duration: float  # [s]
@@ -68,12 +68,12 @@ class Task:
     curves: Mapping[str, Curve]  # given signals
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
-        """Run members; of each its number, values (windows, readings), nan where it failed, and why it failed."""
+        """Run members; return for each its number, values (windows, readings), nan where it failed, and the reason."""
         ready: dict[int, Ready] = {}
         return [(k, *self._one(k, ready)) for k in members]
 
     def _prepare(self, k: int, ready: dict[int, Ready]) -> Ready:
-        """Build the scene of a member, or take that of one with the same numbers."""
+        """Compile the scene of a member, or take that of one with the same numbers."""
         source = self.members.source(k)
         if source not in ready or self.members.paths:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
@@ -108,16 +108,16 @@ class Task:
 
 
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
-    """Check for implicit steps of joints with clearance, which go over the peaks of impacts.
+    """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
 
-    Not of strips, which are stiffer than their interpolated places are true.
+    States within the steps then supply the peaks; not with strips, whose force an interpolated shape makes too large.
     """
     tables = scene.tables
     return not explicitly(scene, solver) and not len(tables.strips) and bool((tables.forces[:, KIND] == JOURNAL).any())
 
 
 def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
-    """Add states within the steps of a stretch, which begins with the last row of the one before."""
+    """Add states within the steps of a block of rows, which continues the last row of the block before."""
     first = [Output(*(column[-1:] for column in each)) for each in last]
     joined = Output(*(np.concatenate(columns) for columns in zip(*first, out, strict=True)))
     return refine_times(scene, joined, WITHIN) if len(joined.time) > 1 else joined
@@ -131,17 +131,17 @@ def ensemble(
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with other numbers and other starts, and gather readings of each window of time.
 
-    Members start with their journals anywhere in their bushes; without clearance, with an offset of 1e-9. Nothing is recorded:
-    the statistics are accumulated by compiled code. A member that fails is counted and named; its values are nan.
+    Members start with their journals at random places in their bushes; without clearance, with an offset of 1e-9. Statistics are
+    accumulated by compiled code while a member runs, and no signal is recorded. The values of a member that fails are nan.
 
     Parameters
     ----------
     mechanism : Mechanism or sequence of Mechanism
     duration : float [s]
     members : int
-        Of each mechanism and combination of given values.
+        Number for each mechanism and combination of given values.
     vary : dict, optional
-        By the path of a number, as in files (`joints[0].gap`): a frozen distribution of `scipy.stats`, or a list of values. All
+        Frozen distribution of `scipy.stats` or list of values, by the path of a number in files (`joints[0].gap`). All
         combinations of the lists are run.
     of : list of str
         Readings, such as `rms(B.normal_force)`, `max(abs(rocker.ax))`, `share(B.normal_force)`, `onsets(B.normal_force)`; see
@@ -153,13 +153,13 @@ def ensemble(
     each : float, optional [s]
         Length of a window; by default a turn of the first drive, or the duration where none turns steadily.
     solver : Spectral, optional
-        Explicit for links that hang together by joints with clearance, by default.
+        By default explicit if all links are connected by joints with clearance.
     seed : int
-        Of numbers and starts. A member's depend on the seed and its number only, not on how members are shared out.
+        Seed of numbers and initial states. A member depends on it and on the member's number, not on the executor.
     executor : concurrent.futures.Executor, optional
-        Runs chunks of members; by default threads, one a core.
+        Runs chunks of members; by default one thread for each core.
     store : path, optional
-        File (.npz) that keeps what was run; the same call goes on from it.
+        File (.npz) of members that have run; the same call continues from it.
     progress : bool, optional
         A progress bar; by default where standard error is a terminal.
 
@@ -190,13 +190,13 @@ def ensemble(
 
 
 def _turn(mechanism: Mechanism, duration: float) -> float:
-    """A turn of the drive [s], or the duration."""
+    """Return the time of one turn of the drive [s], or the duration."""
     speed = turning_speed(mechanism, duration)
     return min(duration, 2 * np.pi / speed) if speed > 0 else duration
 
 
 def _try_first(task: Task) -> None:
-    """Run the first member for a little while; a ValueError if what is asked for makes no sense."""
+    """Run the first member for a ten-thousandth of the duration; a ValueError if readings or paths are wrong."""
     short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
     (_, _, said), = short.run([0])  # fmt: skip
     if said.startswith(("ValueError", "KeyError", "UnknownSignalError")):
@@ -204,7 +204,7 @@ def _try_first(task: Task) -> None:
 
 
 def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None, progress: bool | None) -> Ensemble:
-    """Run what has not run, and keep what there is if it is interrupted."""
+    """Run the members that have not run; if interrupted, return the finished ones."""
     left = [k for k in range(len(task.members)) if not found.done[k]]
     chunks = [[left[k] for k in part] for part in split(len(left), CHUNK)]
     bar = tqdm(total=len(left), unit="member", disable=None if progress is None else not progress)

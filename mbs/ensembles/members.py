@@ -1,4 +1,4 @@
-"""Members of an ensemble: which numbers each has, and where it starts."""
+"""Numbers and initial states of the members of an ensemble."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from ..spectral.start import offset, slopes
 from ..validate import whole
 
 WIDEST = 0.9
-"""Largest eccentricity of a journal at the start, of the clearance: a pin that touches its bush would start with an impact."""
+"""Largest initial eccentricity of a journal over its clearance: a pin that touches its bush would start with an impact."""
 TINY = 1e-9
-"""Standard deviation of the start's offset where nothing has clearance, lengths or rad."""
+"""Standard deviation of the initial offset of a mechanism without clearance, relative to the longest link or in rad."""
 
 
 @dataclass(frozen=True)
 class Members:
-    """The numbers of all members."""
+    """Numbers of all members."""
 
-    sources: tuple[Mechanism | dict[str, Any], ...]  # the mechanisms, where no number varies, or their descriptions
+    sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or their descriptions if numbers vary
     paths: tuple[str, ...]  # of the numbers that vary
     numbers: Array  # (members, paths)
-    cells: Array  # which combination of a mechanism and given values a member has, (members,)
-    grid: dict[str, Array]  # the given values, by path
+    cells: Array  # number of a member's combination of mechanism and given values, (members,)
+    grid: dict[str, Array]  # given values, by path
     seed: int
 
     @classmethod
     def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
-        """Draw numbers for so many members of each combination of a mechanism and the given values.
+        """Draw numbers for a number of members of each combination of a mechanism and the given values.
 
-        By path, `vary` gives a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol' sequence, or
-        values. All combinations of values are run. A ValueError if there is no number at a path, or neither is given.
+        `vary` maps a path to values, or to a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol'
+        sequence. All combinations of values are run. Raises ValueError if there is no number at a path.
         """
         whole("members", members, 1, 10**8)
         grid = {path: np.asarray(given, dtype=float) for path, given in vary.items() if not hasattr(given, "ppf")}
@@ -50,7 +50,7 @@ class Members:
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
         drawn = {path: given for path, given in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
-            Family.of(mechanism, vary, {})  # it refuses paths that lead to no number
+            Family.of(mechanism, vary, {})  # raises if there is no number at a path
         combined = list(product(*grid.values()))
         cells = np.tile(np.array(combined).reshape(len(combined), len(grid)), (len(mechanisms), 1))
         shares = _sobol(members * len(cells), len(drawn), seed)
@@ -76,14 +76,14 @@ class Members:
         return Mechanism.from_dict(change(source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
     def shift(self, scene: CompiledScene, k: int) -> Array:
-        """Draw a member's start: journals anywhere in their bushes, or a tiny offset where there are none, shape (n,)."""
+        """Draw the initial offset of a member's coordinates: random places of journals, or a tiny offset, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
         shift = journals_anywhere(scene, random)
         return offset(scene, TINY, int(random.integers(2**31))) if shift is None else shift
 
 
 def _sobol(count: int, dimensions: int, seed: int) -> Array:
-    """The first points of a scrambled Sobol' sequence, shape (count, dimensions)."""
+    """Return the first points of a scrambled Sobol' sequence, shape (count, dimensions)."""
     if not dimensions:
         return np.empty((count, 0))
     from scipy.stats import qmc
@@ -93,9 +93,9 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
 
 
 def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Array | None:
-    """Shift the start so that each journal is anywhere in its bush, uniformly over the circle; None without clearance.
+    """Draw an initial offset that puts each journal at a random place in its bush; None without clearance.
 
-    The shift of the coordinates is the least one that gives these eccentricities and meets the constraints, to first order.
+    Places are distributed uniformly over the circle. The offset is the least one that satisfies the constraints, to first order.
     """
     elements = scene.source.elements
     joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
@@ -112,5 +112,5 @@ def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Arra
 
 
 def split(count: int, into: int) -> Sequence[range]:
-    """Chunks of members."""
+    """Split the numbers of members into chunks of a size."""
     return [range(first, min(first + into, count)) for first in range(0, count, into)]

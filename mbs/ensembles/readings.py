@@ -1,11 +1,11 @@
 """Readings of an ensemble: formulas of statistics of signals in a window of time.
 
 max min mean rms end         of a signal in the window; mean and rms are weighted by time
-impulse(signal)              its integral over the window
+impulse(signal)              integral over the window
 share(signal)                share of the window in which it is above zero
 onsets(signal)               number of times that it rises above zero: the impacts of a contact force
-variation(signal)            sum of its changes, up or down, between 2000 equal parts of the window: its total variation
-+ - * / ** abs sqrt sin cos  of these and of numbers; of signals within a statistic, as max(abs(rocker.ax))
+variation(signal)            total variation: sum of the magnitudes of its changes, between 2000 equal parts of the window
++ - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax))
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ STATISTICS: dict[str, Statistic] = {
     "onsets": lambda of, _: of[..., ONSETS],
     "variation": lambda of, _: of[..., VARIATION],
 }
-"""Statistics by name, of what windows of some length [s] accumulated."""
+"""Statistics by name, as functions of the accumulated sums of windows and their lengths [s]."""
 ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *OF_VALUES)}
 
 
 @dataclass(frozen=True)
 class Formula:
-    """Formula of signals whose statistics are accumulated."""
+    """Formula of signals within a statistic."""
 
-    text: str  # equal of equal formulas
+    text: str  # the same for equal formulas
     tree: ast.expr
 
     def values(self, signals: Mapping[str, Array]) -> Array:
-        """Compute values at the rows of a run, from those of the signals, shape (times,)."""
+        """Compute the formula at the rows of a run from the signals' values, shape (times,)."""
         return np.asarray(_value(self.tree, lambda name: signals[name], lambda name, of: OF_VALUES[name](of)))
 
 
@@ -60,7 +60,7 @@ class Reading:
 
     @classmethod
     def of(cls, text: str) -> Reading:
-        """Read a formula; a ValueError if it is none, or takes a signal by itself, without a statistic."""
+        """Parse a formula; a ValueError if it is not valid, or has a signal outside of a statistic."""
         keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
         names = {key: name for name, key in keys.items()}
         short = TOKEN.sub(lambda match: keys[match[0]], text)
@@ -88,14 +88,14 @@ class Reading:
         return tuple(dict.fromkeys(_signals(self.tree)))
 
     def value(self, found: Array, order: Sequence[str], lengths: Array) -> Array:
-        """Compute values in all windows from what these, of lengths [s], accumulated of formulas: (windows, formulas, 8)."""
+        """Compute values in windows of some lengths [s] from their accumulated sums, (windows, formulas in order, 8)."""
 
         def statistic(name: str, of: Any) -> Any:
-            """Compute a statistic of what a formula's number accumulated, or a function of values."""
+            """Compute a statistic of the sums of a formula, by its number, or a function of values."""
             return STATISTICS[name](found[..., of, :], lengths) if name in STATISTICS else OF_VALUES[name](of)
 
         def at(node: ast.expr) -> Any:
-            """Replace the formulas by their places in the order."""
+            """Replace a formula by its number in the order."""
             return ast.Constant(order.index(ast.unparse(node)))
 
         with np.errstate(all="ignore"):
@@ -103,7 +103,7 @@ class Reading:
 
 
 def formulas_of(readings: Iterable[Reading]) -> dict[str, Formula]:
-    """Return all formulas of signals in some readings by their texts, each once."""
+    """Return the formulas of signals in some readings, by their texts."""
     return {each.text: each for reading in readings for each in reading.formulas}
 
 
@@ -113,12 +113,12 @@ def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Ar
 
 
 def values_of(readings: Sequence[Reading], formulas: Mapping[str, Formula], found: Accumulator) -> Array:
-    """Compute the readings of what was accumulated, shape (windows, readings)."""
+    """Compute readings from accumulated sums, shape (windows, readings)."""
     return np.stack([each.value(found.found, list(formulas), np.diff(found.edges)) for each in readings], axis=-1)
 
 
 def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
-    """Compute readings of any recorded run between edges [s], shape (windows, readings)."""
+    """Compute readings of recorded signals in the windows between edges [s], shape (windows, readings)."""
     readings = [Reading.of(text) for text in of]
     formulas = formulas_of(readings)
     found = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))

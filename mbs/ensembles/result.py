@@ -22,7 +22,7 @@ COVERED = 0.95
 
 
 class Cell(NamedTuple):
-    """Mean of a reading over the members of one mechanism with the same given values: standard error, number of members."""
+    """Mean of a reading over the members with one mechanism and the same given values, with its standard error."""
 
     mechanism: int
     values: dict[str, float]
@@ -38,7 +38,7 @@ class Ensemble:
     Attributes
     ----------
     members : Members
-        Their numbers, by path.
+        Numbers and initial states of the members.
     readings : tuple of str
     edges : array, shape (windows + 1,) [s]
         Of the windows.
@@ -48,7 +48,7 @@ class Ensemble:
         nan where a member failed or has not run.
     done : array of bool, shape (members,)
     said : list of str
-        Why members failed; '' of the others.
+        Reasons for which members failed; '' for the others.
     interrupted : bool
         True after Ctrl-C.
     """
@@ -64,12 +64,12 @@ class Ensemble:
 
     @classmethod
     def blank(cls, members: Members, readings: tuple[str, ...], edges: Array, skip: int) -> Ensemble:
-        """Make an ensemble of which nothing has run."""
+        """Make an ensemble before any member has run."""
         values = np.full((len(members), len(edges) - 1, len(readings)), np.nan)
         return cls(members, readings, edges, skip, values, np.zeros(len(members), dtype=bool), [""] * len(members))
 
     def take(self, k: int, values: Array, said: str) -> None:
-        """Take over a member."""
+        """Add the values of member k, or the reason for which it failed."""
         self.values[k], self.done[k], self.said[k] = values, True, said
 
     @property
@@ -79,7 +79,7 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """Numbers of members that ran and that failed, with the most frequent reason."""
+        """Numbers of members that ran and that failed, and the most frequent reason."""
         ran, failed = int(self.done.sum()), int(self.failed.sum())
         found = f"{ran} of {len(self.members)} members"
         if failed:
@@ -88,7 +88,7 @@ class Ensemble:
         return found + (" (interrupted)" if self.interrupted else "")
 
     def of(self, reading: str, cell: int | None = None) -> Array:
-        """Values of a reading that statistics take, shape (members, windows), of members that ran well.
+        """Return values of a reading for the statistics, shape (members, windows): of members that did not fail.
 
         Raises
         ------
@@ -103,21 +103,21 @@ class Ensemble:
         return self.values[good][:, self.skip :, self.readings.index(reading)]
 
     def mean(self, reading: str) -> float:
-        """Mean over members and windows."""
+        """Compute the mean over members and windows."""
         return float(self.of(reading).mean())
 
     def error(self, reading: str) -> float:
-        """Standard error of the mean: that of the members' means, which are independent; nan of a single member."""
+        """Compute the standard error of the mean, from the members' means, which are independent; nan for a single member."""
         return _error(self.of(reading))
 
     def interval(self, reading: str) -> tuple[float, float]:
-        """Interval that covers the mean with a probability of 95 %, by Student's distribution of the members' means."""
+        """Compute the 95 % confidence interval of the mean, by Student's distribution of the members' means."""
         values = self.of(reading)
         half = float(stdtrit(max(len(values) - 1, 1), 0.5 + COVERED / 2)) * _error(values)
         return self.mean(reading) - half, self.mean(reading) + half
 
     def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:
-        """Quantiles over members and windows, shape (len(at),)."""
+        """Compute quantiles over members and windows, shape (len(at),)."""
         return np.asarray(np.quantile(self.of(reading), at))
 
     def cells(self, reading: str) -> list[Cell]:
@@ -154,7 +154,7 @@ class Ensemble:
         return ax
 
     def histogram(self, reading: str, bins: int = 40, ax: Axes | None = None) -> Axes:
-        """Draw how a reading is distributed over members and windows, with its mean and the mean's 95 % interval."""
+        """Draw the distribution of a reading over members and windows, with the 95 % confidence interval of its mean."""
         from matplotlib.pyplot import subplots
 
         ax = ax or subplots(layout="constrained")[1]
@@ -175,7 +175,7 @@ class Ensemble:
         return ax
 
     def frame(self) -> DataFrame:
-        """Table of all values as a data frame: a row a member and window."""
+        """Return all values as a data frame, with a row for each member and window."""
         import pandas as pd
 
         members, windows = self.values.shape[:2]
@@ -187,7 +187,7 @@ class Ensemble:
         return pd.DataFrame(columns)
 
     def __str__(self) -> str:
-        """Means with their standard errors, a line a reading."""
+        """Write the mean of each reading with its standard error and quantiles, in a line each."""
         lines = [self.message]
         for name in self.readings:
             low, middle, high = self.quantiles(name)
@@ -207,7 +207,7 @@ class Ensemble:
         return target
 
     def resume(self, path: str | Path) -> Ensemble:
-        """Take over from a file what the same call has run before; a ValueError if it is of another ensemble."""
+        """Read the members that an interrupted run has saved; a ValueError if the file is of another ensemble."""
         with np.load(path) as kept:
             same = (
                 tuple(kept["readings"].tolist()) == self.readings and np.array_equal(kept["edges"], self.edges)
@@ -222,6 +222,6 @@ class Ensemble:
 
 
 def _error(values: Array) -> float:
-    """Standard error of the mean of independent rows."""
+    """Compute the standard error of the mean of independent rows."""
     rows = values.mean(axis=1) if values.size else np.empty(0)
     return float(rows.std(ddof=1) / np.sqrt(len(rows))) if len(rows) > 1 else float("nan")

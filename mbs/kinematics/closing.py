@@ -1,4 +1,4 @@
-"""Loops of a linkage closed at given times, and the singular poses at which they are not decided."""
+"""Loop closure of a linkage at given times, and the detection of singular poses."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..scene.linkage import Linkage, invert, solve_rates
 MOST = 30
 """Largest number of Newton steps."""
 EXACT = 2e-15
-"""Gap at which loops are closed to rounding, in lengths."""
+"""Residual at which loops are closed to rounding, over the longest link."""
 CLOSED = 1e-9
-"""Largest gap of redundant rows, in lengths; beyond it they contradict the others."""
+"""Largest residual of redundant rows, over the longest link; beyond it they contradict the others."""
 
 
 class Course(NamedTuple):
-    """A linkage at some times: starts and directions of the links (times, links, 3), Jacobian (times, kept rows, 3 links)."""
+    """Motion of a linkage: start points and directions of links (times, links, 3), Jacobian (times, rows, 3 links)."""
 
     time: Array
     q: Array
@@ -28,7 +28,7 @@ class Course(NamedTuple):
 
 
 def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
-    """Close the loops by Newton's method at each time from close by, then find the rates; None if one does not close."""
+    """Close the loops at each time by Newton's method from a nearby guess, then find the rates; None if it fails at a time."""
     zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
     last = np.inf
@@ -60,7 +60,7 @@ def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course 
 
 
 def decisive(jacobian: Array) -> Array:
-    """Choose as many independent rows as coordinates, best conditioned: QR with pivots (Businger and Golub, 1965)."""
+    """Choose a well conditioned square set of rows, by QR with column pivoting (Businger and Golub, 1965)."""
     rows, columns = jacobian.shape
     if rows == columns:
         return np.arange(rows)
@@ -70,9 +70,9 @@ def decisive(jacobian: Array) -> Array:
 
 
 def passes(linkage: Linkage, before: Course, after: Course) -> bool:
-    """True if a singular pose lies between two times, beyond which the motion is not decided.
+    """Return True if a singular pose lies between two times, beyond which the motion is not determined.
 
-    There rows that decide the linkage change their orientation. Redundant rows may decide it still.
+    The determinant of independent rows changes its sign there. Redundant rows may still determine the motion.
     """
     rows = decisive(before.jacobian[0])
     if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:

@@ -1,7 +1,7 @@
-"""Linkages whose constraints alone decide the motion: followed by closure, forces by inverse dynamics, nothing integrated.
+"""Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
 Places at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt; the multipliers mu of the rows
-solve M q_tt = f + J^T mu. All that errs is rounding, and time is only followed so that the linkage stays on its branch.
+solve M q_tt = f + J^T mu. The only error is rounding. Steps in time only serve to stay on the branch of the start.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from .closing import Course, close_loops, decisive, passes
 from .diagnosis import explain_singularity
 
 FIRST = 0.02
-"""Turn of the fastest link in the first step [rad]."""
+"""Angle of the fastest link in the first step [rad]."""
 FAR = 0.05
-"""Largest error of a step's prediction, relative to the links' lengths; beyond it the step is halved."""
+"""Largest error of a step's prediction, over the longest link; beyond it the step is halved."""
 NEAR = 0.01
-"""Error of a step's prediction, relative to the links' lengths, below which the next step is longer."""
+"""Error of a step's prediction, over the longest link, below which the next step is longer."""
 BEND = 0.3
-"""Largest change of speeds in a step that their rates do not explain, relative to the largest speed."""
+"""Largest error of the linear prediction of speeds in a step, relative to the largest speed."""
 SLOW = 0.01
-"""Least speed to which that change is compared, in lengths of the longest link per run."""
+"""Least speed to which that error is relative, in lengths of the longest link per run."""
 SHORTEST = 1e-9
 """Shortest step, relative to the run; a motion that needs a shorter one ends there."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
 BLOWN_UP = 20.0
-"""Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
+"""Last speed over the median from which a pose counts as locked, where speeds grow beyond bounds, not as singular only."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """Why a linkage could not be followed further."""
+    """Time and reason at which the motion of a linkage ended early."""
 
     time: float
     status: Status
@@ -53,7 +53,7 @@ class Ended:
 
 
 class UnclosedError(Exception):
-    """Between two times to which the linkage was followed its loops do not close: nearly a singular pose."""
+    """Loops do not close at a time between two steps at which they do: nearly a singular pose."""
 
     def __init__(self, time: float) -> None:
         super().__init__(f"loops do not close at t = {time:.6g} s, though they do before and after")
@@ -61,7 +61,7 @@ class UnclosedError(Exception):
 
 
 class Follower:
-    """Follows a linkage from its start as far as it goes; `ended` says where and why it came to an end before the run's."""
+    """Loop closure of a linkage from its start, step by step; `ended` has the time and reason of an early end."""
 
     def __init__(
         self, mechanism: Mechanism, duration: float,
@@ -75,12 +75,12 @@ class Follower:
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
-    # --- along the time, in steps -----------------------------------------------------------------------------------------
+    # --- steps in time ----------------------------------------------------------------------------------------------------
 
     def _follow(self, duration: float) -> Course:
         linkage = self.linkage
         state = close_loops(self.linkage, np.zeros(1), linkage.reference[None].copy())
-        assert state is not None  # its rows decide it there
+        assert state is not None  # the scene has checked the start
         found, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
@@ -112,13 +112,13 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
     def _needs_shorter_step(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds change otherwise than their rates say; shorter steps resolve that, but no jump."""
+        """Return True if speeds differ from their linear prediction; shorter steps help unless speeds jump."""
         h = float(after.time[0] - before.time[0])
         change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
 
     def _end(self, state: Course, found: list[Course]) -> Ended:
-        """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
+        """Diagnose the end: a locked pose, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
         t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], decisive(state.jacobian[0]))
         if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
@@ -129,7 +129,7 @@ class Follower:
     # --- at many times at once --------------------------------------------------------------------------------------------
 
     def at(self, times: Array) -> Course:
-        """Return the linkage at times it was followed to."""
+        """Return the motion at times before the end."""
         parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
@@ -142,10 +142,10 @@ class Follower:
         halves = [self._at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
-    # --- what it leaves ---------------------------------------------------------------------------------------------------
+    # --- record -----------------------------------------------------------------------------------------------------------
 
     def record(self, course: Course) -> Record:
-        """Motions of links and blocks."""
+        """Return the motions of links and blocks."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
@@ -176,7 +176,7 @@ class Follower:
         return RigidMotion(mass, inertia, away, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f, of redundant rows the least."""
+        """Compute the channels of all constraints: the least multipliers mu of J^T mu = M q_tt - f."""
         right = self._inertia(course) - self._pushes(record)
         found = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
@@ -188,7 +188,7 @@ class Follower:
         return channels
 
     def _inertia(self, course: Course) -> Array:
-        """M q_tt less weight, (times, links, 3)."""
+        """Compute M q_tt less the weight, (times, links, 3)."""
         linkage, gravity = self.linkage, np.array(self.linkage.mechanism.gravity)
         total = np.zeros_like(course.q)
         for part in carried_masses(linkage):
@@ -200,7 +200,7 @@ class Follower:
         return total
 
     def _pushes(self, record: Record) -> Array:
-        """Forces of guides' friction and loads, by the links' starts, (times, links, 3)."""
+        """Compute forces of friction in guides and of loads about the links' start points, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}
@@ -218,7 +218,7 @@ class Follower:
 
 
 def _quintic(anchors: Course, times: Array) -> Array:
-    """Coordinates between anchors, by the polynomial of fifth degree through places, speeds and accelerations."""
+    """Interpolate coordinates between anchors by quintic Hermite polynomials."""
     k = np.clip(np.searchsorted(anchors.time, times, side="right") - 1, 0, max(0, len(anchors.time) - 2))
     if len(anchors.time) < 2:
         return np.repeat(anchors.q, len(times), axis=0)

@@ -15,9 +15,9 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 FLAT = 0.05
-"""Smallest singular value of the constraints of a regular pose."""
+"""Least singular value of the constraints below which a pose may be singular."""
 WORSE = 0.2
-"""Smallest ratio of that value to the one at the start of a regular pose."""
+"""Ratio of that value to the one at the start below which a pose may be singular."""
 IN_LINE = 0.3
 """Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
 
@@ -45,7 +45,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
 
 
 def stuck(record: Record) -> tuple[Status, str] | None:
-    """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is wrong."""
+    """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
@@ -57,7 +57,7 @@ def stuck(record: Record) -> tuple[Status, str] | None:
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
     rows = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and row.bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
-    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # a turn as far as it moves the longest link
+    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # angles times the longest link are lengths, too
     before, now = (linkage.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (linkage.reference, q))
     kept = independent_rows(before)
     if not len(kept) or not np.isfinite(now).all():

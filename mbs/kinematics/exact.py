@@ -1,4 +1,4 @@
-"""Runs of linkages whose constraints alone decide the motion: closure and inverse dynamics at chosen times, no integration."""
+"""Runs of linkages whose constraints alone determine the motion: closure and inverse dynamics at chosen times, no integration."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError
 
 TURN = 400
-"""Samples of a turn of the drive."""
+"""Samples in a turn of the drive."""
 SPELL = 0.2
-"""Least number of samples in a step, relative to the resolution of contacts."""
+"""Least number of samples in a step of the closure, over the resolution of contacts."""
 BEFORE = 1e-12
-"""Time of a sample before a kink of the drive, relative to the run."""
+"""Time from a sample to the kink of a drive after it, over the duration."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
-    """Follow the linkage, then ask it for places, speeds, accelerations and forces.
+    """Close the loops over time, then sample places, speeds, accelerations and forces.
 
-    A ValueError says that joints and drives alone do not decide the motion and all forces; a KinematicsError that the drive
-    cannot move the linkage from where it starts.
+    Raises ValueError if joints and drives alone do not determine the motion and all forces; KinematicsError if the drive cannot
+    move the linkage from its start.
     """
     reason = Scene.of(mechanism).why_not_kinematic
     if reason:
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
-    _ = Scene.of(mechanism).start  # contradictory velocities are named there
+    _ = Scene.of(mechanism).start  # raises for contradictory velocities
     begin = perf_counter()
     with ctrl_c() as interrupted:
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
@@ -49,7 +49,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
 
 
 def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
-    """Sample the motion of a linkage that was followed, up to where it ended."""
+    """Sample the motion of a linkage, up to its end."""
     mechanism = follower.linkage.mechanism
     grid = sample_times(mechanism, duration, solver.steps)
     ended = follower.ended
@@ -83,7 +83,7 @@ def _summary(follower: Follower) -> dict[str, int]:
 
 
 def _spoilt(record: Record) -> Ended | None:
-    """When and where a load's function first fails: it raises, or returns what is no number."""
+    """Find the first time at which the function of a load raises, or returns no number."""
     found = None
     for name, load in Scene.of(record.mechanism).elements.items():
         if isinstance(load, Load):
@@ -98,9 +98,9 @@ def _spoilt(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive or load, s.
+    """Return the times of samples, s: equal steps, or 400 in each turn and both sides of each kink of a drive or load.
 
-    Only as many as the limit of steps lets through, and one more, that shows that the limit was passed.
+    Their number ends one above the limit of steps, which shows that the limit was passed.
     """
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.number(duration) + 1)
@@ -118,9 +118,9 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 
 
 def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
-    """Sample anew where the linkage had to be followed in short steps: close to a dead centre, or where the drive turns back.
+    """Replace the samples in short steps of the closure by finer ones: near a dead centre, or where the drive reverses.
 
-    Samples of both kinds side by side would lie unevenly, and the balance of energies err; those at kinks, in pairs, stay.
+    Samples of both kinds together would be uneven and spoil the energy balance; pairs of samples at kinks stay.
     """
     reached = np.append(anchors[anchors < grid[-1]], grid[-1])
     short = np.diff(np.searchsorted(grid, reached)) < least

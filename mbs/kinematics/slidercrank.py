@@ -35,22 +35,22 @@ class SliderCrank(NamedTuple):
         return -self.crank * c + self.crank**2 * (c**2 - s**2) / q + (self.crank**2 * s * c) ** 2 / q**3
 
     def chord(self, theta: Reals, stop: Reals) -> Reals:
-        """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
+        """Distance of the crank pin from a slider fixed at x = stop, m (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 
     def shortening(self, theta: Reals, stop: Reals) -> Reals:
-        """Normalised end shortening u = 1 - chord/L of a coupler whose slider is held at x = stop (eqs 7-9)."""
+        """End shortening over length, u = 1 - chord/L, of a coupler whose slider is fixed at x = stop (eqs 7-9)."""
         return 1 - self.chord(theta, stop) / self.coupler
 
     def lean_cosine(self, theta: Reals, stop: Reals) -> Reals:
-        """cos(phi) of the chord against the slider's line (eq. 10)."""
+        """cos(phi), phi the angle between the chord and the slider's line (eq. 10)."""
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
     def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
-        """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider held at x = stop, along its line, N (eqs 7-13).
+        """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider fixed at x = stop, along its line, N (eqs 7-13).
 
         The function `load` is P L^2/(E I) of the end shortening over the length, as `buckler.elastica.pinned.load`; `rigidity` is
-        E I [N m^2]. At the crank angle `theta` [rad] a coupler that is not shortened counts as just buckling; `stop` is in m.
+        E I [N m^2], `theta` the crank angle [rad], `stop` in m. A coupler that is not shortened carries the Euler load.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)

@@ -11,14 +11,14 @@ from typing import Any
 from ..validate import near
 
 SHOWN = 3
-"""Signals with the largest errors that are printed: as many as fit into a line."""
+"""Number of signals with the largest errors that are printed: they fit into a line."""
 
 
 class Status(StrEnum):
-    """Outcome of a run. Anything but OK comes with a sentence a person can act on.
+    """Outcome of a run. Anything but OK comes with a sentence that says what to do.
 
-    The last four belong to runs that finished. CHAOTIC and SENSITIVE: an accuracy was asked for and holds only up to
-    `error.until`. UNSTABLE: a state of statics is no rest. UNSEEN: a user's function has finer edges than were looked for.
+    The last four belong to runs that finished. CHAOTIC and SENSITIVE: the accuracy asked for holds only up to `error.until`.
+    UNSTABLE: an equilibrium is not stable. UNSEEN: a user's function has edges between the steps.
 
     Examples
     --------
@@ -85,27 +85,27 @@ class Errors(Mapping[Any, float]):
     >>> errors["B.x"], errors["B.x", "peak"], errors.motion
     (0.01, 0.02, 0.01)
 
-    Each is estimated from the difference of two runs, of the whole or up to `until`; see `mbs.accuracy`.
+    Each is estimated from the difference of two runs, up to `until`; see `mbs.accuracy`.
 
     Attributes
     ----------
     motion : float
-        The largest of all places; nan without an estimate.
+        Largest error of all places; nan without an estimate.
     signals : mapping of (str, Norm) to float
-        Relative errors: of places over their range, of forces and rates over their size, of `energy.kinetic` and so on over the
-        energy put through. Empty without an estimate.
+        Relative errors: of places over their range, of forces and rates over their size, of energies (`energy.kinetic`, ...)
+        over the throughput. Empty without an estimate.
     sizes : mapping of (str, Norm) to float
-        What each is relative to, in the signal's unit.
+        Sizes to which the errors are relative, in the signal's unit.
     kind : str
-        What the estimate is made of, in words.
+        Origin of the estimate, in words.
     until : float
-        Time, s, to which the motion is one trajectory and errors hold.
+        Time, s, up to which the errors hold; a chaotic motion is one of many trajectories beyond it.
     turn : float
-        Time, s, of a turn of the drive: batches of chaotic motions are whole turns; 0 where nothing turns at a constant speed.
+        Time, s, of a turn of the drive: batches of chaotic motions are whole turns; 0 if nothing turns at a constant speed.
     unresolved : tuple of str
-        Forces whose ringing the steps do not follow: read their means over the axial period, `F.mean`.
+        Forces with vibrations too fast for the steps: read their means over the axial period, `F.mean`.
     notes : tuple of str
-        What else is to be known of the errors, in sentences.
+        Remarks on the errors, in sentences.
     """
 
     motion: float = nan
@@ -123,7 +123,7 @@ class Errors(Mapping[Any, float]):
         return self.motion >= 0
 
     def __getitem__(self, name: str | tuple[str, str]) -> float:
-        """Error of a signal, by RMS unless another norm is named; UnknownErrorError, a ValueError, if there is none."""
+        """Return the error of a signal, in the norm RMS by default; UnknownErrorError, a ValueError, if there is none."""
         key = (name, Norm.RMS) if isinstance(name, str) else name
         if key in self.signals:
             return self.signals[key]  # type: ignore[index]  # a norm is its word
@@ -138,7 +138,7 @@ class Errors(Mapping[Any, float]):
         raise UnknownErrorError(f"no error of '{key[0]}'; {some}")
 
     def absolute(self, name: str, norm: Norm = Norm.RMS) -> float:
-        """Error in the signal's unit; nan where it is not known."""
+        """Return the error in the signal's unit; nan if it is not known."""
         return self.signals.get((name, norm), nan) * self.sizes.get((name, norm), nan)
 
     def __eq__(self, other: object) -> bool:
@@ -148,7 +148,7 @@ class Errors(Mapping[Any, float]):
     __hash__ = None  # type: ignore[assignment]
 
     def __iter__(self) -> Iterator[Key]:
-        """Signals and norms."""
+        """Iterate over signals and norms."""
         return iter(self.signals)
 
     def __len__(self) -> int:

@@ -20,7 +20,7 @@ class UnknownSignalError(ValueError, KeyError):
 
 
 def unknown(name: str, names: list[str]) -> UnknownSignalError:
-    """Make the error of a signal that is not there; it names those near it."""
+    """Make the error for an unknown signal; it suggests similar names."""
     owner = str(name).rpartition(".")[0]
     close = [*dict.fromkeys([*near(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
     some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
@@ -28,7 +28,7 @@ def unknown(name: str, names: list[str]) -> UnknownSignalError:
 
 
 def slopes(time: Array, values: Array, smooth: bool) -> Array:
-    """Slopes at the samples, (samples, ...): of what is smooth those of parabolas, else such that cubics overshoot nowhere.
+    """Compute slopes at the samples, (samples, ...): of smooth signals by parabolas, else such that cubics stay monotone.
 
     F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput.
     5 (1984) 300, doi 10.1137/0905021.
@@ -53,7 +53,7 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
 
 
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
-    """Values, and their rates times h, a share s into steps of length h, by polynomials of fifth degree.
+    """Interpolate by quintic Hermite polynomials: values, and rates times h, at the fraction s of steps of length h.
 
     `ends` are (values, rates, second rates) at both ends of the steps.
     """
@@ -67,7 +67,7 @@ def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> t
 
 
 def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:
-    """Values at times within those of the samples by cubics: by their rates, or where there are none by `slopes`."""
+    """Interpolate samples at other times by cubic Hermite polynomials, with given rates or those of `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
     if len(time) == 2 and rates is None:
@@ -77,24 +77,24 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
 
 
 EVEN = 10.0
-"""Ratio of neighbouring steps beyond which a time between them is taken for a kink: parabolas do not cross it."""
+"""Ratio of neighbouring steps beyond which the sample between them counts as a kink, which parabolas do not cross."""
 
 
 def trapezoidal(time: Array, rate: Array) -> Array:
-    """Integral since the first time by the trapezoidal rule, each (times,): that of motions integrated to the second order.
+    """Integrate from the first time by the trapezoidal rule, each (times,): for motions of a second-order integrator.
 
-    Their discrete balance closes by this rule better than by a finer one, as it is the integrator's own.
+    The energy balance of such motions closes better by this rule than by a finer one, as the integrator uses it itself.
     """
     return np.append(0.0, np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2))
 
 
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate since the first time, each (..., times), to the fourth order; for values known to rounding.
+    """Integrate from the first time, each (..., times), to the fourth order; for values known to rounding.
 
     The trapezoidal rule corrected by the slopes at both ends: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5). Slopes are
-    those of parabolas through three neighbours, at a kink that of the parabola on the step's own side. Between secants of one
-    sign they are at most three times the smaller, so that no cubic overshoots where a force becomes constant (C. de Boor, B.
-    Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9).
+    those of parabolas through three neighbours; at a kink, of the parabola on the step's own side. Between secants of one sign a
+    slope is at most three times the smaller secant, so that no cubic overshoots where a force becomes constant (C. de Boor,
+    B. Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9).
     """
     steps = np.diff(time)
     areas = steps * (rate[..., 1:] + rate[..., :-1]) / 2

@@ -1,6 +1,6 @@
-"""Record of a run, plain arrays over time made by a solver: motions of rigid links, blocks and strips, and channels.
+"""Record of a run, plain arrays over time from a solver: motions of rigid links, blocks and strips, and channels of elements.
 
-Signals, energies, checks and files read nothing else. Strips are in `strips`.
+Signals, energies, checks and files are computed from it alone. Motions of strips are in `strips`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from .lookup import hermite, trapezoidal
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """A rigid link of a mass [kg] and an inertia about its centre [kg m^2].
+    """Motion of a rigid link, with its mass [kg] and inertia about the centre of mass [kg m^2].
 
-    `arms` go from the centre of mass to any point at t = 0 [m]. `q` has place [m] and angle turned since t = 0 [rad], (times, 3).
+    `arms` lead from the centre of mass to each point at t = 0 [m]. `q` has the place [m] and the angle since t = 0 [rad],
+    (times, 3).
     """
 
     mass: float
@@ -34,26 +35,26 @@ class RigidMotion:
     q_tt: Array
 
     def point(self, name: str) -> tuple[Array, Array]:
-        """Place and velocity of a point fixed to the link, each (times, 2)."""
+        """Return place and velocity of a point fixed to the link, each (times, 2)."""
         arm = rotate(self.q[:, 2], self.arms[name])
         return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * rotate_left(arm)
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:
-        """Angle turned since t = 0 and its rate, each (times,)."""
+        """Return the angle since t = 0 and its rate, each (times,)."""
         return self.q[:, 2], self.q_t[:, 2]
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
+        """Return place, velocity and acceleration of the centre of mass, each (times, 2)."""
         return self.q[:, :2], self.q_t[:, :2], self.q_tt[:, :2]
 
     def kinetic(self) -> Array:
-        """Kinetic energy, J, (times,)."""
+        """Return the kinetic energy, J, (times,)."""
         return 0.5 * self.mass * (self.q_t[:, :2] ** 2).sum(axis=1) + 0.5 * self.inertia * self.q_t[:, 2] ** 2
 
 
 @dataclass(frozen=True, eq=False)
 class BlockMotion:
-    """A guide's block: mass [kg], place at t = 0 [m], direction, and travel along the guide since then with its rates."""
+    """Motion of a guide's block: mass [kg], place at t = 0 [m], direction, and travel along the guide with its rates."""
 
     mass: float
     origin: tuple[float, float]
@@ -64,7 +65,7 @@ class BlockMotion:
 
     @property
     def travel(self) -> Array:
-        """Way along the guide since t = 0, m, (times,)."""
+        """Travel along the guide since t = 0, m, (times,)."""
         return self.q
 
     @property
@@ -73,19 +74,19 @@ class BlockMotion:
         return self.q_t
 
     def point(self, _name: str = "") -> tuple[Array, Array]:
-        """Place and velocity, each (times, 2)."""
+        """Return place and velocity, each (times, 2)."""
         return self.origin + np.outer(self.q, self.along), np.outer(self.q_t, self.along)
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:
-        """It does not turn."""
+        """Return zeros: a block does not turn."""
         return np.zeros_like(self.q), np.zeros_like(self.q)
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration, each (times, 2)."""
+        """Return place, velocity and acceleration, each (times, 2)."""
         return *self.point(), np.outer(self.q_tt, self.along)
 
     def kinetic(self) -> Array:
-        """Kinetic energy, J, (times,)."""
+        """Return the kinetic energy, J, (times,)."""
         return 0.5 * self.mass * self.q_t**2
 
 
@@ -102,10 +103,10 @@ def between(motion: Any, time: Array, times: Array) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Record(Recorded):
-    """A run as arrays, made of what `Recorded` lists; of links the motions are `RigidMotion`, `StripMotion`, `ModalHistory`.
+    """Arrays of a run, with the fields of `Recorded`; motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`.
 
-    `rule` is the integral over time that suits how the motion was found, as in `lookup`. No equation determines the forces of
-    `undetermined` elements, as redundant ones share them.
+    `rule` integrates over time to the order of the solver; see `lookup`. The forces of `undetermined` elements are redundant:
+    no equation determines them.
     """
 
     mechanism: Mechanism
@@ -114,7 +115,7 @@ class Record(Recorded):
     undetermined: Sequence[str] = ()
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
+        """Return the work, J, of a power, W, since t = 0, each (times,); `sides` are the power just before and after samples."""
         if sides is None:
             return self.rule(self.time, power)
         before, after = sides
@@ -127,7 +128,7 @@ class Record(Recorded):
             yield from element.user_functions(name, self)
 
     def at(self, times: Array) -> Record:
-        """Return places and velocities at other times [s] within the run, no channels; ValueError of fewer than two times."""
+        """Interpolate places and velocities at other times [s] within the run, without channels; ValueError for one sample."""
         if len(self.time) < 2:
             raise ValueError(f"a record of {len(self.time)} times has nothing between them")
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}

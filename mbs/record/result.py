@@ -26,39 +26,38 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """Outcome of `simulate`; no engine handles, so that `pickle` keeps it in a file.
+    """Outcome of `simulate`; it can be pickled.
 
     Attributes
     ----------
     status : Status
     message : str
-        Why, where the status is not OK; of a chaotic motion also up to when it is one trajectory.
+        Reason, if the status is not OK; for a chaotic motion also the time up to which it is one trajectory.
     time : array, shape (samples,)
-        The accepted steps, s. They are not equidistant: weight by time, or use `at`.
+        Times of the accepted steps, s. They are not equidistant: weight by time, or use `at`.
     signals : dict of str to array, shape (samples,)
-        By name, e.g. `B.x`, `B.contact_force`, `drive.torque`.
+        Values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`.
     units : dict of str to str
-        Of each signal.
+        Unit of each signal.
     work : dict
         wall_s, steps, newton_iterations, jacobians, rejected.
     energy : dict of str to array, shape (samples,)
-        The ledger, J, where it was asked for.
+        Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies and their balance.
     shapes : dict of str to Shape
         Flexible links at the times asked for.
     provenance : dict
-        Versions and what was built.
+        Versions, numbers of elements, settings, solver and notes.
     asked : float
-        The accuracy asked for; nan where none was.
+        The accuracy asked for; nan without one.
     error : Errors
-        What is thought to be wrong: `error.motion` of all of it, `error["B.contact_force"]` of a signal; not known of a solver's
-        single run.
+        Error estimate: `error.motion` of all places, `error["B.contact_force"]` of a signal; unknown after a single run.
     film : Film, optional
-        The motion, for pictures; `movie` makes it.
+        The motion, for pictures; see `movie`.
     verified : float
-        Largest relative difference of places from the other solver; nan where it was not asked for or could
-        not be had: then `provenance["notes"]` tells why.
+        Largest relative difference of places from the other solver; nan without `verify=True`, or if the other solver failed:
+        `provenance["notes"]` has the reason.
     traits : dict of str to Trait
-        What each signal is.
+        Properties of each signal.
 
     Examples
     --------
@@ -91,13 +90,13 @@ class Result:
         return self.status is Status.OK
 
     def __getitem__(self, name: str) -> Array:
-        """Signal of that name at the accepted steps, (samples,); UnknownSignalError, naming those near it, if there is none."""
+        """Return a signal at the accepted steps, (samples,); UnknownSignalError, with similar names, if there is none."""
         if name not in self.signals:
             raise unknown(name, list(self.signals))
         return self.signals[name]
 
     def __repr__(self) -> str:
-        """Return status, message, span and what there is, in a few lines at most."""
+        """Return status, message, time span, error and contents, in a few lines."""
         said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
         asked = f" of {self.asked:.2g} asked" if self.asked > 0 else ""
         error = f", error {self.error.motion:.2g}{asked}" if self.asked > 0 or self.error.known else ", error not known"
@@ -107,15 +106,15 @@ class Result:
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
-        """Signal `name` at other times, by cubics between the samples; a signal without a trait is linear between them.
+        """Interpolate a signal at other times, by cubics between the samples; linearly if the signal has no trait.
 
         Parameters
         ----------
         name : str
         times : array_like
-            s, within the run.
+            Times within the run, s.
         outside : float, optional
-            What stands for times outside the run, as a run that failed has them; by default they are an error.
+            Value at times outside the run, e.g. after a failure; by default such times are an error.
 
         Raises
         ------
@@ -139,26 +138,26 @@ class Result:
         return between(self.time, values, self.signals.get(trait.rate), at, trait.smooth)
 
     def mean(self, name: str) -> float:
-        """Time-weighted mean of a signal."""
+        """Return the time-weighted mean of a signal."""
         return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
 
     def reading(self, text: str) -> Any:
         """Read a formula such as "rms(B.normal_force)" with its error: a `buckler.mbs.sensitivity.measures.Reading`.
 
-        The error is a bound by the difference of two runs. Of a chaotic motion it is the half-width of a 95 % interval by
-        sampling, over batches of the run, and `kind` says which.
+        The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
+        interval from batches of the run; the reading's `kind` says which.
         """
         return find_offer("read")(self, text)
 
     @property
     def energy_balance(self) -> float:
-        """Largest ledger error over the run, relative to the energy put through it; nan without a ledger."""
+        """Largest error of the energy balance over the run, relative to the throughput; nan without a ledger."""
         if not self.energy:
             return float("nan")
         return float(np.abs(self.energy["error"]).max() / max(self.energy["throughput"][-1], np.finfo(float).tiny))
 
     def suspect(self, reason: str) -> Result:
-        """Return the result marked as suspect; a failure stays what it is."""
+        """Return the result marked as suspect; a failed one unchanged."""
         if not self.status.finished:
             return self
         return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
@@ -167,7 +166,7 @@ class Result:
 
     @property
     def movie(self) -> Any:
-        """Frames, bent lines and marks over evenly spaced times: a `buckler.mbs.view.movie.Movie`.
+        """Motion at evenly spaced times, for drawing: a `buckler.mbs.view.movie.Movie`.
 
         Raises
         ------
@@ -184,9 +183,9 @@ class Result:
         Parameters
         ----------
         *names : str
-            Of `signals`, one at least.
+            Names of signals, at least one.
         axes : matplotlib Axes or sequence of Axes, optional
-            Where to draw, one for each unit; a new figure by default.
+            Axes to draw in, one for each unit; a new figure by default.
 
         Returns
         -------
@@ -195,7 +194,7 @@ class Result:
         Raises
         ------
         ValueError
-            If a name is unknown; it names those near it.
+            If a name is unknown; with similar names.
         """
         return find_offer("plot_signals")(self, names, axes)
 
@@ -204,16 +203,16 @@ class Result:
         return find_offer("plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
-        """Write the motion as a moving picture.
+        """Write the motion as an animated picture.
 
         Parameters
         ----------
         path : str or Path
-            Ends in `.gif`.
+            File name that ends in `.gif`.
         seconds : float
-            How long the picture runs, s, positive.
+            Duration of the picture, s, positive.
         width : float
-            Of the picture, pixels.
+            Width of the picture, pixels.
 
         Raises
         ------
@@ -248,14 +247,14 @@ class Result:
         Parameters
         ----------
         path : str or Path
-            Ends in `.xdmf`.
+            File name that ends in `.xdmf`.
         times : array of float, optional
-            Within the run [s]; by default the evenly spaced ones of the movie. The mesh is that of the first one.
+            Times within the run [s]; by default the evenly spaced ones of the movie. The mesh is that of the first one.
 
         Raises
         ------
         ValueError
-            If the path ends otherwise, or if times are asked of a result that was pickled.
+            If the path ends otherwise, or if times are given for a result that was pickled.
         """
         return find_offer("write_paraview")(self, path, times)
 

@@ -1,8 +1,8 @@
-"""One pass of a solver: what it left, how it ended, what it cost; signals with units and energies of its record.
+"""One run of a solver: record, failure, computational work; signals with units and energies of the record.
 
-A link is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz after each jump of an
-acceleration, hardly damped: how much is a matter of microseconds of the start or of a blow. Each such force `F` comes with
-`F.mean`: a mean over a period T, taken twice. Of a frequency f it leaves (sin(pi f T)/(pi f T))^2.
+A link has the axial stiffness E A/L. With the masses at its ends it vibrates at kilohertz after each jump of an acceleration,
+hardly damped; the phase depends on microseconds of the start or of an impact. Each such force `F` therefore has a signal
+`F.mean`: the mean over an axial period T, taken twice. It multiplies amplitudes at a frequency f by (sin(pi f T)/(pi f T))^2.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .record import Record, between
 
 
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
-    """All signals by name: places and velocities of the points, what each element has to say, means of the forces that ring.
+    """Return all signals by name: places and velocities of points, signals of elements, running means of vibrating forces.
 
-    Of points and elements that a text does not mention there are none, where one is given.
+    If a text is given, only the points and elements that it mentions have signals.
     """
 
     def is_asked(name: str) -> bool:
-        """Return True if a signal, or part of its name, was asked for."""
+        """Return True if the text mentions a point or an element, or if there is no text."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}
@@ -40,7 +40,7 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
             free = name in record.undetermined
-            for signal in element.signals(name, record):  # places and the like of its element are determined
+            for signal in element.signals(name, record):  # only reactions of redundant elements are undetermined
                 undetermined = free and signal.kind is Kind.REACTION
                 found[signal.name] = signal._replace(kind=Kind.UNDETERMINED) if undetermined else signal
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
@@ -56,9 +56,9 @@ class Shape:
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
-    """Flexible links at chosen times: cubic Hermite interpolation of recorded coordinates and rates."""
+    """Interpolate flexible links at chosen times, by cubic Hermite polynomials of recorded coordinates and rates."""
     last = record.time[-1]
-    times = np.minimum(times[times <= last * (1 + 1e-9)], last)  # a run that failed did not get to the others
+    times = np.minimum(times[times <= last * (1 + 1e-9)], last)  # a failed run ends earlier
     if len(record.time) < 2:
         return {}
     bent = {name: motion for name, motion in record.links.items() if record.mechanism.link(name).body.flexible}
@@ -71,11 +71,11 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
 
 RINGING = (Kind.REACTION, Kind.INTERNAL)
 RINGS = 4
-"""Steps in a period of axial vibration from which a run follows it."""
+"""Least number of steps in a period of axial vibration with which a run resolves it."""
 
 
 def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
-    """Yield the means of the forces that ring; none of a mechanism without flexible links."""
+    """Yield the running means of vibrating forces; none without flexible links."""
     period = Scene.of(mechanism).axial_period
     if not period > 0 or len(time) < 3:
         return
@@ -87,7 +87,7 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
 
 
 def running_mean(time: Array, values: Array, period: float) -> Array:
-    """Compute the mean over a period about each time; about the nearest time of which a whole period lies within the run."""
+    """Compute the mean over a period about each time; near the ends of the run, over the first or the last period."""
     total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
     period = min(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
@@ -103,31 +103,31 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
 
 
 def follows(time: Array, period: float) -> bool:
-    """Return True if steps resolve a vibration: not where they are long for a whole period of it, as there it is damped away."""
+    """Return True if steps resolve a vibration: long steps, which damp it, cover less than one of its periods."""
     steps = np.diff(time)
     return not float(steps[RINGS * steps > period].sum()) > period
 
 
 BALANCE = 1e-2
-"""Energy balance, relative to the energy put through, beyond which a run is suspect."""
+"""Error of the energy balance, relative to the throughput, beyond which a run is suspect."""
 AT_REST = 1e-6
-"""Way, in lengths of the largest link, below which nothing has moved in the whole run."""
+"""Displacement, over the longest link, below which a mechanism counts as at rest in the whole run."""
 STRETCH = 1e-5
-"""Amplitude of axial vibration of a strip that steps leave out, relative to its length. Its energy is missing in the balance."""
+"""Axial strain of a strip below which steps need not resolve its vibration. Its energy may be missing in the balance."""
 BRISTLE = 1e-4
-"""Amplitude of a slider on the bristles of its friction that steps leave out, relative to the length; its energy likewise."""
+"""Amplitude of a slider on the bristles of its friction, over the longest link, below which steps need not resolve it."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
-    """Energies over the run, J, each of shape (times,).
+    """Compute the energies over the run, J, each of shape (times,).
 
     Returns
     -------
     dict
-        Held: `kinetic`, `strain`, `contact`, `weight`. Taken since t = 0: `taken_contact`, `taken_friction`, `taken_damping`.
-        Given since t = 0: `given_drive`. `error` = change of what is held + taken - given. `throughput`: the most that was
-        held and taken by then, the measure for the error. Of each joint with clearance `<point>.taken_contact` and
-    `.taken_friction`.
+        Stored: `kinetic`, `strain`, `contact`, `weight`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
+        `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy.
+        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. Each joint with
+        clearance has `<point>.taken_contact` and `<point>.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     held = {"kinetic": zero, "strain": zero}
@@ -149,21 +149,21 @@ def ledger(record: Record) -> dict[str, Array]:
 
 
 def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
-    """Energy put through, J, and the share of it that stiff vibrations that nobody sees may hold."""
+    """Return the throughput of energy, J, and the share of it that unresolved stiff vibrations may store."""
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
-    at_rest = mass * (AT_REST * size_of(record) / duration) ** 2 / 2  # at a speed at which nothing moves in a run this long
+    at_rest = mass * (AT_REST * size_of(record) / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
     through = max(float(energy["throughput"][-1]), at_rest)
     return through, 2 * (_unseen_stretch(record, signals) + _unseen_bristles(record, signals)) / through
 
 
 def size_of(record: Record) -> float:
-    """Longest link, m."""
+    """Return the length of the longest link, m."""
     return max(record.mechanism.length(link.name) for link in record.mechanism.links)
 
 
 def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
-    """Largest axial strain energy, J, of strips whose axial strain nobody sees, or whose axial vibration steps do not follow."""
+    """Return the largest axial strain energy, J, of strips whose strain is negligible or whose vibration is not resolved."""
     total, followed = 0.0, follows(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:
@@ -175,7 +175,7 @@ def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unseen_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Largest energy, J, of the bristles of sliders that they hold within a way nobody sees."""
+    """Return the largest energy, J, that bristles of sliders store at a negligible deflection."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
@@ -190,10 +190,10 @@ def _unseen_bristles(record: Record, signals: Mapping[str, Array]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One pass of a solver: its record, failure, work, and the numbers of what the scene was made of.
+    """One run of a solver: record, failure, computational work, numbers of elements.
 
-    `notes` hold what is worth knowing of the mechanism, as redundant constraints left out; `unseen` the edges of a user's
-    function that the run passed. `asked` is a text that names the signals wanted; '' for all.
+    `notes` are remarks on the mechanism, as redundant constraints left out; `unseen` names edges of a user's function between
+    steps. `asked` is a text that names the signals to compute; '' for all.
     """
 
     solver: Any

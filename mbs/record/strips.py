@@ -1,7 +1,7 @@
 """Strains, velocities and shapes of flexible links from recorded nodal coordinates, in numpy.
 
-Written from the element formulations, not through the engine: the energy ledger then checks the engine's work. The integration
-points of the strains are the elements' own, as the discrete energy is what a run conserves.
+They are computed from the element formulations, independently of the engine, so that the energy ledger checks the engine. The
+integration points of the strains are those of the elements, as a run conserves the discrete energy.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class StripMotion:
-    """A flexible link of finite elements: what those of beams and of cables share.
+    """Motion of a flexible link of finite elements, base of those of beams and of cables.
 
     `pieces` are the stress-free lengths of the elements [m], `nodes` those of the link's points. `reference` has the stress-free
     coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q` holds them over time, (times, nodes, n).
@@ -94,12 +94,12 @@ class StripMotion:
         return self.section.mass_per_length * self.length
 
     def by_element(self, nodal: Array) -> Array:
-        """Nodal values (..., nodes, columns) by element: (..., elements, nodes an element, columns)."""
+        """Arrange nodal values (..., nodes, columns) by element: (..., elements, nodes of the element, columns)."""
         step = self.body.step
         return nodal[..., np.arange(len(self.pieces))[:, None] * step + np.arange(step + 1), :]
 
     def point(self, name: str) -> tuple[Array, Array]:
-        """Place and velocity of one of its points, each (times, 2)."""
+        """Return place and velocity of a point, each (times, 2)."""
         node = self.nodes[name]
         return self.q[:, node, :2], self.q_t[:, node, :2]
 
@@ -153,12 +153,12 @@ class BeamMotion(StripMotion):
     """A link of geometrically exact beams; nodes have (x, y, theta)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
-        """Angle turned there since t = 0 and its rate, each (times,)."""
+        """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
         node = self.nodes[name]
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
     def stations_of(self) -> tuple[Array, Array, Array]:
-        """Return nodes, where loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        """Return nodal lengths (k,) for distributed loads; place and angle since t = 0, and their rates, (times, k, 3)."""
         return shares(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
@@ -178,7 +178,7 @@ class BeamMotion(StripMotion):
         weights = self.lengths(weights)
         (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
         start, line = self._fields(self.reference[None], xi)
-        theta = value[..., 2] - start[..., 2] + np.arctan2(line[..., 1], line[..., 0])  # the engine's: no shear at the start
+        theta = value[..., 2] - start[..., 2] + np.arctan2(line[..., 1], line[..., 0])  # as in the engine: no initial shear
         c, s, spin = np.cos(theta), np.sin(theta), rate[..., 2]
         axial, shear = c * slope[..., 0] + s * slope[..., 1], -s * slope[..., 0] + c * slope[..., 1]
         axial_t = c * slope_t[..., 0] + s * slope_t[..., 1] + spin * shear
@@ -204,7 +204,7 @@ class CableMotion(StripMotion):
     """A link of ANCF cables; nodes have (x, y, dx/ds, dy/ds)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
-        """Angle turned there since t = 0 and its rate, each (times,)."""
+        """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
         node = self.nodes[name]
         slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
@@ -262,6 +262,6 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
 
 
 def shares(body: Flexible, pieces: Array) -> Array:
-    """Lengths of a beam's elements, m, that the integrals of their functions give to each node, (nodes,)."""
+    """Integrate the shape functions along a beam: the length, m, of each node in a distributed load, (nodes,)."""
     lengths: Array = centre_weights(body, pieces)[:, 0] * pieces.sum()
     return lengths

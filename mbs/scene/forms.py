@@ -1,7 +1,7 @@
-"""Rows of elements as equations of rigid bodies at one time or many: residual, Jacobian and what is quadratic in the rates.
+"""Constraints of elements as equations of rigid bodies at one time or many: residual, Jacobian and convective term.
 
-A body has the coordinates (x, y, turn since t = 0) of one of its points; a place is a complex number x + i y. The same equations
-close the loops of a linkage and hold bodies in the engine.
+A body has the coordinates (x, y, angle since t = 0) of one of its points; a place is a complex number x + i y. The same equations
+close the loops of a linkage and constrain bodies in the engine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..geometry import Array
 
 
 class Ends(NamedTuple):
-    """Numbers of bodies in forms: that of the body of a place, the last for the ground, and the arm to it at t = 0, m."""
+    """Functions of a place: number of its body, the last for the ground; arm from the body's point and place at t = 0 [m]."""
 
     number: Callable[[Place], int]
     arm: Callable[[Place], complex]
@@ -25,10 +25,10 @@ class Ends(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of one sort as arrays, shape (terms,): places `at` among all terms, two bodies by number, the ground last.
+    """Terms of constraints as arrays, shape (terms,): index `at` among all terms, two bodies by number, the ground last.
 
-    The arms lead from the bodies' own points to the term's at t = 0 [m]. The direction at t = 0 turns with `frame`; where
-    `apart` is true the term is a distance, and its direction that from second to first.
+    Arms lead from the points of the bodies' coordinates to the points of the term, at t = 0 [m]. The direction at t = 0 turns
+    with the body `frame`. If `is_distance`, the term is the distance, and its direction leads from second to first point.
     """
 
     at: Array
@@ -42,7 +42,7 @@ class Terms(NamedTuple):
 
 
 class Forms:
-    """Rows over a number of bodies besides the ground."""
+    """Constraints between a number of bodies and the ground; each row is a sum of terms with coefficients."""
 
     def __init__(self, rows: Sequence[Row], bodies: int, ends: Ends) -> None:
         self.bodies, self.count = bodies, len(rows)
@@ -67,7 +67,7 @@ class Forms:
         self.start = self._sum_terms(self._at_start([measure for _, _, measure in terms], ends), -1)
 
     def _at_start(self, measures: list[Any], ends: Ends) -> Array:
-        """Values of all terms at t = 0; turns are counted from there."""
+        """Compute the values of all terms at t = 0; angles are counted from there."""
         start = np.zeros(len(measures))
         for k, measure in enumerate(measures):
             if not isinstance(measure, Turn):
@@ -85,9 +85,9 @@ class Forms:
         return found
 
     def system(self, q: Array) -> tuple[Array, Array]:
-        """Residual C (..., rows) and Jacobian J (..., rows, 3 bodies), motions left out.
+        """Compute residual C (..., rows) and Jacobian J (..., rows, 3 bodies), without the travel of drives.
 
-        The coordinates `q` (..., bodies, 3) are places [m] and turns since t = 0 [rad].
+        The coordinates `q` (..., bodies, 3) are places [m] and angles since t = 0 [rad].
         """
         n, lead = self.bodies, q.shape[:-2]
         value, jacobian = np.zeros((*lead, len(self.share))), np.zeros((*lead, len(self.share), n + 1, 3))
@@ -107,7 +107,7 @@ class Forms:
         return self._sum_terms(value, -1) - self.start, whole
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """Return the term gamma of J q_tt = gamma, what is quadratic in the rates, shape (..., rows)."""
+        """Compute the convective term gamma of J q_tt = gamma, quadratic in the rates, shape (..., rows)."""
         gamma = np.zeros((*q.shape[:-2], len(self.share)))
         if q_t.any():
             i, j, f = self.points.first, self.points.second, self.points.frame
@@ -121,7 +121,7 @@ class Forms:
         return self._sum_terms(gamma, -1)
 
     def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Compute the turns of all bodies; of terms of points: both arms, from the second place to the first, direction."""
+        """Compute the angles of all bodies, and for terms of points: both arms, vector from second to first place, direction."""
         rows, (z, turned) = self.points, self._with_ground(q)
         unit = np.exp(1j * turned)
         arm_1, arm_2 = rows.arm_1 * unit[..., rows.first], rows.arm_2 * unit[..., rows.second]
@@ -131,7 +131,7 @@ class Forms:
         return turned, arm_1, arm_2, apart, d
 
     def _with_ground(self, q: Array) -> tuple[Array, Array]:
-        """Places as complex numbers and angles, or their rates, each (..., bodies + 1): the ground last, where it was."""
+        """Return complex places and angles, or their rates, each (..., bodies + 1), those of the ground last, zero."""
         n = self.bodies
         z, angle = np.zeros((*q.shape[:-2], n + 1), dtype=complex), np.zeros((*q.shape[:-2], n + 1))
         z.real[..., :n], z.imag[..., :n], angle[..., :n] = q[..., 0], q[..., 1], q[..., 2]
@@ -145,5 +145,5 @@ def _table(table: list[list[Any]]) -> Terms:
 
 
 def _dot(one: Array, other: Array) -> Array:
-    """Scalar product of vectors as complex numbers."""
+    """Compute scalar products of vectors as complex numbers."""
     return one.real * other.real + one.imag * other.imag

@@ -1,4 +1,4 @@
-"""Kinematics of the ideal mechanism, every link rigid: one loop closure for any linkage, at one time or many, and its masses.
+"""Kinematics and masses of the mechanism with every link rigid, at one time or many.
 
 Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0 (see
 `buckler.mbs.elements.rows`); then J q_t = -C_t and J q_tt = gamma - C_tt, J the Jacobian dC/dq and gamma what is quadratic in the
@@ -31,27 +31,27 @@ ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 
 ASIDE = 1e-2
-"""Distance from the drawn pose, lengths or rad, at which general position is judged: far above rounding, well within reach."""
+"""Distance of the pose in general position from the drawn one, over the longest link or in rad: far above rounding."""
 POSES = 4
-"""Poses that are tried there, in random directions: one of them could be special, too."""
+"""Number of random poses of which the one with the largest rank is taken: a single one could be special, too."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism whose links are all taken as rigid; its drives are known up to the time `last` [s]."""
+    """Loop closure of a mechanism with all links rigid; drives are evaluated up to the time `last` [s]."""
 
     mechanism: Mechanism
     last: float = np.inf
 
     def until(self, last: float) -> Linkage:
-        """Return the linkage whose drives tell where they are up to a time [s]."""
+        """Return the linkage with drives that are evaluated up to a time [s]."""
         found = copy(self)
         object.__setattr__(found, "last", last)
         return found
 
     @cached_property
     def index(self) -> dict[str, int]:
-        """Place of each link in the coordinate array."""
+        """Index of each link in the coordinate array."""
         return {link.name: i for i, link in enumerate(self.mechanism.links)}
 
     @cached_property
@@ -80,7 +80,7 @@ class Linkage:
 
     @cached_property
     def drive_rows(self) -> list[tuple[int, Any]]:
-        """Rows that follow a motion: place among the rows, motion."""
+        """Rows that follow a motion: index of the row, motion."""
         return [(k, row.motion) for k, (_, row) in enumerate(self.named_rows) if row.motion is not None]
 
     def _number(self, place: Place) -> int:
@@ -102,7 +102,7 @@ class Linkage:
     # --- places and velocities --------------------------------------------------------------------------------------------
 
     def position(self, link: str, point: str, q: Array) -> Array:
-        """Position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
+        """Return the position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
         if link == GROUND:
             return np.array(self.mechanism.points[point])
         i = self.index[link]
@@ -110,7 +110,7 @@ class Linkage:
         return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
 
     def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:
-        """Velocity of a point of a link, m/s."""
+        """Return the velocity of a point of a link, m/s."""
         if link == GROUND:
             return np.zeros(2)
         i = self.index[link]
@@ -120,20 +120,20 @@ class Linkage:
     # --- constraints ------------------------------------------------------------------------------------------------------
 
     def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
-        """Residual C, Jacobian J and convective term gamma, the drives' parts left out.
+        """Compute residual C, Jacobian J and convective term gamma, without the travel of drives.
 
-        Of coordinates and rates (..., links, 3) they have shapes (..., rows), (..., rows, 3 links), (..., rows).
+        For coordinates and rates (..., links, 3) they have the shapes (..., rows), (..., rows, 3 links), (..., rows).
         """
         residual, jacobian = self._forms.system(q - self._turned_by)
         return residual, jacobian, self.convective(q, q_t)
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """Return the term gamma, what is quadratic in the velocities, shape (..., rows)."""
+        """Compute the convective term gamma, quadratic in the velocities, shape (..., rows)."""
         return self._forms.convective(q - self._turned_by, q_t)
 
     @cached_property
     def _turned_by(self) -> Array:
-        """The links' directions at t = 0, in their places among the coordinates."""
+        """Coordinates with the links' directions at t = 0 and zero places."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
     def travel(self, time: ArrayLike) -> Array:
@@ -141,11 +141,11 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.position(t))
 
     def speed(self, time: ArrayLike) -> Array:
-        """Return its rate."""
+        """Return the rate of the travel of the drives."""
         return self._drive_values(time, lambda motion, t: motion.speed(t))
 
     def acceleration(self, time: ArrayLike) -> Array:
-        """Return the rate of that; nothing is asked for times beyond `last`."""
+        """Return the second rate of the travel of the drives; no drive is evaluated beyond `last`."""
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, ask: Any) -> Array:
@@ -163,10 +163,10 @@ class Linkage:
 
     @cached_property
     def general_pose(self) -> Array:
-        """Pose in general position, shape (links, 3): close to the drawn one, its loops closed, its drives moved.
+        """Pose in general position, shape (links, 3): close to the drawn one, with closed loops and moved drives.
 
-        Rows that depend on others in a single pose only, as of a parallelogram drawn in one line, are independent there; rows
-        that are redundant in every pose stay so. A linkage that cannot move is where it is drawn.
+        Rows that are dependent in the drawn pose only, as for a parallelogram drawn in one line, are independent here. Rows that
+        are redundant in every pose stay so. A linkage that cannot move has the drawn pose.
         """
         drawn = self.reference
         rows = self.lasting[[self.named_rows[k][1].motion is None for k in self.lasting]]
@@ -184,7 +184,7 @@ class Linkage:
         return best
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
-        """Close loops by the Gauss-Newton method from nearby; None where that fails."""
+        """Close loops by the Gauss-Newton method from a nearby pose; None if that fails."""
         for _ in range(20):
             residual, jacobian, _ = self.system(q, np.zeros_like(q))
             if np.abs(residual[rows]).max() < 1e-13 * max(1.0, self.size):
@@ -194,13 +194,13 @@ class Linkage:
         return q if np.abs(residual[rows]).max() < 1e-11 * max(1.0, self.size) and far < 20 * ASIDE else None
 
     def mobility(self) -> int:
-        """Degrees of freedom left at t = 0 with the drives locked: 0 for a fully driven linkage."""
+        """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
         jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
         return jacobian.shape[1] - rank(jacobian)
 
 
 def solve_rates(jacobian: Array, right: Array) -> Array:
-    """Solve for rates that the rows decide, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
+    """Solve the rows for rates, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
     if jacobian.shape[-2] == jacobian.shape[-1]:
         found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
         return found
@@ -209,13 +209,13 @@ def solve_rates(jacobian: Array, right: Array) -> Array:
 
 
 def invert(matrix: Array) -> Array:
-    """Invert matrices, shape (..., m, n); by Moore and Penrose where they are not square."""
+    """Invert matrices, shape (..., m, n); by the Moore-Penrose inverse if they are not square."""
     square = matrix.shape[-2] == matrix.shape[-1]
     return np.linalg.inv(matrix) if square else np.linalg.pinv(matrix, rcond=ROUNDING)
 
 
 def rank(jacobian: Array) -> int:
-    """Number of independent rows."""
+    """Return the number of independent rows."""
     least = ROUNDING * max(1.0, np.abs(jacobian).max(initial=0.0))
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
@@ -227,14 +227,14 @@ def involved_elements(names: list[str], weights: Array) -> list[str]:
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
-    """Largest speed of a driven link within a duration [s], rad/s; 0 where points are driven, or nothing."""
+    """Return the largest speed of a driven link within a duration [s], rad/s; 0 if no link is driven."""
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
 
 
 class Part(NamedTuple):
-    """A mass, kg, with its inertia, kg m^2, on a link, by number, at an arm from the link's start at t = 0, m."""
+    """A mass [kg] with its inertia [kg m^2] on a link, given by number, at an arm from the link's start at t = 0 [m]."""
 
     link: int
     mass: float
@@ -243,7 +243,7 @@ class Part(NamedTuple):
 
 
 def carried_masses(linkage: Linkage) -> Iterator[Part]:
-    """Yield the links' own masses, the blocks of guides, and what elements put on links."""
+    """Yield the masses of links, of blocks of guides, and of elements on links."""
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
@@ -260,7 +260,7 @@ def carried_masses(linkage: Linkage) -> Iterator[Part]:
 
 
 def mass_matrix(linkage: Linkage, q: Array) -> Array:
-    """Mass matrix by the coordinates of the links' starts, q (..., links, 3) -> (..., 3 links, 3 links)."""
+    """Compute the mass matrix for the coordinates of the links' start points, q (..., links, 3) -> (..., 3 links, 3 links)."""
     n = len(linkage.index)
     matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
     for part in carried_masses(linkage):

@@ -1,4 +1,4 @@
-"""Remarks on a mechanism: redundant constraints, forces that no equation determines, too many drives, what looks forgotten."""
+"""Remarks on a mechanism: redundant constraints, undetermined forces, too many drives, joints and loads that seem forgotten."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .linkage import ROUNDING, Linkage, rank
 from .start import jacobian, name_surplus_drives
 
 SHARE = 1e-6
-"""Part of a row in a vector that no force balances, above which its force counts as shared."""
+"""Component of a row in a null vector of the transposed Jacobian above which its multiplier is undetermined."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
-    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what looks forgotten."""
+    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and seeming omissions."""
     mechanism, found = linkage.mechanism, []
     if redundant:
         shared = ", ".join(map(repr, undetermined))
@@ -68,7 +68,7 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
 
 
 def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:
-    """Bodies that joints and guides tie to each body, everywhere or at one point only."""
+    """Return for each body the set of bodies connected to it by joints and guides, by those at one point if it is given."""
     groups = {name: {name} for name in (GROUND, *(link.name for link in mechanism.links))}
     ties = [(joint.first, joint.second) for joint in mechanism.joints if point in (None, joint.point)]
     ties += [(guide.link, GROUND) for guide in mechanism.guides if point is None]
@@ -80,14 +80,14 @@ def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str
 
 
 def find_redundant(linkage: Linkage) -> list[str]:
-    """Find the elements whose rows depend on those of others in general position; flexible links are flexible."""
+    """Find the elements whose rows depend on those of others in general position; flexible links may deform."""
     names, matrix = _constraints(linkage)
     kept = independent_rows(matrix)
     return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
 
 
 def find_undetermined(linkage: Linkage) -> list[str]:
-    """Find the elements whose forces no equation determines: redundant ones share them, in poses in general position."""
+    """Find the elements whose forces no equation determines, as rows are redundant in general position."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
     shares = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
@@ -96,7 +96,7 @@ def find_undetermined(linkage: Linkage) -> list[str]:
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Names and derivatives of all lasting rows in general position; rows of drives come first."""
+    """Return names and derivatives of the rows that hold during a run, in general position; rows of drives come first."""
     rigid, loose = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
     order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
@@ -105,7 +105,7 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
 
 
 def independent_rows(matrix: Array) -> list[int]:
-    """Rows that say what those before do not."""
+    """Find the rows that do not depend on those before them, by Gram-Schmidt orthogonalisation, twice for rounding."""
     kept: list[int] = []
     basis = np.empty((0, matrix.shape[1]))
     for k, row in enumerate(matrix):

@@ -1,4 +1,4 @@
-"""Scene: what follows from a mechanism, asked once and read by solvers, statics, checks and signals."""
+"""Scene: properties derived from a mechanism, computed once for solvers, statics, checks and signals."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .start import Start, start
 STIFF = 1e5
 """Decay rate of contact damping from which the implicit integrator is the faster one [1/s]."""
 DEPTH = 1e-5
-"""Penetration at which contact damping is measured [m]: between those of light and of hard impacts."""
+"""Depth at which contact damping is evaluated [m]: between those of light and of hard impacts."""
 SPEED = 1e-3
-"""Approach speed over which the rise of the contact force is measured [m/s]: below it laws are linear in the speed."""
+"""Difference of speed with which the slope of the contact force is taken [m/s]: laws are linear below it."""
 APPROACH = 0.1
-"""Onset speed of the impact in which contact damping is measured [m/s]."""
+"""Speed at the onset of the impact in which contact damping is evaluated [m/s]."""
 
 
 class Scene:
-    """Mechanism with what follows from it: rows, start, redundant constraints, sizes, times.
+    """Mechanism with derived properties: constraints, start, redundant constraints, sizes, times.
 
-    All is found at the first question and kept: a mechanism never changes.
+    Each is computed at first use and kept, as a mechanism never changes.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -39,7 +39,7 @@ class Scene:
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Scene:
-        """Return the scene of a mechanism, which the mechanism keeps."""
+        """Return the scene of a mechanism; the mechanism stores it."""
         if not hasattr(mechanism, "scene"):
             object.__setattr__(mechanism, "scene", cls(mechanism))
         found: Scene = mechanism.scene  # type: ignore[attr-defined]
@@ -78,27 +78,27 @@ class Scene:
 
     @cached_property
     def start(self) -> Start:
-        """Velocities at t = 0; KinematicsError if drives and given velocities ask for the impossible."""
+        """Velocities at t = 0; KinematicsError if drives and given velocities contradict the constraints."""
         return start(self.linkage)
 
     @cached_property
     def redundant(self) -> list[str]:
-        """Elements whose rows say nothing that others do not, in poses in general position; flexible links being flexible."""
+        """Elements whose rows depend on those of others in general position, where flexible links may deform."""
         return find_redundant(self.linkage)
 
     @cached_property
     def undetermined(self) -> list[str]:
-        """Elements whose forces no equation determines: redundant ones share them."""
+        """Elements whose forces no equation determines, as rows are redundant."""
         return find_undetermined(self.linkage)
 
     @cached_property
     def remarks(self) -> list[str]:
-        """Remarks in sentences: redundant constraints, too many drives, and what looks forgotten."""
+        """Remarks in sentences: redundant constraints, too many drives, and seeming omissions."""
         return remarks(self.linkage, self.redundant, self.undetermined)
 
     @cached_property
     def is_determined(self) -> bool:
-        """True if constraints and drives alone decide the pose: as many independent constraints as coordinates."""
+        """True if constraints and drives alone determine the pose: as many independent constraints as coordinates."""
         if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
             return False
         rows = self.linkage.named_rows
@@ -108,7 +108,7 @@ class Scene:
 
     @cached_property
     def why_not_kinematic(self) -> str:
-        """Reason why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
+        """Reason why constraints do not determine the motion, or an element not its force in a known motion; '' if they do."""
         mechanism = self.mechanism
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
@@ -130,7 +130,7 @@ class Scene:
 
     @property
     def is_kinematic(self) -> bool:
-        """True if constraints alone decide the motion, and all elements know their forces in a known motion."""
+        """True if constraints alone determine the motion, and all elements have known forces in a known motion."""
         return not self.why_not_kinematic
 
     # --- sizes and times --------------------------------------------------------------------------------------------------
@@ -148,26 +148,26 @@ class Scene:
 
     @cached_property
     def axial_period(self) -> float:
-        """Longest period of axial vibration [s]: a flexible link as a spring that holds all mass there is; 0 without any."""
+        """Bound of the periods of axial vibration [s]: a flexible link as a spring with all mass; 0 without flexible links."""
         bodies: list[tuple[Any, float]] = [(link.body, self.mechanism.length(link.name)) for link in self.mechanism.links]
         springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
         return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in (0, duration) at which something that acts has a kink or jump, in order [s]."""
+        """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         known = {t for element in self.elements.values() for t in element.kinks(duration)}
         return tuple(sorted({*known, *edges_along(duration)}))
 
-    # --- what suits it ----------------------------------------------------------------------------------------------------
+    # --- choice of solvers ------------------------------------------------------------------------------------------------
 
     @cached_property
     def has_user_code(self) -> bool:
-        """True if a part of it is a function in Python, or an object of a class, that is not Buckler's."""
+        """True if the mechanism contains Python functions or objects that are not Buckler's."""
         return has_user_code(self.mechanism)
 
     @cached_property
     def is_stiffly_damped(self) -> bool:
-        """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`."""
+        """True if a joint with clearance damps the lightest link at a rate beyond `STIFF_RATE`."""
         laws = [joint.law for joint in self.clearances]
         if not laws:
             return False
@@ -177,7 +177,7 @@ class Scene:
 
     @cached_property
     def is_loose(self) -> bool:
-        """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant speed, no states."""
+        """True if an explicit integrator suits: rigid links, clearance in all joints, constant speed, soft dampers, no states."""
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

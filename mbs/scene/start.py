@@ -1,7 +1,7 @@
-"""Velocities at the start: what drives and given velocities ask for, completed through the constraints by least kinetic energy.
+"""Velocities at the start: those with the least kinetic energy that satisfy drives, given velocities and constraints.
 
-Links move as if rigid as long as that is possible. Where it is not, as in a truss of strips, flexible links give way: their
-points get velocities of their own, as small as possible where the link is stiff.
+Links move as if rigid if that is possible. If not, as in a truss of strips, points of flexible links have additional velocities,
+which are least in a norm weighted by the stiffness of the link.
 """
 
 from __future__ import annotations
@@ -24,10 +24,9 @@ EXACT = 1e-9
 
 @dataclass(frozen=True)
 class Start:
-    """Velocities at t = 0: `rates` (links, 3) of all links as if rigid, of the start [m/s] and of turning [rad/s].
+    """Velocities at t = 0: `rates` (links, 3) of rigid motions of all links, of the start point [m/s] and the angle [rad/s].
 
-    By flexible link and point, `bends` (3,) are what the point moves and turns besides; links that need not give way are left
-    out.
+    By flexible link and point, `bends` (3,) are additional velocities (x, y, angle); links that move rigidly are left out.
     """
 
     linkage: Linkage
@@ -35,14 +34,14 @@ class Start:
     bends: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
     def velocity(self, link: str, point: str) -> Array:
-        """Velocity of a point of a link, m/s."""
+        """Return the velocity of a point of a link, m/s."""
         rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
     def bending(self, link: Link, at: Mapping[str, float], x: Array) -> Array:
-        """Return the velocity of bending of a flexible link at x along its chord, m: (vx, vy, spin), shape (n, 3).
+        """Interpolate the additional velocity of a flexible link at x along its chord, m: (vx, vy, spin), shape (n, 3).
 
-        Between its points, which are at `at` along the chord, it is linear along the link and cubic across.
+        Between the points, at `at` along the chord, it is linear along the link and cubic across.
         """
         if link.name not in self.bends:
             return np.zeros((len(x), 3))
@@ -59,7 +58,7 @@ class Start:
 
 
 class Stations:
-    """The points of flexible links with velocities of their own: three columns each, in the link's axes, stiffness-weighted."""
+    """Points of flexible links with additional velocities: three columns each, in the link's axes, weighted by stiffness."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         links = [link for link in mechanism.links if link.body.flexible]
@@ -80,14 +79,14 @@ class Stations:
         return found.ravel()
 
     def station_row(self, k: int, direction: Array) -> Array:
-        """Return the row of a velocity (vx, vy, spin) . direction of one station."""
+        """Return the row of the scalar product of one station's velocity (vx, vy, spin) with a direction."""
         found = np.zeros((len(self.points), 3))
         found[k] = direction @ self.turns[k]
         return found.ravel()
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
-    """Velocity (x, y, turn) of a point by its weighted parts: along the link divided by its stiffness, and so on."""
+    """Return the matrix from weighted velocities along, across and of the angle of a link to (x, y, angle)."""
     link, length = mechanism.link(name), mechanism.length(name)
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
@@ -122,7 +121,7 @@ def name_surplus_drives(linkage: Linkage) -> str:
 def start(linkage: Linkage) -> Start:
     """Compute the velocities at t = 0.
 
-    A KinematicsError, at a dead centre or a contradiction, names the elements.
+    Raises KinematicsError, with the names of the elements, at a dead centre or if velocities contradict each other.
     """
     mechanism = linkage.mechanism
     rigid, loose = jacobian(linkage)
@@ -151,7 +150,7 @@ def start(linkage: Linkage) -> Start:
 
 
 def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
-    """Least velocities of the stations with which the rigid links can meet the rows, and what is left unmet."""
+    """Find the least velocities of the stations with which rigid motions can satisfy the rows; return also the residual."""
     scale = max(1.0, np.abs(right).max(initial=0.0))
     missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
     if not loose.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
@@ -163,7 +162,7 @@ def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
 
 
 def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
-    """Rates u with rows u = right and the least u^T mass u."""
+    """Return the rates u with rows u = right and the least u^T mass u."""
     if not right.any():
         return np.zeros(len(mass))
     unit = 1 / np.sqrt(np.diag(mass))
@@ -194,7 +193,7 @@ def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str
 
 
 def carrier(mechanism: Mechanism, at: str) -> tuple[str, str]:
-    """Link and point of a point reference: the first link that has the point where none is named."""
+    """Return link and point of a reference to a point; the first link with the point if none is named."""
     body, point = place(at)
     if body and body != GROUND:
         return body, point

@@ -1,4 +1,4 @@
-"""Refinement: with made-up runs whose errors are known, runs that fail, and motions whose parting is known."""
+"""Refinement: with made-up runs whose errors are known, runs that fail, and motions whose separation is known."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -138,7 +138,7 @@ def exponential(rate, floor=0.0):
 
 
 def test_chaos_is_named_by_the_third_or_fourth_run():
-    """Digits for e^60 there are none: errors are those up to the parting."""
+    """Digits for e^60 there are none: errors are those up to the separation."""
     answer, levels = found(exponential(120.0))
     assert answer.chaos is Status.CHAOTIC and len(levels) <= 4
     assert 0.02 < answer.errors.until < 0.2 and answer.errors["P.x"] <= 1e-2
