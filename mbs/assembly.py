@@ -20,7 +20,7 @@ Pair = tuple[float, float]
 AGREE = 1e-9
 """Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write."""
 STARTS, ROUNDS, ITERATIONS = 48, 8, 60
-SAME = 1e-6
+SAME_POSE = 1e-6
 """Distance, over the longest link, below which two poses are the same."""
 SINGULAR = 1e-6
 """Ratio of the least to the largest singular value below which a pose is a dead centre: there places have half of the digits."""
@@ -102,8 +102,8 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
         if link.start not in found or link.end not in found:
             continue  # the link's own check names it
         for point, (x, y) in link.inner(found[link.start], found[link.end]).items():
-            off = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
-            if off > AGREE * abs(_apart(link, found)):
+            distance = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
+            if distance > AGREE * abs(_vector(link, found)):
                 right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
                 raise ValueError(f"points['{point}'] = {short(found[point])} m: {right}")
             found[point] = (x, y)
@@ -117,10 +117,10 @@ def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
     """Return the length of a link, as given or from the places of its ends; None if it is unknown."""
     if link.length is not None or not {link.start, link.end} <= set(points):
         return link.length
-    return abs(_apart(link, points))
+    return abs(_vector(link, points))
 
 
-def _apart(link: Any, points: Mapping[str, Pair]) -> complex:
+def _vector(link: Any, points: Mapping[str, Pair]) -> complex:
     return complex(*points[link.end]) - complex(*points[link.start])
 
 
@@ -139,16 +139,16 @@ def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float
     for link in links:
         if link.start not in at or link.end not in at:
             continue
-        apart, equations = at[link.end] - at[link.start], []
+        vector, equations = at[link.end] - at[link.start], []
         if link.angle is not None and link.length is not None:
-            way = apart.copy()
-            way[-1] -= rect(link.length, link.angle)
-            equations.append(way)
+            equation = vector.copy()
+            equation[-1] -= rect(link.length, link.angle)
+            equations.append(equation)
         elif link.angle is not None:
-            yield (apart * rect(1.0, -link.angle)).imag
+            yield (vector * rect(1.0, -link.angle)).imag
         if length := lengths.get(link.name):
             carried = link.carried_places(length).items()
-            equations += [at[point] - at[link.start] - apart * complex(x, y) / length for point, (x, y) in carried]
+            equations += [at[point] - at[link.start] - vector * complex(x, y) / length for point, (x, y) in carried]
         for each in equations:
             yield each.real
             yield each.imag
@@ -174,9 +174,9 @@ class _Poses:
 
     def residual(self, coordinates: Array) -> tuple[Array, Array]:
         """Compute (|v|^2 - L^2) / 2 L, v = M z + c [m], and its derivatives, for z of shape (starts, open)."""
-        apart = coordinates @ self.matrix.T + self.constant
-        value = (np.abs(apart) ** 2 - self.lengths**2) / (2 * self.lengths)
-        return value, (apart.conj()[..., None] * self.matrix).real / self.lengths[:, None]
+        vectors = coordinates @ self.matrix.T + self.constant
+        value = (np.abs(vectors) ** 2 - self.lengths**2) / (2 * self.lengths)
+        return value, (vectors.conj()[..., None] * self.matrix).real / self.lengths[:, None]
 
     def check_decided(self, links: list[Any]) -> None:
         """Raise a ValueError if there are fewer equations than unknowns."""
@@ -201,7 +201,7 @@ class _Poses:
             met = [x for x, gap in zip(poses, gaps, strict=True) if gap < 1e-12 * size]
             before = len(found)
             for x in met:
-                if all(np.abs(x - other).max() > SAME * size for other in found):
+                if all(np.abs(x - other).max() > SAME_POSE * size for other in found):
                     found.append(x)
             if len(found) == before:
                 return found or [poses[np.argmin(gaps)]], bool(found)
@@ -215,10 +215,10 @@ class _Poses:
             square = np.einsum("sqi,sqj->sij", slopes, slopes)
             square += (damping[:, None] + 1e-14)[..., None] * np.eye(coordinates.shape[1])
             right = np.einsum("sqi,sq->si", slopes, value)
-            tried = coordinates - np.linalg.solve(square, right[..., None])[..., 0]
-            new_value, new_slopes = self.residual(tried)
+            trial = coordinates - np.linalg.solve(square, right[..., None])[..., 0]
+            new_value, new_slopes = self.residual(trial)
             better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
-            coordinates = np.where(better[:, None], tried, coordinates)
+            coordinates = np.where(better[:, None], trial, coordinates)
             value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
             damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
             if (np.abs(value) < 1e-14 * self.lengths.max()).all():
@@ -246,19 +246,19 @@ def _by_name(unknown: list[str], x: Array) -> dict[str, Pair]:
 
 def _nearest(near: Mapping[str, Pair], size: float) -> Any:
     """Make a key that orders poses by the sum of squared distances from rough places; others keep their order."""
-    step = SAME * size**2
+    step = SAME_POSE * size**2
     return lambda pose: round(sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) / step)
 
 
 def _topmost(unknown: list[str], size: float) -> Any:
     """Make a key that orders poses: first the one whose first differing point is highest, then farthest right."""
-    step = SAME * size
+    step = SAME_POSE * size
     return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
 
 def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
     """Return True if a link has the direction of its angle, not the opposite one."""
-    return link.angle is None or (_apart(link, points) * rect(1.0, -link.angle)).real >= 0
+    return link.angle is None or (_vector(link, points) * rect(1.0, -link.angle)).real >= 0
 
 
 def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
@@ -270,19 +270,19 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
     """Make the error for lengths that no pose has, from the pose with the least gap."""
-    apart = {link.name: abs(_apart(link, points)) for link in links}
-    off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
-    each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)
+    best = {link.name: abs(_vector(link, points)) for link in links}
+    wrong = [link for link in links if abs(best[link.name] - link.length) > 1e-3 * link.length] or links
+    each = ", ".join(f"'{link.name}' {best[link.name]:.4g} m for {link.length:.4g} m" for link in wrong)
     return ValueError(f"links: out of reach, no pose has these lengths; at best {each}; a plain number is in m")
 
 
 def _check(link: Any, points: Mapping[str, Pair]) -> None:
-    apart, where = _apart(link, points), f"'{link.start}' and '{link.end}'"
-    if link.length is not None and abs(abs(apart) - link.length) > AGREE * link.length:
-        why = f"{where} are {abs(apart):.9g} m apart"
+    vector, where = _vector(link, points), f"'{link.start}' and '{link.end}'"
+    if link.length is not None and abs(abs(vector) - link.length) > AGREE * link.length:
+        why = f"{where} are {abs(vector):.9g} m apart"
         raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
     if link.angle is not None:
-        off = (apart * rect(1.0, -link.angle)).imag
-        if abs(off) > AGREE * abs(apart) or not _has_sense(link, points):
-            why = f"{where} lie in the direction of {phase(apart):.9g} rad"
+        across = (vector * rect(1.0, -link.angle)).imag
+        if abs(across) > AGREE * abs(vector) or not _has_sense(link, points):
+            why = f"{where} lie in the direction of {phase(vector):.9g} rad"
             raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")

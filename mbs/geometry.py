@@ -21,9 +21,9 @@ def rotate_left(vectors: Array) -> Array:
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
-def cross(one: Array, other: Array) -> Array:
+def cross(a: Array, b: Array) -> Array:
     """Compute cross products of vectors (..., 2): the moments of forces b at arms a."""
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def unit(vectors: Array) -> tuple[Array, Array]:
@@ -47,10 +47,10 @@ def onsets(time: Array, depth: Array, rate: Array) -> Array:
     k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
     h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
     before, after = h * rate[k], h * rate[k + 1]
-    bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
+    square, cubic = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
     low, high = np.zeros(len(k)), np.ones(len(k))
     for _ in range(HALVINGS):
         s = (low + high) / 2
-        same = (start + s * (before + s * (bend + s * twist)) > 0) == (start > 0)
+        same = (start + s * (before + s * (square + s * cubic)) > 0) == (start > 0)
         low, high = np.where(same, s, low), np.where(same, high, s)
     return np.asarray(time[k] + h * high)

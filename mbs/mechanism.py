@@ -105,23 +105,22 @@ class Mechanism(Parts):
 
     points: Mapping[str, Pair] = field(
         Places(Vector("m"), "points"),
-        "places at t = 0; those that lengths and angles of links, or the place on a link that carries them, decide may be left "
-        "out: they follow",
+        "places at t = 0; a point may be left out if lengths and angles of links determine it, or if a link carries it",
     )
     links: Sequence[Link] = field(Links(Part((Link,))), "what moves; by name in files")
     joints: Sequence[Joint] = _elements("joints", "what joins links")
     guides: Sequence[Guide] = _elements("guides", "slider blocks")
     stops: Sequence[Stop] = _elements("stops", "what points must not pass")
-    drives: Sequence[Drive] = _elements("drives", "what moves as it is told")
+    drives: Sequence[Drive] = _elements("drives", "prescribed motions")
     loads: Sequence[Load] = _elements("loads", "forces, torques, motors, springs")
     masses: Sequence[Mass] = _elements("masses", "masses fixed to links")
     couplings: Sequence[Coupling] = _elements("couplings", "gears, racks, belts, ropes")
     velocities: Mapping[str, float | Pair] = field(
         Named(Either((Quantity("rad/s"), Vector("m/s"))), "links and points"),
-        "given at t = 0: of a link's turning, rad/s, or of a point, m/s",
+        "given at t = 0: angular velocity of a link, rad/s, or velocity of a point, m/s",
         default_factory=dict,
     )
-    gravity: Pair = vector("m/s^2", doc="in the plane; zero also stands for gravity normal to it", default=(0.0, 0.0))
+    gravity: Pair = vector("m/s^2", doc="in the plane; zero also for gravity normal to it", default=(0.0, 0.0))
     near: Mapping[str, Pair] = field(
         Named(Vector("m"), "points"),
         "rough places of points left out: of several poses of the same lengths the nearest is taken; by default the topmost",

@@ -20,7 +20,7 @@ import scipy
 
 
 @cache
-def compiler() -> bool:
+def has_compiler() -> bool:
     """Return True if Numba is installed and not switched off by its variable NUMBA_DISABLE_JIT.
 
     Without it the equations run as plain Python: the same numbers, some hundred times slower. A small task such as one
@@ -85,7 +85,7 @@ def time_limit(seconds: float | None) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-class _Noted:
+class _Handler:
     """Signal handler that remembers Ctrl-C."""
 
     def __init__(self) -> None:
@@ -104,19 +104,19 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
     """
     here = threading.current_thread() is threading.main_thread()
     before = signal.getsignal(signal.SIGINT) if here else None
-    noted = before if isinstance(before, _Noted) else _Noted()
-    ours = before is signal.default_int_handler
-    if ours:
-        signal.signal(signal.SIGINT, noted)
+    handler = before if isinstance(before, _Handler) else _Handler()
+    replaced = before is signal.default_int_handler
+    if replaced:
+        signal.signal(signal.SIGINT, handler)
     try:
-        yield lambda: noted.pressed
+        yield lambda: handler.pressed
     finally:
-        if ours:
+        if replaced:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 _LOCK = Lock()
-_BEFORE: list[list[int]] = []
+_COUNTS: list[list[int]] = []
 """Numbers of threads before each `one_thread` that is active; the last one to end restores those of the first."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 
@@ -137,12 +137,12 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
 def one_thread() -> Iterator[None]:
     """Let linear algebra use one thread, until the last active context of this kind ends."""
     with _LOCK:
-        _BEFORE.append([read() for read, _ in _thread_functions()])
+        _COUNTS.append([read() for read, _ in _thread_functions()])
         for _, write in _thread_functions():
             write(1)
     try:
         yield
     finally:
         with _LOCK:
-            for (_, write), count in zip(_thread_functions(), _BEFORE.pop(), strict=True):
+            for (_, write), count in zip(_thread_functions(), _COUNTS.pop(), strict=True):
                 write(count)

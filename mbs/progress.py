@@ -19,7 +19,7 @@ GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the one before: tolerances of levels differ by 8, and steps are as their fourth root."""
 after_step: ContextVar[Callable[[], object]] = ContextVar("after_step", default=lambda: None)
 """Function that is called before each step of a path or a response curve, whose number is not known beforehand."""
-USUAL = (2, 5)
+USUAL_RUNS = (2, 5)
 """Usual least and largest number of runs for one result: see `mbs.accuracy.refine`."""
 
 
@@ -39,7 +39,7 @@ class Forecast:
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
         self.title, self.cases, self.bar, self.runs = title, cases, bar, (1, 1)
-        self.number, self.done, self.told = 1, 0.0, False
+        self.number, self.done, self.printed = 1, 0.0, False
         self.start = self.begin = working_time()
         self.drawn: Any = None
 
@@ -50,8 +50,8 @@ class Forecast:
         self.done = done
         if self.bar:
             self._draw()
-        if not self.told and done > 0 and working_time() - self.start >= SOON:
-            self.told = True
+        if not self.printed and done > 0 and working_time() - self.start >= SOON:
+            self.printed = True
             if text := self.text():
                 print(text, file=sys.stderr, flush=True)
 
@@ -95,10 +95,10 @@ def forecast(progress: bool | Callable[[float], None] | None) -> Callable[[float
     """Make the progress callback of `simulate`: the function given, or a `Forecast`, by default in terminals and notebooks."""
     if callable(progress):
         return progress
-    return Forecast() if (looked_at() if progress is None else progress) else None
+    return Forecast() if (is_interactive() if progress is None else progress) else None
 
 
-def looked_at() -> bool:
+def is_interactive() -> bool:
     """Return True in the main thread of a parent process whose standard error is a terminal, or that serves a notebook."""
     first = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
     return first and (sys.stderr.isatty() or "ipykernel" in sys.modules)

@@ -61,7 +61,7 @@ def _object(name: str, kind: type) -> Schema:
 
 def _describe(field: Declaration) -> Schema:
     """Return the schema of a field's value, with its unit and meaning."""
-    said = [part for part in (field.doc, f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else "") if part]
-    found = dict(field.spec.schema()) | ({"description": " ".join(said)} if said else {})
+    words = [part for part in (field.doc, f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else "") if part]
+    found = dict(field.spec.schema()) | ({"description": " ".join(words)} if words else {})
     plain = isinstance(field.default, bool | int | float | str) and not field.required
     return found | ({"default": field.default} if plain else {})

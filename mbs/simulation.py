@@ -26,8 +26,8 @@ from .geometry import Array
 from .kinematics import exact
 from .mechanism import Mechanism
 from .offers import find_offer
-from .process import Interrupted, Progress, compiler, ctrl_c, one_thread, working_time
-from .progress import USUAL, Forecast, forecast
+from .process import Interrupted, Progress, ctrl_c, has_compiler, one_thread, working_time
+from .progress import USUAL_RUNS, Forecast, forecast
 from .record.errors import Status
 from .record.result import Result
 from .record.run import Run, shapes_at
@@ -64,7 +64,7 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_co
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
-LOOKS = 16
+MOST_REPETITIONS = 16
 """Most repetitions of a run whose steps pass edges of a function: a step that ends on one moves the later ones."""
 STALLED = 3
 """Number of repetitions without halving the shift of edges after which the repetition ends."""
@@ -144,7 +144,7 @@ def simulate(
     followed = forecast(progress)
     runs = _Runs(mechanism, timeout, followed, looks)
     if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
-        followed.runs = USUAL
+        followed.runs = USUAL_RUNS
     try:
         with looking(runs.looks):
             if accuracy is None and solver is not None:
@@ -174,7 +174,7 @@ class _Runs:
     def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
         """Make a run; repeat it with steps that end on the edges of a user's function which its steps have passed."""
         shifts: list[float] = []
-        for _ in range(LOOKS):
+        for _ in range(MOST_REPETITIONS):
             run = self._once(mechanism, span, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
@@ -185,8 +185,8 @@ class _Runs:
                 break
         if passed.many or len(passed.edges):
             what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
-            said = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
-            self.made[-1] = run = replace(run, unseen=f"{said}; name them by a Piecewise, give a Table, or a shorter run")
+            text = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
+            self.made[-1] = run = replace(run, unseen=f"{text}; name them by a Piecewise, give a Table, or a shorter run")
         return run
 
     def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
@@ -211,7 +211,7 @@ class _Runs:
         """Choose the solver, if the user names none; return it with the reason."""
         if Scene.of(self.mechanism).is_kinematic:
             return Closure(), "joints and drives alone decide the motion"
-        if not compiler():
+        if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
         levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
         found = self.scene(levels.settings(levels.first())[1].degree)
@@ -257,8 +257,8 @@ def _times(shapes: Sequence[float], duration: float) -> Array:
 def _interruption(made: Sequence[Run]) -> Interrupted:
     """Make the exception of Ctrl-C, with the run that got farthest, without checks."""
     run = max(reversed(made), key=lambda run: float(run.record.time[-1]))
-    said = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
-    return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
+    message = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
+    return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, message)), None, False, np.empty(0)))
 
 
 def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Array) -> Result:

@@ -41,7 +41,7 @@ class Controlled(Declared):
     )  # fmt: skip
     max_step: float | None = quantity("s", above=0, doc="largest step; a 200th of the duration by default", default=None)
     contact_resolution: int = whole(
-        1, 10_000, doc="steps at least taken for half an oscillation of the guided mass on its stop", default=40
+        1, 10_000, doc="least number of steps in half an oscillation of the guided mass on its stop", default=40
     )
     max_steps: int = whole(1, 10**9, doc="a run that takes more ends as TOO_MANY_STEPS", default=1_000_000)
 
@@ -104,9 +104,9 @@ class Closure(Declared):
 
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=Controlled,
-        doc="where the motion is sampled: 400 times a turn of the drive, both sides of its kinks and closely within contacts, no "
-        "farther apart than `max_step` and no more often than `max_steps`; or at equal steps alone; no tolerance is needed, as "
-        "all that errs is rounding",
+        doc="times at which the motion is sampled: 400 in each turn of the drive, on both sides of its kinks and closely within "
+        "contacts, at most `max_step` apart and at most `max_steps` of them; or at equal steps; a tolerance has no effect, as "
+        "the only error is rounding",
     )  # fmt: skip
 
 
@@ -122,7 +122,7 @@ class Exudyn(Declared):
 
     in_files = False
 
-    steps: Controlled | Equal = part(Controlled, Equal, doc="how long steps are", default_factory=Controlled)
+    steps: Controlled | Equal = part(Controlled, Equal, doc="length of the steps", default_factory=Controlled)
     spectral_radius: float = field(
         Quantity("1", 0.0, 1.0, open_high=True),
         "of generalized-alpha at infinite frequency: a smaller one damps unresolved axial waves faster; at 1 nothing is damped "
@@ -131,8 +131,8 @@ class Exudyn(Declared):
     )
     newton_absolute: float | None = quantity(
         "N", above=0, default=None,
-        doc="Newton's tolerance on the residual, beside 1e-10 of its first value; by default 5e-12 of the largest axial "
-        "stiffness, ten times what round-off leaves",
+        doc="Newton's absolute tolerance of the residual, in addition to 1e-10 of its first value; by default 5e-12 of the "
+        "largest axial stiffness, ten times its rounding",
     )  # fmt: skip
 
 
@@ -155,17 +155,17 @@ class Spectral(Declared):
 
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
-        doc="how long steps are; the tolerance, 1e-6 by default, is the local error allowed a step, relative to the longest link "
-        "and a radian, and of the inner motion of strips and modes to 100 times their largest deformation so far; a longest step "
-        "that is not given is a 50th of the duration; contacts cut equal steps, too",
+        doc="length of the steps; the tolerance, 1e-6 by default, is the local error allowed in a step, relative to the longest "
+        "link and a radian; that of deformations of strips and modes is relative to 100 times the largest so far; the longest "
+        "step is a 50th of the duration by default; contacts cut equal steps, too",
     )  # fmt: skip
     degree: int | None = whole(2, 60, doc="of the strips' polynomials; 8 by default", default=None)
     contact_tolerance: float = quantity(
-        "1", above=0, high=1, doc="local error allowed of the depth of a contact, relative to it", default=1e-2
+        "1", above=0, high=1, doc="local error allowed of the depth of a contact, relative to the depth", default=1e-2
     )
     method: str = choice(
         "chosen", "implicit", "explicit", default="chosen",
-        doc="'chosen' from the scene: explicit for rigid links that hang together by joints with clearance",
+        doc="'chosen' from the scene: explicit if all joints of rigid links have clearance",
     )  # fmt: skip
 
     @property

@@ -228,7 +228,7 @@ def label_with_unit(name: str, unit: str) -> str:
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
-def behind(units: Mapping[str, str], name: str) -> str:
+def unit_suffix(units: Mapping[str, str], name: str) -> str:
     """Return a space and the unit of one of several quantities, to follow its value; '' for a plain number."""
     unit = units.get(name, "")
     return f" {unit}" if unit not in ("", "1") else ""

@@ -19,10 +19,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 def pytest_configure(config):
     """Compile the solver once, in two processes, before each worker would compile all of it."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
-        from buckler.mbs.process import compiler
+        from buckler.mbs.process import has_compiler
         from buckler.mbs.spectral.beforehand import compile_all
 
-        if compiler():
+        if has_compiler():
             compile_all()
 
 
@@ -39,4 +39,4 @@ def trimmed_heap():
 @pytest.fixture
 def plain(monkeypatch):
     """No compiler: many laws used once each would take longer to compile than to run."""
-    monkeypatch.setattr("buckler.mbs.laws.contact.compiler", lambda: False)
+    monkeypatch.setattr("buckler.mbs.laws.contact.has_compiler", lambda: False)

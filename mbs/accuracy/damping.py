@@ -38,30 +38,30 @@ def radau(angle: Array) -> Array:
 
 def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
     """Return the amplitude of force [N] that numerical damping took from struts up to each sample, the largest of all struts."""
-    most = np.zeros(len(run.time))
+    largest = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in run.struts:
-            rings = np.pad(np.abs(run.signals[mean.source].values - mean.values), (BEFORE, 0))
-            rings = np.lib.stride_tricks.sliding_window_view(rings, BEFORE + 1).max(axis=1)
-            shares = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
-            most = np.maximum(most, np.append(0.0, np.cumsum(shares * rings[:-1])))
-    return most
+            deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (BEFORE, 0))
+            amplitude = np.lib.stride_tricks.sliding_window_view(deviation, BEFORE + 1).max(axis=1)
+            loss = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
+            largest = np.maximum(largest, np.append(0.0, np.cumsum(loss * amplitude[:-1])))
+    return largest
 
 
-def damped(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
+def damping_errors(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
     """Return relative errors of places and of impacts by numerical damping, which two runs have in common."""
     period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
     found = dict[Key, float]()
     if not period or factor is None:
         return found
-    pace = 2 * np.pi * np.sqrt(LIGHTER) / period
-    momentum = lost_amplitude(run, factor) / pace
+    frequency = 2 * np.pi * np.sqrt(LIGHTER) / period
+    momentum = lost_amplitude(run, factor) / frequency
     speed = momentum * LIGHTER / run.mass
-    way = float(speed[-1]) / pace
+    displacement = float(speed[-1]) / frequency
     for name, signal in run.signals.items():
         if signal.kind is Kind.PLACE and not signal.scale:
-            off = min(way / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
-            found |= {(name, norm): off / run.sizes[name, norm] for norm in (Norm.RMS, Norm.PEAK)}
+            error = min(displacement / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
+            found |= {(name, norm): error / run.sizes[name, norm] for norm in (Norm.RMS, Norm.PEAK)}
         if len(signal.depth) and len(signal.onsets):
             first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
             approach = np.abs(np.gradient(signal.depth, run.time))[first]

@@ -17,7 +17,7 @@ from ..elements.signal import Kind
 from ..record.errors import Key, Norm
 from ..record.lookup import unknown
 from ..units import FORCES as UNITS
-from .estimate import LEAST
+from .estimate import LEAST_ERROR
 from .trajectory import FORCES, Trajectory
 from .words import PLACES, read_signals, write_signals
 
@@ -108,7 +108,7 @@ class Asked:
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
             own = float(run.own[name][0]) / run.sizes[name, Norm.RMS]
-            found[name, norm] = max(LEAST, self.asked * (own if norm is Norm.RMS else 1.0))
+            found[name, norm] = max(LEAST_ERROR, self.asked * (own if norm is Norm.RMS else 1.0))
         return found
 
 
@@ -145,7 +145,7 @@ class Usual:
 Demand = Asked | Usual
 
 
-def worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Worst:
+def find_worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Worst:
     """Find the signal with the largest ratio of its error to the allowed one."""
-    seen = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
-    return max(seen, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), 0.0, 1.0))
+    candidates = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
+    return max(candidates, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), 0.0, 1.0))

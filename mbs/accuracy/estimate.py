@@ -24,19 +24,19 @@ from ..geometry import Array
 from ..record.errors import Key, Norm
 from .difference import Difference
 
-PARTED = 0.1
+SEPARATED = 0.1
 """Difference of places, over their range, beyond which runs are separate. At 1 a drift of the phase would pass for chaos."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5
 """Share of all later windows in which separated runs are separate: the different instants of one impact separate them briefly."""
-LAST = 10
+LAST_WINDOWS = 10
 """Windows at the end in which no separation begins: too few are left to see whether it lasts."""
-LEAST = float(np.sqrt(np.finfo(float).eps))
+LEAST_ERROR = float(np.sqrt(np.finfo(float).eps))
 """Least relative error that is estimated or asked for, half of the digits: two runs have rounding errors in common."""
 
 
-def gains(
+def estimate_gains(
     now: Mapping[Key, float], before: Mapping[Key, float] | None, ratios: tuple[float, float], orders: tuple[float, float]
 ) -> dict[Key, float]:
     """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
@@ -50,45 +50,45 @@ def gains(
     ratios : ratios of tolerances, (r, s)
     orders : least and largest order q
     """
-    found, (ratio, ratio_before) = dict.fromkeys(now, orders[0]), ratios
-    for key, off in now.items():
-        if before is not None and off > 0 and before.get(key, 0.0) > 0 and np.isfinite(off):
+    order, (ratio, ratio_before) = dict.fromkeys(now, orders[0]), ratios
+    for key, difference in now.items():
+        if before is not None and difference > 0 and before.get(key, 0.0) > 0 and np.isfinite(difference):
             q = 0.5
             for _ in range(20):
-                q = log(1 + before[key] / off * (1 - ratio**-q)) / log(ratio_before)
-            found[key] = float(np.clip(q, *orders))
-    return {key: ratio**q for key, q in found.items()}
+                q = log(1 + before[key] / difference * (1 - ratio**-q)) / log(ratio_before)
+            order[key] = float(np.clip(q, *orders))
+    return {key: ratio**q for key, q in order.items()}
 
 
-def errors(now: Mapping[Key, float], gain: Mapping[Key, float]) -> dict[Key, float]:
+def estimate_errors(differences: Mapping[Key, float], gain: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate errors of the finer run of a pair; a signal without a gain of its own takes the least of all."""
     least = min(gain.values(), default=2.0)
-    return {key: max(LEAST, off / (gain.get(key, least) - 1)) for key, off in now.items()}
+    return {key: max(LEAST_ERROR, value / (gain.get(key, least) - 1)) for key, value in differences.items()}
 
 
-class Parting:
+class Separation:
     """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
         names = [name for name, signal in pair.b.signals.items() if signal.kind is Kind.PLACE and name in pair.a.signals]
         self.time, self.end = pair.time, pair.end
-        off = pair.relative(names)
-        self.off = off.max(axis=1, initial=0.0)
+        relative = pair.relative(names)
+        self.relative = relative.max(axis=1, initial=0.0)
         limits = np.array([allowed.get((name, Norm.RMS), inf) for name in names])
-        self.over = (off / limits).max(axis=1, initial=0.0)
+        self.over_allowed = (relative / limits).max(axis=1, initial=0.0)
 
     @property
-    def at(self) -> float:
+    def start(self) -> float:
         """Time [s] from which the runs are separate in most windows; infinite if there is none."""
-        far = self.off > PARTED
+        separate = self.relative > SEPARATED
         window = np.minimum((self.time / self.end * WINDOWS).astype(int), WINDOWS - 1)
-        beyond = np.isin(np.arange(WINDOWS), window[far])
-        lasting = beyond & (np.cumsum(beyond[::-1])[::-1] > LASTING * np.arange(WINDOWS, 0, -1))
-        if not lasting[: WINDOWS - LAST].any():
+        has_separate = np.isin(np.arange(WINDOWS), window[separate])
+        lasting = has_separate & (np.cumsum(has_separate[::-1])[::-1] > LASTING * np.arange(WINDOWS, 0, -1))
+        if not lasting[: WINDOWS - LAST_WINDOWS].any():
             return inf
-        return float(self.time[np.argmax(far & (window == np.argmax(lasting)))])
+        return float(self.time[np.argmax(separate & (window == np.argmax(lasting)))])
 
-    def within(self, share: float = 1.0) -> float:
+    def agree_until(self, share: float = 1.0) -> float:
         """Find the time [s] up to which the difference of every place is at most a share of the allowed error."""
-        beyond: Array = np.maximum.accumulate(self.over) > share
+        beyond: Array = np.maximum.accumulate(self.over_allowed) > share
         return float(self.time[max(0, int(np.argmax(beyond)) - 1)]) if beyond.any() else self.end

@@ -161,15 +161,15 @@ class SpectralLevels(Levels):
 
     def raise_degree(self, level: Level, run: Run, allowed: float) -> Level:
         """Return the level with the degrees that an allowed error of the deflection needs, by the decay of its coefficients."""
-        last, fall = _tail(run)
+        last, decay = _coefficient_decay(run)
         if not last:
             return level
-        enough = run.solver.degree + round(log(max(1.0, last / allowed)) / -log(fall) + 0.5)
+        enough = run.solver.degree + round(log(max(1.0, last / allowed)) / -log(decay) + 0.5)
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run) -> float:
         """Return the larger of the last two coefficients of a deflection, over the largest."""
-        return _tail(run)[0]
+        return _coefficient_decay(run)[0]
 
 
 class ExudynLevels(Levels):
@@ -229,7 +229,7 @@ def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
     return replace(mechanism, links=links) if times != 1 else mechanism
 
 
-def _tail(run: Run) -> tuple[float, float]:
+def _coefficient_decay(run: Run) -> tuple[float, float]:
     """Compute the larger of the last two coefficients of a deflection over the largest, and the mean ratio of successive ones.
 
     Coefficients are normal to the chord and maxima over time, of the strip that needs most degrees; (0, 0.5) if none is bent.

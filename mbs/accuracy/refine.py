@@ -21,10 +21,10 @@ from ..elements.signal import Kind
 from ..record.errors import Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
-from .damping import damped
-from .demand import BALANCE, STRIKE, Demand, Worst, worst
+from .damping import damping_errors
+from .demand import BALANCE, STRIKE, Demand, Worst, find_worst
 from .difference import Difference
-from .estimate import LAST, LEAST, WINDOWS, Parting, errors, gains
+from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels
 from .trajectory import Trajectory, energies_of, turn_of
 
@@ -32,7 +32,7 @@ PATIENCE = 3
 """Number of coarse runs that may fail before the failure is reported."""
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
-JUMP = 2
+MOST_LEVELS = 2
 """Most levels by which one refinement goes finer: with three, the third run is wasted in half of the cases."""
 CONFIRMED = 2
 """Refinements in a row that must fail to delay the separation before a motion is chaotic; one where pins rattle, as each costs a
@@ -52,12 +52,12 @@ class Answer:
     errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
     worst: Worst = UNKNOWN
     chaos: Status | None = None  # CHAOTIC or SENSITIVE where errors hold up to `errors.until` only
-    said: str = ""  # why refinement ended early, in words
+    reason: str = ""  # why refinement ended early, in words
     count: int = 1  # runs that were made
 
     def shortfall(self, demand: Demand) -> str:
         """Explain in a sentence which error is above the allowed one; '' if none is."""
-        why = f"; {self.said}" if self.said else ""
+        why = f"; {self.reason}" if self.reason else ""
         if not self.errors.known:
             return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
         if self.worst.ratio <= 1:
@@ -81,8 +81,8 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
     except _FailedError as failure:
         failed = failure.trial.run
         found = refinement.best() if refinement.best else Answer(failed)
-        status, said = failed.failure or (Status.NOT_FINITE, "no samples")
-        return replace(found, said=f"a finer run ended as {status}: {said}", count=refinement.count)
+        status, message = failed.failure or (Status.NOT_FINITE, "no samples")
+        return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
 
 class _Trial:
@@ -111,7 +111,7 @@ class _Pair:
         self.ratio = coarse.level.tolerance / fine.level.tolerance
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
-        self.parting = Parting(self.difference, self.allowed)
+        self.separation = Separation(self.difference, self.allowed)
 
 
 class _Refinement:
@@ -151,17 +151,17 @@ class _Refinement:
     def refine(self, coarse: _Trial, fine: _Trial) -> Answer:
         """Compare the last two runs, and go finer until the error is allowed."""
         needed, pair = 0.0, _Pair(coarse, fine, self.demand)
-        if pair.parting.at == inf:
+        if pair.separation.start == inf:
             pair = self.complete(pair)
-        if pair.parting.at < inf:
+        if pair.separation.start < inf:
             found = self.look_for_chaos(pair)
             if isinstance(found, Answer):
                 return found
             pair = self.complete(found)
         while True:
-            parts = pair.parting.at
-            errs, now, gain = self.estimate_errors(pair)
-            beyond = worst(pair.allowed, errs).ratio
+            start = pair.separation.start
+            errs, now, gain = self.estimate_limited_errors(pair)
+            beyond = find_worst(pair.allowed, errs).ratio
             self.best = partial(self.finish, pair, gain)
             if beyond <= 1 and self.levels.truncation(pair.fine.run) <= self.demand.place:
                 answer = self.best()
@@ -169,13 +169,13 @@ class _Refinement:
                     return answer
                 beyond = answer.worst.ratio
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
-                return self.answer_until(pair, Status.SENSITIVE) if parts < inf else self.best()
-            if parts < needed:
+                return self.answer_until(pair, Status.SENSITIVE) if start < inf else self.best()
+            if start < needed:
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
-            ratio = self.find_ratio(beyond, parts < inf)
-            share = self.find_share(parts, pair.fine.level, ratio)
-            needed = parts + LATER * (share - parts) if ratio >= self.levels.ratio**CONFIRMED and share else 0.0
+            ratio = self.find_ratio(beyond, start < inf)
+            required = self.required_start(start, pair.fine.level, ratio)
+            needed = start + LATER * (required - start) if ratio >= self.levels.ratio**CONFIRMED and required else 0.0
             finer = self.make(self.next_level(pair.fine, ratio), self.duration)
             pair = _Pair(pair.fine, finer, self.demand)
 
@@ -190,56 +190,57 @@ class _Refinement:
         """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
         rattles, last, reported = pair.fine.end < self.duration, pair, pair
         for k in range(1 if rattles else CONFIRMED):
-            share = self.find_share(last.parting.at, last.fine.level, self.levels.ratio)
-            end = min(last.fine.end, share * (1 + LAST / WINDOWS))
+            required = self.required_start(last.separation.start, last.fine.level, self.levels.ratio)
+            end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
-            if last.parting.at == inf:
+            if last.separation.start == inf:
                 return last
             reported = last if k == 0 and not rattles else reported
         return self.answer_until(reported, Status.CHAOTIC)
 
-    def find_share(self, parting: float, level: Level, ratio: float) -> float:
+    def required_start(self, start: float, level: Level, ratio: float) -> float:
         """Return the time [s] to which a refinement must delay a separation, so that those left delay it to the end."""
-        gone = log(ratio) / log(self.levels.ratio)
+        refinements = log(ratio) / log(self.levels.ratio)
         to_go = max(1.0, self.levels.refinements_to_go(level))
-        return parting + gone * (self.duration - parting) / to_go if parting < inf else 0.0
+        return start + refinements * (self.duration - start) / to_go if start < inf else 0.0
 
-    def find_ratio(self, beyond: float, parts: bool) -> float:
-        """Find the ratio of tolerances that should make the error what is allowed."""
-        ratio, most = self.levels.ratio, self.levels.orders[1]
-        return float(ratio**JUMP if parts else np.clip((1 + 2 * beyond) ** (1 / most), ratio, ratio**JUMP))
+    def find_ratio(self, beyond: float, separate: bool) -> float:
+        """Find the ratio of tolerances that should reduce the error to the allowed one, `beyond` times smaller."""
+        ratio, order = self.levels.ratio, self.levels.orders[1]
+        largest = ratio**MOST_LEVELS
+        return float(largest if separate else np.clip((1 + 2 * beyond) ** (1 / order), ratio, largest))
 
-    def estimate_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
+    def estimate_limited_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
         """Estimate errors of those signals of the finer run whose errors are limited; return also differences and gains."""
         asked, run = {name for name, _ in pair.allowed}, pair.fine.trajectory
         now, _ = pair.difference.norms(asked)
         now = {key: now[key] for key in pair.allowed if key in now}
         least, most = self.levels.orders
-        gain = gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
-        return add(errors(now, gain), damped(run, self.levels.damping)), now, gain
+        gain = estimate_gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
+        return add(estimate_errors(now, gain), damping_errors(run, self.levels.damping)), now, gain
 
     def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> Answer:
         """Return the finer run with the errors of all its signals and energies."""
         run = pair.fine.trajectory
         now, sizes = pair.difference.norms(run.signals)
-        (mine, _), (theirs, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
-        energies, others = Difference(mine, theirs).norms(theirs.signals)
-        every = add(errors(now | energies, gain), damped(run, self.levels.damping)) | {BALANCE: balance}
+        (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
+        energies, energy_sizes = Difference(coarse, fine).norms(fine.signals)
+        errors = add(estimate_errors(now | energies, gain), damping_errors(run, self.levels.damping)) | {BALANCE: balance}
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-        return self.attach_errors(pair.fine, every, sizes | others, float(run.time[-1]), allowed)
+        return self.attach_errors(pair.fine, errors, sizes | energy_sizes, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> Answer:
         """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
         gain = pair.ratio ** self.levels.orders[0]
-        whole = gain / (gain - 1)
-        until = pair.parting.within(1 / whole)
+        error_over_difference = gain / (gain - 1)
+        until = pair.separation.agree_until(1 / error_over_difference)
         run, finer = pair.coarse.trajectory, pair.fine.trajectory
         now, sizes = Difference(run, finer, until).norms(finer.signals)
         note = (
             f"the motion is one trajectory to about t = {until:.4g} s; beyond it is one of many, and errors are those up to "
             "then: result.reading(...) gives means, rms and peaks with their sampling errors"
         )
-        found = {key: max(LEAST, whole * off) for key, off in now.items()}
+        found = {key: max(LEAST_ERROR, error_over_difference * difference) for key, difference in now.items()}
         return self.attach_errors(pair.coarse, found, sizes, until, pair.allowed, (note,), chaos)
 
     def attach_errors(
@@ -251,15 +252,15 @@ class _Refinement:
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}
         found = {**found, **unresolved}
         averaged = [signal.source for signal in run.signals.values() if signal.period]
-        rings = tuple(name for name in averaged if found.get((name, Norm.RMS), 0.0) > STRIKE)
-        if rings:
-            others = " and others" if len(rings) > 1 else ""
-            notes += (f"{rings[0]}{others}: rings faster than the steps follow; read {rings[0]}.mean",)
+        vibrating = tuple(name for name in averaged if found.get((name, Norm.RMS), 0.0) > STRIKE)
+        if vibrating:
+            others = " and others" if len(vibrating) > 1 else ""
+            notes += (f"{vibrating[0]}{others}: vibrates faster than the steps resolve; read {vibrating[0]}.mean",)
         motion = [found[n, Norm.RMS] for n, s in run.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in found]
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
         turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
-        estimate = Errors(largest, found, dict(sizes), kind, until, turn, rings, notes)
-        return Answer(trial.run, estimate, worst(allowed, found), chaos, count=self.count)
+        estimate = Errors(largest, found, dict(sizes), kind, until, turn, vibrating, notes)
+        return Answer(trial.run, estimate, find_worst(allowed, found), chaos, count=self.count)
 
 
 def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:

@@ -16,7 +16,7 @@ from ..scene.scene import Scene
 from ..solvers import Closure, Exudyn, Spectral
 from .demand import PLACE, STRIKE, Asked, Usual, Worst
 from .difference import Difference
-from .estimate import LEAST, Parting
+from .estimate import LEAST_ERROR, Separation
 from .levels import KINDS, Runner
 from .refine import refine
 from .trajectory import Trajectory
@@ -35,29 +35,29 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     if not result.status.finished:
         return result
     other: Exudyn | Spectral = Exudyn() if isinstance(first.solver, Spectral) else Spectral()
-    mine, theirs = NAMES[type(first.solver)], NAMES[type(other)]
+    name, other_name = NAMES[type(first.solver)], NAMES[type(other)]
     start = perf_counter()
-    least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST
+    least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST_ERROR
     demand = Asked(result.asked) if result.asked > 0 else Usual()
     try:
         levels = KINDS[type(other)](first.record.mechanism, duration, other, demand.place / PLACE)
         answer = refine(levels.runs(run), levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
-        return add_notes(result, f"not verified: {theirs} does not take this mechanism: {reason}")
+        return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
     second = answer.run
     if second.failure is not None:
-        return add_notes(result, f"not verified: {theirs} ended as {second.failure[0]}: {second.failure[1]}")
+        return add_notes(result, f"not verified: {other_name} ended as {second.failure[0]}: {second.failure[1]}")
     if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
         return add_notes(result, "not verified: a signal is not finite")
-    motion, worst = disagreement(first, second, result.error, answer.errors, least)
+    motion, worst = compare_solvers(first, second, result.error, answer.errors, least)
     result = replace(result, verified=motion)
     why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
-    said = f"SOLVERS: {mine} and {theirs} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
-    return result.suspect(said) if worst.ratio > 1 else result
+    found = f"SOLVERS: {name} and {other_name} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
+    return result.suspect(found) if worst.ratio > 1 else result
 
 
-def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEAST) -> tuple[float, Worst]:
+def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
     Places, contacts and reactions are compared up to the time at which the runs separate. Allowed is the sum of both errors, at
@@ -66,14 +66,14 @@ def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = LEA
     first, second = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(second)
     limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
-    known = mine.known and other.known
-    ends = [each.until for each in (mine, other) if each.known]
+    known = errors_a.known and errors_b.known
+    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]
     chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
-    until = min([Parting(Difference(first, second), limits).within(), *ends]) if chaotic else inf
+    until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if chaotic else inf
     apart, _ = Difference(first, second, until).norms(second.signals)
     motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]
     sums = {
-        key: max(least, mine.signals.get(key, 0.0) + other.signals.get(key, 0.0)) if known else STRIKE
+        key: max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else STRIKE
         for key in limits if key in apart
     }  # fmt: skip
     farthest = [Worst(key, apart[key], allowed) for key, allowed in sums.items()]

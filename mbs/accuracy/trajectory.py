@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.errors import Key, Norm
 from ..record.lookup import corrected_trapezoidal
-from ..record.run import Run, follows, put_through
+from ..record.run import Run, put_through, resolves
 from ..scene.scene import Scene
 
 SMALL = 1e-2
@@ -26,9 +26,9 @@ SMALL = 1e-2
 RESTING = 1e-3
 """Least size of a place, over the mechanism's size or in rad: what moves less is at rest. A convention."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
-STRAIGHT = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
+CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
-UNSEEN = 0.05
+UNRESOLVED_MOST = 0.05
 """Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the samples: the error
 allowed of energies."""
 TINY = float(np.finfo(float).tiny)
@@ -42,7 +42,7 @@ class Trajectory:
     signals: Mapping[str, Signal]
     size: float  # length of the longest link [m]
     kinks: tuple[float, ...] = ()  # times [s] at which a drive or a load jumps or has a kink
-    push: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, in the run: the least size of a force
+    least_force: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, within the run
     undetermined: frozenset[str] = frozenset()  # signals of forces that no equation determines, not among the others
     mass: float = 1.0  # of all links, blocks and points [kg]
     struts: frozenset[str] = frozenset()  # signals of the forces along struts
@@ -52,10 +52,10 @@ class Trajectory:
         """Take the signals of a run but counts, and forces that no equation determines."""
         scene, end = Scene.of(run.record.mechanism), float(run.record.time[-1])
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
-        push = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
+        least_force = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
         shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
         struts = frozenset(f"{link.name}.compression" for link in run.record.mechanism.links if link.body.massless)
-        return cls(run.record.time, found, scene.size, scene.kinks(end), push, shared, scene.mass, struts)
+        return cls(run.record.time, found, scene.size, scene.kinks(end), least_force, shared, scene.mass, struts)
 
     @cached_property
     def strikes(self) -> bool:
@@ -65,13 +65,13 @@ class Trajectory:
     @cached_property
     def unresolved(self) -> list[str]:
         """Forces that vibrate in periods too short for the steps, so that both runs lose the vibration by numerical damping."""
-        followed = {period: follows(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
+        followed = {period: resolves(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
         return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
 
     @cached_property
     def own(self) -> dict[str, Array]:
         """Sizes of signals by themselves, for RMS and PEAK: range if continuous, else root mean square and peak."""
-        found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in STRAIGHT}
+        found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in CONTINUOUS}
         if jumping := [name for name in self.signals if name not in found]:
             values = np.stack([self.signals[name].values for name in jumping])
             mean = np.trapezoid(values**2, self.time) / max(np.ptp(self.time), TINY)
@@ -87,8 +87,8 @@ class Trajectory:
             vectors[group] = np.maximum(vectors.get(group, TINY), self.own[name])
             families[family] = np.maximum(families.get(family, TINY), self.own[name])
         force, torque = ("force", "N"), ("force", "N m")
-        least = np.maximum(families.get(torque, TINY) / self.size, self.push)
-        families[force] = np.maximum(families.get(force, self.push), least)
+        least = np.maximum(families.get(torque, TINY) / self.size, self.least_force)
+        families[force] = np.maximum(families.get(force, self.least_force), least)
         families[torque] = families[force] * self.size
         found = dict[Key, float]()
         for name, signal in self.signals.items():
@@ -110,15 +110,15 @@ def energies_of(run: Run) -> tuple[Trajectory, float]:
     over a displacement that counts as rest.
     """
     record, energies = run.record, dict(run.ledger)
-    through, unseen = put_through(record, energies, run.values)
+    through, unresolved = put_through(record, energies, run.values)
     missing = float(np.abs(energies.pop("error")).max()) / through
     del energies["throughput"]
     scene = Scene.of(record.mechanism)
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # square of the displacement
-    whole = max(through * (1 + unseen / SMALL), resting)
+    size = max(through * (1 + unresolved / SMALL), resting)
     sticks = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all of the energy
-    found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=whole) for n, values in energies.items()}
-    return Trajectory(record.time, found, 1.0), max(0.0, missing - (unseen if sticks else min(unseen, UNSEEN)))
+    found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
+    return Trajectory(record.time, found, 1.0), max(0.0, missing - (unresolved if sticks else min(unresolved, UNRESOLVED_MOST)))
 
 
 def turn_of(mechanism: Mechanism) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..elements.element import GROUND
 from ..geometry import Array
-from ..kinematics.closing import divides
+from ..kinematics.closing import has_other_branch
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
@@ -59,7 +59,7 @@ def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
         after = np.flatnonzero(~low[k:])
         j = k + int(after[0]) if len(after) else len(low) - 1
         far = float(np.abs(places[j] - places[k]).max())
-        if jacobian.shape[1] == jacobian.shape[2] or j == k or divides(linkage, float(time[j]), places[j], far):
+        if jacobian.shape[1] == jacobian.shape[2] or j == k or has_other_branch(linkage, float(time[j]), places[j], far):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 

@@ -24,7 +24,7 @@ PANELS = 64
 """Pieces of the quadrature of the place of a point on a curved strip."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
-ELEMENTS = f"of Exudyn's first run, {DEFAULT_ELEMENTS} by default; an accuracy takes as many as it needs"
+ELEMENTS = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; finer runs for an accuracy double it"
 BOW = "stress-free half-sine bow at mid-span, positive to the left of the direction from start to end"
 SHAPED = (
     "stress-free shape instead of a bow: points from start to end, or a function of the fraction of the arc length, in [0, 1]; "
@@ -94,7 +94,7 @@ class Beam(Flexible):
 
     section: Section | Profile = part(Section, Profile, doc="of the strip")
     elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
-    nodes: int = whole(2, 3, doc="of an element: 2 (linear), or 3 (quadratic), far more accurate for its price", default=3)
+    nodes: int = whole(2, 3, doc="of an element: 2 (linear) or 3 (quadratic), far more accurate at the same cost", default=3)
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
@@ -142,8 +142,8 @@ def _bow(chord: float, bow: float) -> Curve:
     """Return a half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
     amplitude = np.pi * bow / chord
     unit = Curve(1.0, lambda s: amplitude * np.cos(np.pi * s))
-    stretch = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
-    return Curve(chord / stretch, unit.direction)
+    unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
+    return Curve(chord / unit_chord, unit.direction)
 
 
 SAMPLES = 401
@@ -172,6 +172,6 @@ def _spline(chord: float, shape: Shape) -> Curve:
     arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (np.hypot(*slope[1:].T) + np.hypot(*slope[:-1].T)) / 2)])
     direction = CubicSpline(arc / arc[-1], np.unwrap(np.arctan2(slope[:, 1], slope[:, 0])))
     curve = Curve(1.0, direction)
-    reach = complex(*curve.places(np.linspace(0.0, 1.0, 65))[-1])
-    lean = float(np.angle(reach))
-    return Curve(chord / abs(reach), lambda s: direction(s) - lean)
+    end = complex(*curve.places(np.linspace(0.0, 1.0, 65))[-1])
+    angle = float(np.angle(end))
+    return Curve(chord / abs(end), lambda s: direction(s) - angle)

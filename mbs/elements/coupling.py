@@ -59,7 +59,7 @@ class Gear(Coupling):
     'gear.pinion-wheel'
     """
 
-    first: str = names(doc="a link and the centre it turns about, such as 'sun:O'; 'ground:O' is a gear that stands")
+    first: str = names(doc="a link and the centre it turns about, such as 'sun:O'; 'ground:O' is a fixed gear")
     second: str = names(doc="the same of the other gear")
     ratio: float = quantity("1", nonzero=True, doc="turns of the second for one of the first; negative with outer teeth on both")
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
@@ -111,7 +111,7 @@ class Rack(Coupling):
     second: str = names(doc="the rack and a point of it, such as 'rack:A'")
     radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
     along: tuple[float, float] = direction(
-        doc="where the rack goes, at t = 0, as the pinion turns counter-clockwise; need not be a unit vector", default=(1.0, 0.0)
+        doc="direction of the rack at t = 0 as the pinion turns counter-clockwise; need not be a unit vector", default=(1.0, 0.0)
     )
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
@@ -198,15 +198,15 @@ class Rope(Coupling):
             refers(mechanism, at, self.where)
         if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
             raise ValueError(f"{self.where}: all its points are on the ground")
-        for one, two in pairwise((self.first, *self.over, self.second)):
-            if distance(mechanism, one, two) == 0:
-                raise ValueError(f"{self.where}: '{one}' and '{two}' coincide, so the rope between them has no direction")
+        for a, b in pairwise((self.first, *self.over, self.second)):
+            if distance(mechanism, a, b) == 0:
+                raise ValueError(f"{self.where}: '{a}' and '{b}' coincide, so the rope between them has no direction")
         self.path(mechanism)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of a constant sum of the lengths between pulleys."""
         parts = pairwise(self.path(mechanism))
-        yield Row(tuple((1.0, Distance(one, two)) for one, two in parts if one.body != two.body))
+        yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the name of the tension."""

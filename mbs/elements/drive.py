@@ -67,7 +67,7 @@ class Motion(Declared):
 
     position: Callable[[float], float] = field(
         Function("t", "rad or m"),
-        "since t = 0, as a function of t, s; of a formula or table of the speed a drive finds it: give the drive `speed` alone",
+        "since t = 0, as a function of t, s",
     )
     speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative by t")
 
@@ -82,11 +82,11 @@ class Motion(Declared):
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
-            if abs(slope - speed) > SAME * (abs(slope) + abs(speed)) + SAME**2 * largest + 1e-12:
+            if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + SPEED_ERROR**2 * largest + 1e-12:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in self.kinks(duration):
             before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in (t, float(np.nextafter(t, inf))))
-            if abs(after - before) > SAME * largest:
+            if abs(after - before) > SPEED_ERROR * largest:
                 raise ValueError(
                     f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: all that it moves would take an impulse "
                     "at once; let it change over a short time, as by a Table"
@@ -125,7 +125,7 @@ class Motion(Declared):
 
 STEP = 1e-5
 """Step of the differences that check a motion's speed [s]; a tenth of it loses a digit to rounding."""
-SAME = 1e-3
+SPEED_ERROR = 1e-3
 """Largest relative difference of a motion's speed from the derivative of its position."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
 """Times at which the speed is checked, over the duration of the run."""
@@ -164,7 +164,7 @@ class Drive(Driven):
     target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
     speed: float | Ramp | Motion | Expression | Table = field(
         Speed((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
-        "constant, or changing; a formula or table of the speed in time is kept as the Motion it makes",
+        "constant or changing; a formula or table of the speed over time is converted to a Motion",
     )
 
     def agree(self) -> None:

@@ -33,19 +33,19 @@ class Force(Stateful):
     law: ClassVar[Law] = Law("t", "N", size=2)
     measured: ClassVar[str] = "t, x, y, vx, vy"
 
-    point: str = names(doc="'A', or 'coupler:A' as part of that link; on the end of a strut it acts on what that is pinned to")
+    point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), law)),
-        "the force, or a function of t, s, that returns it; its jumps, kinks and pulses are looked for every 1e-5 of a run",
+        "the force, or a function of t, s, that returns it; jumps, kinks and pulses are searched at every 1e-5 of a run",
     )
     follows: str | None = names(
-        doc="a link with which it turns: then `value` is the force in the pose at t = 0; a flexible link's angle is that at the "
-        "point if it reaches it, or else at its start; 'beam:B' names another point",
+        doc="a link with which it turns: `value` is then the force in the pose at t = 0; the angle of a flexible link is that at "
+        "the point, or at its start if the point is not on it; 'beam:B' names another point",
         default=None,
     )
     through: Pair | None = field(
         Either((Vector("m"), Nothing())),
-        "a place through which its line of action goes wherever the point is (Reut's load): at the point it acts with a moment",
+        "a fixed place through which its line of action goes (Reut's load): at the point it acts with a moment",
         default=None,
     )
     states: States | None = part(
@@ -133,7 +133,7 @@ class Torque(Stateful):
     link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
     value: float | Callable[..., float] = field(
         Either((Quantity("N m"), law)),
-        "counter-clockwise, or a function of time, s, the angle turned there since t = 0, rad, and its rate, rad/s",
+        "counter-clockwise, or a function of time, s, the angle there since t = 0, rad, and its rate, rad/s",
     )
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 

@@ -75,7 +75,7 @@ class Guide(Guided):
     label: ClassVar[str] = "guide {point}"
 
     point: str = names(doc="the guided point")
-    link: str = names(doc="the link whose end, or carried point, it is")
+    link: str = names(doc="the link that the point belongs to, as an end or a carried point")
     along: tuple[float, float] = direction(doc="of the line; need not be a unit vector", default=(1.0, 0.0))
     mass: float = quantity("kg", low=0, doc="of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
@@ -83,7 +83,7 @@ class Guide(Guided):
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
     through: str | None = names(
-        doc="another point of the line; it decides where the line is if the guided point's place is left out", default=None
+        doc="another point of the line; it fixes the line if the place of the guided point is left out", default=None
     )
 
     def check(self, mechanism: Parts) -> None:
@@ -95,9 +95,9 @@ class Guide(Guided):
         if self.through is not None:
             check_known("point", self.through, mechanism.points, self.where)
             (x0, y0), (x1, y1) = mechanism.points[self.through], mechanism.points[self.point]
-            off = (y1 - y0) * self.along[0] - (x1 - x0) * self.along[1]
-            if abs(off) > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
-                raise ValueError(f"{self.where}: through = '{self.through}': lies {abs(off):.3g} m beside its line")
+            distance = abs((y1 - y0) * self.along[0] - (x1 - x0) * self.along[1])
+            if distance > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
+                raise ValueError(f"{self.where}: through = '{self.through}': lies {distance:.3g} m beside its line")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of the point on the line."""
@@ -132,13 +132,13 @@ class Guide(Guided):
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)
         if self.friction is not None:
-            held = self._bristle_energy(name, record)
-            yield Energy("held", "contact", held)
+            stored = self._bristle_energy(name, record)
+            yield Energy("held", "contact", stored)
             if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
-                yield Energy("taken", "friction", np.zeros_like(held))
+                yield Energy("taken", "friction", np.zeros_like(stored))
             else:
-                rubbed = record.work(self._drag(name, record) * block.speed)
-                yield Energy("taken", "friction", rubbed - (held - held[0]))
+                work = record.work(self._drag(name, record) * block.speed)
+                yield Energy("taken", "friction", work - (stored - stored[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the guide's force on the block to the left of its direction, friction against the speed, and its limit, N."""
@@ -152,8 +152,8 @@ class Guide(Guided):
         yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:
-            most = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
-            yield Signal(f"{owner}.friction_limit", most, "N", Kind.FRICTION)
+            largest = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
+            yield Signal(f"{owner}.friction_limit", largest, "N", Kind.FRICTION)
 
     def _reaction_and_bristle(self, name: str, record: Recorded) -> tuple[Array, Array]:
         """Return the size of the reaction, N, and the bristle, m."""
@@ -172,10 +172,11 @@ class Guide(Guided):
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
         """True if the travel is negligible and steps are too long for the vibration on the bristles."""
-        size, way = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point].travel
+        size = max(record.mechanism.length(link.name) for link in record.mechanism.links)
         force, bend = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
         period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * bend / force) if force > 0 else 0.0
-        return bool(np.ptp(way) < STUCK * size and RESOLVED * np.diff(record.time).max() > period)
+        travel = np.ptp(record.blocks[self.point].travel)
+        return bool(travel < STUCK * size and RESOLVED * np.diff(record.time).max() > period)
 
     def _bristle_energy(self, name: str, record: Recorded) -> Array:
         """Compute the energy of a bent bristle, J."""

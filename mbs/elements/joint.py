@@ -117,7 +117,7 @@ class Slot(Joint):
 
     point: str = names(doc="a point of the first body; the line goes through its place at t = 0")
     first: str = names(doc="a link")
-    second: str = names(doc="a link or 'ground'; a flexible one must reach the point: the line is fixed in its section there")
+    second: str = names(doc="a link or 'ground'; a flexible link must have the point: the line is fixed in its section there")
     along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
 
     def check(self, mechanism: Parts) -> None:

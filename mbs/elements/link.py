@@ -84,7 +84,7 @@ class Link(Linked):
     name: str = names(doc="of the link")
     start: str = names(doc="the point at one end")
     end: str = names(doc="the point at the other end")
-    body: Body = part(Body, doc="what it is made of, and so how it is modelled")
+    body: Body = part(Body, doc="model of the link: Rigid, Strut, Beam, Cable or Modal, with section and material")
     carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
         Carried(),
         "further points of the link: names, their places among the mechanism's points (rigid links only), or names with the "
@@ -93,7 +93,7 @@ class Link(Linked):
         default=(),
     )
     length: float | None = quantity(
-        "m", above=0, default=None, doc="distance of its ends; with it one of them may be left out of the points, and follows"
+        "m", above=0, default=None, doc="distance of the ends; with it one of them may be left out of the points"
     )
     angle: float | None = field(
         Quantity("rad", -2 * pi, 2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'"),

@@ -58,7 +58,7 @@ class States(Declared):
     """
 
     rates: Callable[..., object] = field(
-        Rates("t"), "of the states, 1/s: functions of what the load's function is one of, or one that returns them all"
+        Rates("t"), "of the states, 1/s: functions of the same arguments as the load's, or one that returns them all"
     )
     initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
 
@@ -105,8 +105,8 @@ class Stateful(Load):
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
-        beside = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
-        before, after = (self.push(name, record, times).power(record) for times in beside)
+        sides = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
+        before, after = (self.push(name, record, times).power(record) for times in sides)
         return record.work(power, (before, after))
 
     def initial(self, mechanism: Parts) -> list[float]:
@@ -165,8 +165,8 @@ class Stateful(Load):
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield the function and the rates of the states, unless they are functions of time alone."""
-        timely = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
-        if not callable(self.value) or (timely and self.states is None):
+        of_time = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
+        if not callable(self.value) or (of_time and self.states is None):
             return
         measures = self.measures(record)
         half = len(measures) // 2

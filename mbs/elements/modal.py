@@ -19,8 +19,8 @@ from .signal import Kind, Signal
 
 COUNTINGS = ("flexible", "free", "in-plane")
 COUNTED = (
-    "what is counted, by frequency: 'flexible', all flexible modes, out-of-plane ones too; 'free', all modes of the free body, "
-    "so that 1 to 6 are rigid and carry no flexibility; 'in-plane', flexible ones that move in the plane"
+    "modes that the numbers count, by frequency: 'flexible', all flexible ones, also out of plane; 'free', all of the free body, "
+    "of which 1 to 6 are rigid and carry no flexibility; 'in-plane', flexible ones that move in the plane"
 )
 NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 Point3 = tuple[float, float, float]
@@ -33,7 +33,7 @@ Point3 = tuple[float, float, float]
 class EndFace(Declared):
     """Interface of all nodes in the cross-section through the joint's centre."""
 
-    tolerance: float = quantity("m", above=0, doc="how far from it they may be", default=1e-7)
+    tolerance: float = quantity("m", above=0, doc="largest distance of a node from it", default=1e-7)
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
         """Return the mask of the nodes that the joint holds."""
@@ -91,7 +91,7 @@ class CraigBampton(Declared):
     """Craig-Bampton modes, each interface moving as a rigid body: 6 static and `fixed` vibrating ones, made orthogonal."""
 
     numbers: tuple[int, ...] | None = field(
-        NUMBERS, "as in `FreeModes`; by default all that move in the plane; leaving one out gives up the exact static response",
+        NUMBERS, "as in `FreeModes`; by default all that move in the plane; without one of them statics is no longer exact",
         default=None,
     )  # fmt: skip
     fixed: int = whole(0, 1000, doc="number of fixed-interface modes, out-of-plane ones included", default=12)
@@ -174,7 +174,7 @@ class Modal(Body):
     mesh: Box | MeshFile = part(Box, MeshFile, doc="the solid", default_factory=Box)
     interface: Interface = field(
         Interfaces((EndFace, PinHole), "EndFace()"),
-        "which nodes the joints hold; any function of (nodes, joint) in link axes that returns a mask will do",
+        "nodes that the joints hold; or any function of (nodes, joint) in link axes that returns a mask",
         default_factory=EndFace,
     )
 

@@ -50,7 +50,7 @@ class Motor(Load):
     friction: float = quantity(
         "N m", low=0, doc="torque that opposes the rotor's turning; below 1e-3 rad/s of the rotor it falls to zero", default=0.0
     )
-    dead_band: float = quantity("V", low=0, doc="the voltage acts less this, and not at all below it", default=0.0)
+    dead_band: float = quantity("V", low=0, doc="subtracted from the magnitude of the voltage, down to zero", default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in a run at which the voltage jumps, has a kink or changes quickly."""

@@ -120,6 +120,6 @@ def carried_by(mechanism: Parts, carrier: str, point: str = "") -> Place:
     return Place(carrier, point or mechanism.link(carrier).start)
 
 
-def distance(mechanism: Parts, one: str, other: str) -> float:
+def distance(mechanism: Parts, a: str, b: str) -> float:
     """Return the distance of two point references at t = 0, m."""
-    return dist(*(mechanism.points[place(at).point] for at in (one, other)))
+    return dist(*(mechanism.points[place(at).point] for at in (a, b)))

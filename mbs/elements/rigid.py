@@ -27,7 +27,7 @@ class Rigid(Body):
     0.2
     """
 
-    section: Section | None = part(Section, doc="of a uniform bar; none where mass and inertia are given", default=None)
+    section: Section | None = part(Section, doc="of a uniform bar; none if mass and inertia are given", default=None)
     mass: float | None = quantity("kg", above=0, doc="of a link without a section", default=None)
     inertia: float | None = quantity("kg m^2", above=0, doc="likewise, about the centre of mass", default=None)
     centre: tuple[float, float] | None = vector(
@@ -61,8 +61,8 @@ class Rigid(Body):
     def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0 [rad], the angle from the x axis [rad], and their rate [rad/s]."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
-        reach = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])
-        drawn = np.arctan2(reach[1], reach[0])
+        chord = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])
+        drawn = np.arctan2(chord[1], chord[0])
         yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
         yield Signal(f"{link.name}.direction", drawn + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
         yield Signal(f"{link.name}.spin", spin, "rad/s", Kind.RATE)
@@ -81,8 +81,8 @@ class Mass(Element):
     title: ClassVar[str] = "mass at '{point}'"
     label: ClassVar[str] = "mass.{point}"
 
-    point: str = names(doc="of a link; on the end of a strut it is fixed to what the strut is pinned to")
-    mass: float = quantity("kg", above=0, doc="of what is fixed there")
+    point: str = names(doc="of a link; at the end of a strut it is fixed to the body pinned to the strut")
+    mass: float = quantity("kg", above=0, doc="fixed at the point")
     inertia: float = quantity("kg m^2", low=0, doc="about the point; a block, which does not turn, takes none", default=0.0)
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 

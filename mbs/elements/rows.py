@@ -66,21 +66,21 @@ class Row:
 
     def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
         """Yield the derivatives by (x, y, angle) of each place at t = 0."""
-        for share, measure in self.terms:
+        for coefficient, measure in self.terms:
             if isinstance(measure, Turn):
-                yield measure.first, (0.0, 0.0, share)
-                yield measure.second, (0.0, 0.0, -share)
+                yield measure.first, (0.0, 0.0, coefficient)
+                yield measure.second, (0.0, 0.0, -coefficient)
                 continue
             (x1, y1), (x2, y2) = points[measure.first.point], points[measure.second.point]
             ex, ey = x1 - x2, y1 - y2
             if isinstance(measure, Distance):
-                (dx, dy), bend = (ex / hypot(ex, ey), ey / hypot(ex, ey)), 0.0
+                (dx, dy), lever = (ex / hypot(ex, ey), ey / hypot(ex, ey)), 0.0
             else:
-                (dx, dy), bend = measure.direction, 0.0
+                (dx, dy), lever = measure.direction, 0.0
                 if measure.turns:
-                    bend = dx * ey - dy * ex
-            yield measure.first, (share * dx, share * dy, 0.0)
-            yield measure.second, (-share * dx, -share * dy, share * bend)
+                    lever = dx * ey - dy * ex
+            yield measure.first, (coefficient * dx, coefficient * dy, 0.0)
+            yield measure.second, (-coefficient * dx, -coefficient * dy, coefficient * lever)
 
 
 def row(measure: Measure, motion: object = None, *, start_only: bool = False) -> Row:
@@ -97,8 +97,8 @@ def meets(point: str, first: str, second: str, *, start_only: bool = False) -> I
 def find_pin(rows: Sequence[Row]) -> Along | None:
     """Return the first measure of rows that are those of `meets` and possibly of angles; None for other rows."""
     measures = [measure for row in rows for _, measure in row.terms]
-    alone = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
-    if not alone or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):
+    plain = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
+    if not plain or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):
         return None
     pin = measures[0]
     if not isinstance(pin, Along) or pin.first.point != pin.second.point:

@@ -26,7 +26,7 @@ class Material(Declared):
     """
 
     modulus: float = quantity("Pa", above=0, doc="Young's modulus")
-    density: float = quantity("kg/m^3", above=0, doc="mass of a volume")
+    density: float = quantity("kg/m^3", above=0, doc="mass per volume")
     poisson: float = quantity("1", above=-1, high=0.5, doc="Poisson's ratio", default=0.3)
     bending_damping: float = quantity("s", low=0, doc="retardation time of the bending moment", default=0.0)
     axial_damping: float = quantity("s", low=0, doc="retardation time of the normal force", default=0.0)
@@ -93,7 +93,7 @@ class Section(Slender, Declared):
 
     width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
     thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion: what bends")
-    material: Material = field(ByName((Material,)), "what it is made of, or its name", default=STEEL)
+    material: Material = field(ByName((Material,)), "a material, or the name of one", default=STEEL)
 
     @property
     def area(self) -> float:
@@ -157,9 +157,9 @@ class Profile(Slender, Declared):
 
     bending_stiffness: float = quantity("N m^2", above=0, doc="E I")
     axial_stiffness: float = quantity("N", above=0, doc="E A")
-    shear_stiffness: float = quantity("N", above=0, doc="k G A; a Cable does not ask for it")
+    shear_stiffness: float = quantity("N", above=0, doc="k G A; not used by a Cable")
     mass_per_length: float = quantity("kg/m", above=0, doc="rho A")
-    inertia_per_length: float = quantity("kg m", above=0, doc="rho I; a Cable does not ask for it")
+    inertia_per_length: float = quantity("kg m", above=0, doc="rho I; not used by a Cable")
     bending_damping: float = quantity("s", low=0, doc="retardation time of the bending moment", default=0.0)
     axial_damping: float = quantity("s", low=0, doc="retardation time of the normal force", default=0.0)
 

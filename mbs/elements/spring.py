@@ -27,7 +27,7 @@ def potential(law: Law, values: Array) -> Array:
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
-    edges = low + np.array(search(lambda way: evaluate(law, low + way, np.zeros_like(way)), high - low).times)
+    edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
     nodes, weights = np.polynomial.legendre.leggauss(4)
     half = np.diff(grid)[:, None] / 2
@@ -63,7 +63,7 @@ class Elastic(Load):
         """Compute the stored energy, J, (times,)."""
         return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
-    def lost(self, value: Array, rate: Array) -> Array:
+    def dissipated_power(self, value: Array, rate: Array) -> Array:
         """Return the power dissipated by damping, W, (times,)."""
         if self.law is None:
             return self.damping * rate**2
@@ -80,7 +80,7 @@ class Elastic(Load):
         """Yield the stored energy, and that dissipated by damping."""
         value, rate = self.state(record)
         yield Energy("held", "spring", self.stored_energy(value))
-        yield Energy("taken", "damping", record.work(self.lost(value, rate)))
+        yield Energy("taken", "damping", record.work(self.dissipated_power(value, rate)))
 
 
 @declared
@@ -103,8 +103,8 @@ class Spring(Elastic):
     free_length: float | None = quantity("m", low=0, doc="distance without force; that at t = 0 by default", default=None)
     law: Law | None = field(
         Function("x, v", "N"),
-        "tension instead, as a function of elongation (distance less free length), m, and its rate, m/s; what it gives at rest "
-        "is taken for elastic, the rest for damping",
+        "tension instead, as a function of elongation (distance less free length), m, and its rate, m/s; its value at rest is "
+        "the elastic force, the difference from it damping",
         default=None,
     )
 
@@ -166,12 +166,12 @@ class TorsionSpring(Elastic):
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="of the damper", default=0.0)
     free_angle: float | None = quantity(
-        "rad", doc="angle without torque: what `second` has then turned against `first` since t = 0; 0 by default", default=None
+        "rad", doc="angle of `second` relative to `first` since t = 0 without torque; 0 by default", default=None
     )
     law: Law | None = field(
         Function("x, v", "N m"),
-        "torque instead, as a function of the angle less the free one, rad, and its rate, rad/s: that on `first`, against that "
-        "on `second`; what it gives at rest is taken for elastic, the rest for damping",
+        "torque on `first` instead, opposite to that on `second`, as a function of the angle less the free one, rad, and its "
+        "rate, rad/s; its value at rest is the elastic torque, the difference from it damping",
         default=None,
     )
 

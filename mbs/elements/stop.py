@@ -39,15 +39,15 @@ class Stop(Element):
 
     point: str = names(doc="a guided point, or any point of a link")
     at: float = quantity(
-        "m", low=-1e6, high=1e6, doc="where the face is along its direction; the point starts on one side of it and is kept there"
+        "m", low=-1e6, high=1e6, doc="place of the face along its direction; the point stays on the side where it starts"
     )
     law: NormalLaw = part(NormalLaw, example="CarvalhoMartins(...)", doc="contact law of `buckler.mbs.laws`")
     along: tuple[float, float] | None = direction(
-        doc="square to the face, at t = 0; need not be a unit vector; that of the point's guide by default", default=None
+        doc="normal to the face at t = 0; need not be a unit vector; the direction of the point's guide by default", default=None
     )
-    link: str | None = names(doc="whose point it is; the guided one, or the first that has the point, by default", default=None)
+    link: str | None = names(doc="link of the point; the guided one, or the first that has the point, by default", default=None)
     on: str = names(
-        doc="what carries the face: 'ground', a rigid link, or a point of a flexible one as 'link:point', whose section turns it",
+        doc="body with the face: 'ground', a rigid link, or the section at a point of a flexible one as 'link:point'",
         default=GROUND,
     )
     friction: FrictionLaw = part(
@@ -107,8 +107,8 @@ class Stop(Element):
         if not (signals[f"{name}.penetration"] > 0).any():
             near = ""
             if self.along is not None and self.on == GROUND:
-                way = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
-                near = f"; it came within {float(abs(way - self.at).min(initial=np.inf)):.3g} m"
+                place = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
+                near = f"; it came within {float(abs(place - self.at).min(initial=np.inf)):.3g} m"
             yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Parts) -> str:
@@ -142,14 +142,14 @@ class Stop(Element):
         ValueError
             If the point starts on the face, so that its side is not known.
         """
-        way = self.at - self._start(mechanism)
+        distance = self.at - self._start(mechanism)
         size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
-        if abs(way) <= NEAREST * max(size, abs(self.at)):
+        if abs(distance) <= NEAREST * max(size, abs(self.at)):
             raise ValueError(
                 f"stop at '{self.point}': at = {self.at:g} m is where the point starts, to rounding; it must lie to one side, "
                 f"by {NEAREST:g} of the mechanism's extent at least"
             )
-        return way
+        return distance
 
     def _start(self, mechanism: Parts) -> float:
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
@@ -161,15 +161,15 @@ class Stop(Element):
         if self.is_in_guide:
             block = record.blocks[self.point]
             return side * (block.travel - face), side * block.speed
-        travel, rate = self._way(record, self.across(mechanism))
+        travel, rate = self._travel(record, self.across(mechanism))
         return side * (travel - face), side * rate
 
     def sliding(self, record: Recorded) -> Array:
         """Return the speed of the point along the face, to the left of its direction, m/s, (times,)."""
         x, y = self.across(record.mechanism)
-        return self._way(record, (-y, x))[1]
+        return self._travel(record, (-y, x))[1]
 
-    def _way(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
+    def _travel(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
         """Return the travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
         mechanism, origin = record.mechanism, self.origin(record.mechanism)
         (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
@@ -199,11 +199,9 @@ class Stop(Element):
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""
-        way = abs(self.face(mechanism))
-        size = max(
-            way, *(mechanism.length(link.name) for link in mechanism.links), *np.ptp(list(mechanism.points.values()), axis=0)
-        )
+        """Yield the largest allowed depth, a share of the mechanism's size or of the distance from the start to the face."""
+        lengths = [mechanism.length(link.name) for link in mechanism.links]
+        size = max(abs(self.face(mechanism)), *lengths, *np.ptp(list(mechanism.points.values()), axis=0))
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:

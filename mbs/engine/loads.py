@@ -16,7 +16,7 @@ from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
-from ..record.strips import shares
+from ..record.strips import nodal_lengths
 from ..scene.scene import Scene
 from . import Callback, System
 from .forces import StrutSpring
@@ -83,7 +83,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
     """Load each node; a force that turns with the section is fixed in its node."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
-        for node, length, (_, _, turn) in zip(strip.nodes, shares(strip.body, strip.pieces), strip.reference, strict=True):
+        for node, length, (_, _, turn) in zip(strip.nodes, nodal_lengths(strip.body, strip.pieces), strip.reference, strict=True):
             fx, fy = (length * each for each in load.force)
             c, s = (cos(turn), sin(turn)) if load.turns else (1.0, 0.0)
             marker = scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node))

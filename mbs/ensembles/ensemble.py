@@ -41,13 +41,13 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members in a task: enough to hide the cost of a task, few enough to keep all cores busy and to lose little at Ctrl-C."""
-WITHIN = 3
+STATES_WITHIN = 3
 """Number of states that are interpolated within each implicit step of joints with clearance."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
 
 
-class Ready(NamedTuple):
+class PreparedMember(NamedTuple):
     """Compiled scene of a member, its initial state, the columns of its signals; True if its steps pass over impacts."""
 
     scene: CompiledScene
@@ -69,21 +69,21 @@ class Task:
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
         """Run members; return for each its number, values (windows, readings), nan where it failed, and the reason."""
-        ready: dict[int, Ready] = {}
-        return [(k, *self._one(k, ready)) for k in members]
+        prepared: dict[int, PreparedMember] = {}
+        return [(k, *self._run_one(k, prepared)) for k in members]
 
-    def _prepare(self, k: int, ready: dict[int, Ready]) -> Ready:
+    def _prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
         """Compile the scene of a member, or take that of one with the same numbers."""
         source = self.members.source(k)
-        if source not in ready or self.members.paths:
+        if source not in prepared or self.members.paths:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
             names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
             channels = Channels.of(scene, list(names))
             loose = steps_over_impacts(scene, self.solver)
-            ready[source] = Ready(scene, State(0.0, scene.q0, start_rates(scene), scene.memory()), channels, loose)
-        return ready[source]
+            prepared[source] = PreparedMember(scene, State(0.0, scene.q0, start_rates(scene), scene.memory()), channels, loose)
+        return prepared[source]
 
-    def _one(self, k: int, ready: dict[int, Ready]) -> tuple[Array, str]:
+    def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
         nothing = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
         formulas = formulas_of(self.readings)
         found, last = Accumulator.over(self.edges, len(formulas)), list[Output]()
@@ -97,7 +97,7 @@ class Task:
             found.add(out.time, columns(formulas, signals))
 
         try:
-            scene, start, channels, loose = self._prepare(k, ready)
+            scene, start, channels, loose = self._prepare(k, prepared)
             state = start._replace(q=start.q + self.members.shift(scene, k))
             _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=take)
         except (ValueError, KeyError) as error:
@@ -120,7 +120,7 @@ def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
     """Add states within the steps of a block of rows, which continues the last row of the block before."""
     first = [Output(*(column[-1:] for column in each)) for each in last]
     joined = Output(*(np.concatenate(columns) for columns in zip(*first, out, strict=True)))
-    return refine_times(scene, joined, WITHIN) if len(joined.time) > 1 else joined
+    return refine_times(scene, joined, STATES_WITHIN) if len(joined.time) > 1 else joined
 
 
 def ensemble(
@@ -198,9 +198,9 @@ def _turn(mechanism: Mechanism, duration: float) -> float:
 def _try_first(task: Task) -> None:
     """Run the first member for a ten-thousandth of the duration; a ValueError if readings or paths are wrong."""
     short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
-    (_, _, said), = short.run([0])  # fmt: skip
-    if said.startswith(("ValueError", "KeyError", "UnknownSignalError")):
-        raise ValueError(said.partition(": ")[2])
+    (_, _, reason), = short.run([0])  # fmt: skip
+    if reason.startswith(("ValueError", "KeyError", "UnknownSignalError")):
+        raise ValueError(reason.partition(": ")[2])
 
 
 def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None, progress: bool | None) -> Ensemble:
@@ -213,8 +213,8 @@ def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str |
     futures: list[Future[list[tuple[int, Array, str]]]] = [pool.submit(task.run, chunk) for chunk in chunks]
     try:
         for future in as_completed(futures):
-            for k, values, said in future.result():
-                found.take(k, values, said)
+            for k, values, reason in future.result():
+                found.add(k, values, reason)
                 bar.update()
             if store:
                 found.save(store)

@@ -78,7 +78,7 @@ class Members:
     def shift(self, scene: CompiledScene, k: int) -> Array:
         """Draw the initial offset of a member's coordinates: random places of journals, or a tiny offset, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
-        shift = journals_anywhere(scene, random)
+        shift = displace_journals(scene, random)
         return offset(scene, TINY, int(random.integers(2**31))) if shift is None else shift
 
 
@@ -92,7 +92,7 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
     return np.asarray(qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random_base2(power)[:count])
 
 
-def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Array | None:
+def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Array | None:
     """Draw an initial offset that puts each journal at a random place in its bush; None without clearance.
 
     Places are distributed uniformly over the circle. The offset is the least one that satisfies the constraints, to first order.
@@ -102,15 +102,16 @@ def journals_anywhere(scene: CompiledScene, random: np.random.Generator) -> Arra
     if not joints:
         return None
     markers = [scene.tables.forces[k, 1:3] for k, _ in joints]
-    apart = np.vstack([(slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0))[:2] for a, b in markers])
+    relative = np.vstack([(slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0))[:2] for a, b in markers])
     radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
     angle = random.uniform(0.0, 2 * np.pi, len(joints))
-    wanted = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()
-    rows = scene.assemble(scene.q0, tangents=False).jacobian
-    matrix, units = np.vstack([apart, rows]), scene.units
-    return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ np.concatenate([wanted, np.zeros(len(rows))])))
+    target = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()
+    constraints = scene.assemble(scene.q0, tangents=False).jacobian
+    matrix, units = np.vstack([relative, constraints]), scene.units
+    right = np.concatenate([target, np.zeros(len(constraints))])
+    return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ right))
 
 
-def split(count: int, into: int) -> Sequence[range]:
+def split(count: int, size: int) -> Sequence[range]:
     """Split the numbers of members into chunks of a size."""
-    return [range(first, min(first + into, count)) for first in range(0, count, into)]
+    return [range(first, min(first + size, count)) for first in range(0, count, size)]

@@ -71,10 +71,10 @@ class Reading:
                     node.id = names.get(node.id, node.id)
             _check(tree)
         except ValueError as error:
-            said = str(error)
+            message = str(error)
             for key, name in names.items():
-                said = said.replace(key, name)
-            raise ValueError(f"{text}: {said}; statistics are {', '.join(STATISTICS)}, as rms(B.normal_force)") from None
+                message = message.replace(key, name)
+            raise ValueError(f"{text}: {message}; statistics are {', '.join(STATISTICS)}, as rms(B.normal_force)") from None
         return cls(text, tree)
 
     @cached_property
@@ -87,19 +87,19 @@ class Reading:
         """Names of the signals."""
         return tuple(dict.fromkeys(_signals(self.tree)))
 
-    def value(self, found: Array, order: Sequence[str], lengths: Array) -> Array:
+    def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
         """Compute values in windows of some lengths [s] from their accumulated sums, (windows, formulas in order, 8)."""
 
         def statistic(name: str, of: Any) -> Any:
             """Compute a statistic of the sums of a formula, by its number, or a function of values."""
-            return STATISTICS[name](found[..., of, :], lengths) if name in STATISTICS else OF_VALUES[name](of)
+            return STATISTICS[name](sums[..., of, :], lengths) if name in STATISTICS else OF_VALUES[name](of)
 
         def at(node: ast.expr) -> Any:
             """Replace a formula by its number in the order."""
             return ast.Constant(order.index(ast.unparse(node)))
 
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), found.shape[:-2])
+            return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), sums.shape[:-2])
 
 
 def formulas_of(readings: Iterable[Reading]) -> dict[str, Formula]:

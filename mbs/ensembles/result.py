@@ -68,9 +68,9 @@ class Ensemble:
         values = np.full((len(members), len(edges) - 1, len(readings)), np.nan)
         return cls(members, readings, edges, skip, values, np.zeros(len(members), dtype=bool), [""] * len(members))
 
-    def take(self, k: int, values: Array, said: str) -> None:
+    def add(self, k: int, values: Array, reason: str) -> None:
         """Add the values of member k, or the reason for which it failed."""
-        self.values[k], self.done[k], self.said[k] = values, True, said
+        self.values[k], self.done[k], self.said[k] = values, True, reason
 
     @property
     def failed(self) -> Array:
@@ -208,16 +208,16 @@ class Ensemble:
 
     def resume(self, path: str | Path) -> Ensemble:
         """Read the members that an interrupted run has saved; a ValueError if the file is of another ensemble."""
-        with np.load(path) as kept:
+        with np.load(path) as saved:
             same = (
-                tuple(kept["readings"].tolist()) == self.readings and np.array_equal(kept["edges"], self.edges)
-                and np.array_equal(kept["numbers"], self.members.numbers) and int(kept["seed"]) == self.members.seed
+                tuple(saved["readings"].tolist()) == self.readings and np.array_equal(saved["edges"], self.edges)
+                and np.array_equal(saved["numbers"], self.members.numbers) and int(saved["seed"]) == self.members.seed
             )  # fmt: skip
             if not same:
                 raise ValueError(
                     f"{path}: holds another ensemble (members, numbers, readings or windows differ); name another file"
                 )
-            self.values[:], self.done[:], self.said[:] = kept["values"], kept["done"], kept["said"].tolist()
+            self.values[:], self.done[:], self.said[:] = saved["values"], saved["done"], saved["said"].tolist()
         return self
 
 

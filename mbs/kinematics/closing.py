@@ -9,9 +9,9 @@ import numpy as np
 from ..geometry import Array
 from ..scene.linkage import Linkage, invert, solve_rates
 
-MOST = 30
+MAX_ITERATIONS = 30
 """Largest number of Newton steps."""
-EXACT = 2e-15
+ROUNDING = 2e-15
 """Residual at which loops are closed to rounding, over the longest link."""
 CLOSED = 1e-9
 """Largest residual of redundant rows, over the longest link; beyond it they contradict the others."""
@@ -32,13 +32,13 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
     last = np.inf
-    for _ in range(MOST):
+    for _ in range(MAX_ITERATIONS):
         residual, jacobian, _ = linkage.system(q, zero)
         residual = residual - travel
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:
             return None
-        if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
+        if gap < ROUNDING * scale or (last < 1e-9 * scale and gap >= last):  # no further progress
             return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
         last = gap
         try:
@@ -59,7 +59,7 @@ def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course 
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
 
-def decisive(jacobian: Array) -> Array:
+def choose_independent_rows(jacobian: Array) -> Array:
     """Choose a well conditioned square set of rows, by QR with column pivoting (Businger and Golub, 1965)."""
     rows, columns = jacobian.shape
     if rows == columns:
@@ -69,24 +69,28 @@ def decisive(jacobian: Array) -> Array:
     return np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
 
 
-def passes(linkage: Linkage, before: Course, after: Course) -> bool:
+def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose lies between two times, beyond which the motion is not determined.
 
     The determinant of independent rows changes its sign there. Redundant rows may still determine the motion.
     """
-    rows = decisive(before.jacobian[0])
+    rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:
         return False
-    far = float(np.abs(after.q - before.q).max())
-    return len(rows) == len(linkage.names) or divides(linkage, float(after.time[0]), after.q[0], far)
+    distance = float(np.abs(after.q - before.q).max())
+    return len(rows) == len(linkage.names) or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
 
 
-def divides(linkage: Linkage, time: float, q: Array, far: float) -> bool:
-    """True if a pose close to a singular one, as far from it as told, has another one beside it, on another branch."""
+def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
+    """Return True if another pose closes the loops near a pose that is at most a distance from a singular one.
+
+    It is searched in the direction of the least singular value of the Jacobian, from starts up to four distances away.
+    """
     jacobian = linkage.system(q, np.zeros_like(q))[1]
-    shape = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
-    for way in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
-        other = close_loops(linkage, np.array([time]), (q + way * far / np.abs(shape).max() * shape)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * far:
+    direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
+    direction *= distance / np.abs(direction).max()
+    for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
+        other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:
             return True
     return False

@@ -22,16 +22,16 @@ from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.record import BlockMotion, Record, RigidMotion
 from ..scene.linkage import carried_masses, invert
 from ..scene.scene import Scene
-from .closing import Course, close_loops, decisive, passes
+from .closing import Course, choose_independent_rows, close_loops, passes_singularity
 from .diagnosis import explain_singularity
 
-FIRST = 0.02
+FIRST_TURN = 0.02
 """Angle of the fastest link in the first step [rad]."""
-FAR = 0.05
+LARGEST_ERROR = 0.05
 """Largest error of a step's prediction, over the longest link; beyond it the step is halved."""
-NEAR = 0.01
+SMALL_ERROR = 0.01
 """Error of a step's prediction, over the longest link, below which the next step is longer."""
-BEND = 0.3
+SPEED_ERROR = 0.3
 """Largest error of the linear prediction of speeds in a step, relative to the largest speed."""
 SLOW = 0.01
 """Least speed to which that error is relative, in lengths of the longest link per run."""
@@ -39,7 +39,7 @@ SHORTEST = 1e-9
 """Shortest step, relative to the run; a motion that needs a shorter one ends there."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
-BLOWN_UP = 20.0
+LOCKED_GROWTH = 20.0
 """Last speed over the median from which a pose counts as locked, where speeds grow beyond bounds, not as singular only."""
 
 
@@ -83,7 +83,7 @@ class Follower:
         assert state is not None  # the scene has checked the start
         found, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
-        h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
+        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)
         slow = SLOW * linkage.size / duration
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -97,8 +97,9 @@ class Follower:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
-            off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
-            if after is None or off > FAR or self._needs_shorter_step(state, after, slow) or passes(linkage, state, after):
+            error = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
+            too_long = after is None or error > LARGEST_ERROR or self._needs_shorter_step(state, after, slow)
+            if after is None or too_long or passes_singularity(linkage, state, after):
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -108,20 +109,20 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             found.append(state)
-            h *= 2 if off < NEAR / 8 else 1.3 if off < NEAR else 0.8 if off > FAR / 2 else 1.0
+            h *= 2 if error < SMALL_ERROR / 8 else 1.3 if error < SMALL_ERROR else 0.8 if error > LARGEST_ERROR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
     def _needs_shorter_step(self, before: Course, after: Course, slow: float) -> bool:
         """Return True if speeds differ from their linear prediction; shorter steps help unless speeds jump."""
         h = float(after.time[0] - before.time[0])
-        change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
-        return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
+        error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
+        return error > SPEED_ERROR * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
 
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Diagnose the end: a locked pose, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], decisive(state.jacobian[0]))
-        if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
+        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], choose_independent_rows(state.jacobian[0]))
+        if speeds[-1] > LOCKED_GROWTH * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
@@ -177,7 +178,7 @@ class Follower:
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Compute the channels of all constraints: the least multipliers mu of J^T mu = M q_tt - f."""
-        right = self._inertia(course) - self._pushes(record)
+        right = self._inertia(course) - self._applied_forces(record)
         found = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
@@ -199,7 +200,7 @@ class Follower:
             total[:, i, 2] += cross(arms, force) + part.inertia * course.q_tt[:, i, 2]
         return total
 
-    def _pushes(self, record: Record) -> Array:
+    def _applied_forces(self, record: Record) -> Array:
         """Compute forces of friction in guides and of loads about the links' start points, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))

@@ -14,9 +14,9 @@ from ..scene.linkage import Linkage, involved_elements
 from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
-FLAT = 0.05
+LEAST_SINGULAR_VALUE = 0.05
 """Least singular value of the constraints below which a pose may be singular."""
-WORSE = 0.2
+LEAST_RATIO = 0.2
 """Ratio of that value to the one at the start below which a pose may be singular."""
 IN_LINE = 0.3
 """Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
@@ -26,10 +26,10 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     """Explain a singular pose in words: links in line, a link square to a guide, or the elements that hold it."""
     mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
-    for one, two in combinations([link.name for link in mechanism.links], 2):
-        angle = q[linkage.index[one], 2] - q[linkage.index[two], 2]
-        if frozenset((one, two)) in joined and abs(np.sin(angle)) < IN_LINE:
-            found.append((abs(np.sin(angle)), f"{one} and {two} in line"))
+    for first, second in combinations([link.name for link in mechanism.links], 2):
+        angle = q[linkage.index[first], 2] - q[linkage.index[second], 2]
+        if frozenset((first, second)) in joined and abs(np.sin(angle)) < IN_LINE:
+            found.append((abs(np.sin(angle)), f"{first} and {second} in line"))
     for guide in mechanism.guides:
         angle = q[linkage.index[guide.link], 2] - np.arctan2(guide.along[1], guide.along[0])
         if abs(np.cos(angle)) < IN_LINE:
@@ -44,7 +44,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
-def stuck(record: Record) -> tuple[Status, str] | None:
+def diagnose_stop(record: Record) -> tuple[Status, str] | None:
     """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
@@ -63,7 +63,7 @@ def stuck(record: Record) -> tuple[Status, str] | None:
     if not len(kept) or not np.isfinite(now).all():
         return None
     least = [np.linalg.svd(matrix[kept], compute_uv=False)[-1] for matrix in (before, now)]
-    if least[1] > min(FLAT, WORSE * least[0]):
+    if least[1] > min(LEAST_SINGULAR_VALUE, LEAST_RATIO * least[0]):
         return None
     t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[kept])
     if mechanism.drives:

@@ -19,11 +19,11 @@ from ..scene.scene import Scene
 from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError
 
-TURN = 400
+SAMPLES_PER_TURN = 400
 """Samples in a turn of the drive."""
-SPELL = 0.2
+SAMPLES_PER_STEP = 0.2
 """Least number of samples in a step of the closure, over the resolution of contacts."""
-BEFORE = 1e-12
+BEFORE_KINK = 1e-12
 """Time from a sample to the kink of a drive after it, over the duration."""
 
 
@@ -42,9 +42,9 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     try:
         return _sample_motion(follower, duration, solver, begin)
-    except UnclosedError as lost:
-        reached = follower.anchors.time[follower.anchors.time < lost.time]
-        follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(lost))
+    except UnclosedError as error:
+        reached = follower.anchors.time[follower.anchors.time < error.time]
+        follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(error))
         return _sample_motion(follower, duration, solver, begin)
 
 
@@ -60,12 +60,12 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        grid = _with_fast_spells(follower.anchors.time, grid, ceil(SPELL * solver.steps.contact_resolution))
+        grid = _refine_short_steps(follower.anchors.time, grid, ceil(SAMPLES_PER_STEP * solver.steps.contact_resolution))
     course = follower.at(grid)
     record = follower.record(course)
-    spoilt = _spoilt(record)
-    if spoilt is not None:
-        ended, grid = spoilt, grid[grid < spoilt.time]
+    failed = _find_failed_load(record)
+    if failed is not None:
+        ended, grid = failed, grid[grid < failed.time]
         course = follower.at(grid)
         record = follower.record(course)
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
@@ -82,7 +82,7 @@ def _summary(follower: Follower) -> dict[str, int]:
     return {**counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
 
 
-def _spoilt(record: Record) -> Ended | None:
+def _find_failed_load(record: Record) -> Ended | None:
     """Find the first time at which the function of a load raises, or returns no number."""
     found = None
     for name, load in Scene.of(record.mechanism).elements.items():
@@ -105,19 +105,18 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.number(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-    count = ceil(max(duration / steps.longest(duration), TURN * turns))
+    count = ceil(max(duration / steps.longest(duration), SAMPLES_PER_TURN * turns))
     even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
     if count <= steps.max_steps:
         even[-1] = duration
     kinks = np.array(Scene.of(mechanism).kinks(duration))
     kinks = kinks[kinks <= even[-1]]
-    times = np.concatenate([even, kinks, kinks - BEFORE * duration])
-    times = np.unique(times)
-    keep = np.append(np.diff(times) > BEFORE * duration / 2, True)
+    times = np.unique(np.concatenate([even, kinks, kinks - BEFORE_KINK * duration]))
+    keep = np.append(np.diff(times) > BEFORE_KINK * duration / 2, True)
     return times[keep]
 
 
-def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
+def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
     """Replace the samples in short steps of the closure by finer ones: near a dead centre, or where the drive reverses.
 
     Samples of both kinds together would be uneven and spoil the energy balance; pairs of samples at kinks stay.
@@ -125,7 +124,7 @@ def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
     reached = np.append(anchors[anchors < grid[-1]], grid[-1])
     short = np.diff(np.searchsorted(grid, reached)) < least
     extra = [np.linspace(reached[k], reached[k + 1], least + 1) for k in np.flatnonzero(short)]
-    close = np.diff(grid) < 2 * BEFORE * grid[-1]
+    close = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]
     kept = np.append(close, False) | np.append(False, close)
     kept[[0, -1]] = True
     kept |= ~np.append(short, False)[np.clip(np.searchsorted(reached, grid, side="right") - 1, 0, len(short))]

@@ -18,7 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..process import compiler
+from ..process import has_compiler
 
 
 class Pointer(NamedTuple):
@@ -141,7 +141,7 @@ def _names(code: types.CodeType) -> set[str]:
 
 def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
     """Compile what `made_by` gives its decorator, return the address; None without a compiler, or if that fails."""
-    if not compiler():
+    if not has_compiler():
         return None
     import numba
     from numba.np.unsafe.ndarray import to_fixed_tuple

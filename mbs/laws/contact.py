@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import laws
 from ..geometry import Array
-from ..process import compiler
+from ..process import has_compiler
 from . import journal
 from . import table as k
 from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
@@ -114,7 +114,7 @@ class Kernel:
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Build the functions for a normal and a friction law: compiled if Numba can, else in plain Python, twenty times slower."""
-    return (compiler() and compile_kernel(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
+    return (has_compiler() and compile_kernel(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
 
 
 def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:

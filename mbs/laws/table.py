@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..process import compiler
+from ..process import has_compiler
 
-if compiler():
+if has_compiler():
     from llvmlite import ir
     from numba import float64, int64, types
     from numba.core import cgutils

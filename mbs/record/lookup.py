@@ -58,10 +58,10 @@ def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> t
     `ends` are (values, rates, second rates) at both ends of the steps.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
-    v, a, drift = h * q_t, 0.5 * h**2 * q_tt, end - q
+    v, a, change = h * q_t, 0.5 * h**2 * q_tt, end - q
     # q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5 with value, rate and second rate at s = 1
-    place, rate, bend = drift - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a
-    c3, c4, c5 = 10 * place - 4 * rate + 0.5 * bend, -15 * place + 7 * rate - bend, 6 * place - 3 * rate + 0.5 * bend
+    d0, d1, d2 = change - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a
+    c3, c4, c5 = 10 * d0 - 4 * d1 + 0.5 * d2, -15 * d0 + 7 * d1 - d2, 6 * d0 - 3 * d1 + 0.5 * d2
     at = q + s * (v + s * (a + s * (c3 + s * (c4 + s * c5))))
     return at, v + s * (2 * a + s * (3 * c3 + s * (4 * c4 + 5 * s * c5)))
 

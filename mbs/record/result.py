@@ -97,13 +97,13 @@ class Result:
 
     def __repr__(self) -> str:
         """Return status, message, time span, error and contents, in a few lines."""
-        said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
+        text = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
         asked = f" of {self.asked:.2g} asked" if self.asked > 0 else ""
         error = f", error {self.error.motion:.2g}{asked}" if self.asked > 0 or self.error.known else ", error not known"
         error += f", {self.verified:.2g} from the other solver" if self.verified >= 0 else ""
         what = f"{len(self.signals)} signals" + (", energy ledger" if self.energy else "") + (", shapes" if self.shapes else "")
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
-        return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
+        return f"<Result {self.status}{f': {text}' if text else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
         """Interpolate a signal at other times, by cubics between the samples; linearly if the signal has no trait.
@@ -124,8 +124,8 @@ class Result:
             If a time lies outside the run.
         """
         values, at = self[name], np.asarray(times, dtype=float)
-        off = OUTSIDE * (self.time[-1] - self.time[0])
-        wrong = ~((at >= self.time[0] - off) & (at <= self.time[-1] + off))
+        margin = OUTSIDE * (self.time[-1] - self.time[0])
+        wrong = ~((at >= self.time[0] - margin) & (at <= self.time[-1] + margin))
         if wrong.any() and outside is not None:
             return np.where(wrong, outside, self.at(name, np.clip(at, self.time[0], self.time[-1])))
         if wrong.any():

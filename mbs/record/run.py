@@ -69,8 +69,8 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
     return found
 
 
-RINGING = (Kind.REACTION, Kind.INTERNAL)
-RINGS = 4
+VIBRATING = (Kind.REACTION, Kind.INTERNAL)
+STEPS_PER_PERIOD = 4
 """Least number of steps in a period of axial vibration with which a run resolves it."""
 
 
@@ -80,7 +80,7 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
     if not period > 0 or len(time) < 3:
         return
     for name, signal in signals.items():
-        if signal.kind in RINGING and signal.unit in ("N", "N m"):
+        if signal.kind in VIBRATING and signal.unit in ("N", "N m"):
             values = running_mean(time, running_mean(time, signal.values, period), period)
             group = f"{signal.group}.mean" if signal.group else ""
             yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period, source=name)
@@ -102,10 +102,10 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
     return (integral(middle + period / 2) - integral(middle - period / 2)) / period
 
 
-def follows(time: Array, period: float) -> bool:
+def resolves(time: Array, period: float) -> bool:
     """Return True if steps resolve a vibration: long steps, which damp it, cover less than one of its periods."""
     steps = np.diff(time)
-    return not float(steps[RINGS * steps > period].sum()) > period
+    return not float(steps[STEPS_PER_PERIOD * steps > period].sum()) > period
 
 
 BALANCE = 1e-2
@@ -154,7 +154,7 @@ def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[st
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     at_rest = mass * (AT_REST * size_of(record) / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
     through = max(float(energy["throughput"][-1]), at_rest)
-    return through, 2 * (_unseen_stretch(record, signals) + _unseen_bristles(record, signals)) / through
+    return through, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / through
 
 
 def size_of(record: Record) -> float:
@@ -162,29 +162,29 @@ def size_of(record: Record) -> float:
     return max(record.mechanism.length(link.name) for link in record.mechanism.links)
 
 
-def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
+def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the largest axial strain energy, J, of strips whose strain is negligible or whose vibration is not resolved."""
-    total, followed = 0.0, follows(record.time, Scene.of(record.mechanism).axial_period)
+    total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:
             stiffness = link.body.section.axial_stiffness
             strain = float(np.abs(signals[f"{link.name}.axial_force"]).max()) / stiffness
-            if strain < STRETCH or not followed:
+            if strain < STRETCH or not resolved:
                 total += stiffness * record.mechanism.length(link.name) * strain**2 / 2
     return total
 
 
-def _unseen_bristles(record: Record, signals: Mapping[str, Array]) -> float:
+def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the largest energy, J, that bristles of sliders store at a negligible deflection."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
-            held = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("held", "contact"))
+            stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("held", "contact"))
             drags = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(drag).max()) for drag in drags)
-            if 2 * held < BRISTLE * size_of(record) * force:
-                total += held
+            if 2 * stored < BRISTLE * size_of(record) * force:
+                total += stored
     return total
 
 

@@ -159,7 +159,7 @@ class BeamMotion(StripMotion):
 
     def stations_of(self) -> tuple[Array, Array, Array]:
         """Return nodal lengths (k,) for distributed loads; place and angle since t = 0, and their rates, (times, k, 3)."""
-        return shares(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
+        return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
@@ -261,7 +261,7 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
     return weights[:, :1] if body.turns else weights
 
 
-def shares(body: Flexible, pieces: Array) -> Array:
+def nodal_lengths(body: Flexible, pieces: Array) -> Array:
     """Integrate the shape functions along a beam: the length, m, of each node in a distributed load, (nodes,)."""
     lengths: Array = centre_weights(body, pieces)[:, 0] * pieces.sum()
     return lengths

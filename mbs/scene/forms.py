@@ -38,7 +38,7 @@ class Terms(NamedTuple):
     arm_1: Array
     arm_2: Array
     direction: Array
-    apart: Array
+    is_distance: Array
 
 
 class Forms:
@@ -72,8 +72,8 @@ class Forms:
         for k, measure in enumerate(measures):
             if not isinstance(measure, Turn):
                 apart = ends.place(measure.first) - ends.place(measure.second)
-                far = isinstance(measure, Distance)
-                start[k] = abs(apart) if far else (np.conj(complex(*measure.direction)) * apart).real
+                is_distance = isinstance(measure, Distance)
+                start[k] = abs(apart) if is_distance else (np.conj(complex(*measure.direction)) * apart).real
         return start
 
     def _sum_terms(self, values: Array, axis: int) -> Array:
@@ -112,12 +112,13 @@ class Forms:
         if q_t.any():
             i, j, f = self.points.first, self.points.second, self.points.frame
             (v, w), (_, arm_1, arm_2, apart, d) = self._with_ground(q_t), self._arms(q)
-            change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
-            bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
-            bend += -2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
-            if self.points.apart.any():
-                bend -= self.points.apart * _dot(1j * d, change) ** 2 / np.where(self.points.apart, _dot(d, apart), 1.0)
-            gamma[..., self.points.at] = bend
+            relative = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)  # velocity
+            term = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
+            term += -2 * w[..., f] * _dot(1j * d, relative) + w[..., f] ** 2 * _dot(d, apart)
+            distances = self.points.is_distance
+            if distances.any():
+                term -= distances * _dot(1j * d, relative) ** 2 / np.where(distances, _dot(d, apart), 1.0)
+            gamma[..., self.points.at] = term
         return self._sum_terms(gamma, -1)
 
     def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -126,8 +127,8 @@ class Forms:
         unit = np.exp(1j * turned)
         arm_1, arm_2 = rows.arm_1 * unit[..., rows.first], rows.arm_2 * unit[..., rows.second]
         apart, d = z[..., rows.first] + arm_1 - z[..., rows.second] - arm_2, rows.direction * unit[..., rows.frame]
-        if rows.apart.any():
-            d = np.where(rows.apart, apart / np.where(rows.apart, np.abs(apart), 1.0), d)
+        if rows.is_distance.any():
+            d = np.where(rows.is_distance, apart / np.where(rows.is_distance, np.abs(apart), 1.0), d)
         return turned, arm_1, arm_2, apart, d
 
     def _with_ground(self, q: Array) -> tuple[Array, Array]:
@@ -144,6 +145,6 @@ def _table(table: list[list[Any]]) -> Terms:
     return Terms(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
 
 
-def _dot(one: Array, other: Array) -> Array:
+def _dot(a: Array, b: Array) -> Array:
     """Compute scalar products of vectors as complex numbers."""
-    return one.real * other.real + one.imag * other.imag
+    return a.real * b.real + a.imag * b.imag

@@ -30,7 +30,7 @@ class KinematicsError(ValueError):
 ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 
-ASIDE = 1e-2
+DISPLACEMENT = 1e-2
 """Distance of the pose in general position from the drawn one, over the longest link or in rad: far above rounding."""
 POSES = 4
 """Number of random poses of which the one with the largest rank is taken: a single one could be special, too."""
@@ -124,15 +124,15 @@ class Linkage:
 
         For coordinates and rates (..., links, 3) they have the shapes (..., rows), (..., rows, 3 links), (..., rows).
         """
-        residual, jacobian = self._forms.system(q - self._turned_by)
+        residual, jacobian = self._forms.system(q - self._directions)
         return residual, jacobian, self.convective(q, q_t)
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """Compute the convective term gamma, quadratic in the velocities, shape (..., rows)."""
-        return self._forms.convective(q - self._turned_by, q_t)
+        return self._forms.convective(q - self._directions, q_t)
 
     @cached_property
-    def _turned_by(self) -> Array:
+    def _directions(self) -> Array:
         """Coordinates with the links' directions at t = 0 and zero places."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
@@ -148,12 +148,12 @@ class Linkage:
         """Return the second rate of the travel of the drives; no drive is evaluated beyond `last`."""
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
-    def _drive_values(self, time: ArrayLike, ask: Any) -> Array:
+    def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
         """Evaluate the drives, 0 in rows without one."""
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.drive_rows:
-            values[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
+            values[..., k] = np.reshape([evaluate(motion, float(t)) for t in time.ravel()], time.shape)
         return values
 
     @cached_property
@@ -177,8 +177,9 @@ class Linkage:
         free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T
         best, most = drawn, -1
         for mix in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
-            way = free @ mix
-            pose = self._close(drawn + (ASIDE * way / np.abs(way).max() * unit).reshape(drawn.shape), rows, unit)
+            direction = free @ mix
+            step = DISPLACEMENT * direction / np.abs(direction).max() * unit
+            pose = self._close(drawn + step.reshape(drawn.shape), rows, unit)
             if pose is not None and (found := rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])) > most:
                 best, most = pose, found
         return best
@@ -190,8 +191,8 @@ class Linkage:
             if np.abs(residual[rows]).max() < 1e-13 * max(1.0, self.size):
                 break
             q = q - (unit * (np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6) @ residual[rows])).reshape(q.shape)
-        far = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
-        return q if np.abs(residual[rows]).max() < 1e-11 * max(1.0, self.size) and far < 20 * ASIDE else None
+        distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
+        return q if np.abs(residual[rows]).max() < 1e-11 * max(1.0, self.size) and distance < 20 * DISPLACEMENT else None
 
     def mobility(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""

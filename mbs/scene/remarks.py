@@ -12,7 +12,7 @@ from ..mechanism import Mechanism
 from .linkage import ROUNDING, Linkage, rank
 from .start import jacobian, name_surplus_drives
 
-SHARE = 1e-6
+UNDETERMINED = 1e-6
 """Component of a row in a null vector of the transposed Jacobian above which its multiplier is undetermined."""
 
 
@@ -24,18 +24,18 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         found.append(f"redundant: {', '.join(map(repr, redundant))}; no equation determines the forces of {shared}")
     if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(linkage)):
         found.append(too_many)
-    held = _groups(mechanism)
+    groups = _groups(mechanism)
     for drive in mechanism.drives:
-        if drive.target not in mechanism.points and GROUND not in held[drive.target]:
+        if drive.target not in mechanism.points and GROUND not in groups[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
     found += _free_links(linkage)
-    spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
+    mentioned = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
-        apart = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
-        if apart and f"{point}'" not in spoken:
+        unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
+        if unjoined and f"{point}'" not in mentioned:
             found.append(
-                f"links '{links[0]}' and '{apart[0]}' share the point '{point}' without a joint there: they pass each other"
+                f"links '{links[0]}' and '{unjoined[0]}' share the point '{point}' without a joint there: they pass each other"
             )
     reach = sum(mechanism.length(link.name) for link in mechanism.links)
     for stop in mechanism.stops:
@@ -47,18 +47,19 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 def _free_links(linkage: Linkage) -> Iterator[str]:
     """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
     mechanism = linkage.mechanism
-    tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
+    groups = _groups(mechanism)
+    texts = " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
-        spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")
-        if tied[link.name] == {link.name} and len(mechanism.links) > 1 and not spoken:
+        mentioned = any(f"{mark}{name}'" in texts for name in (*link.points, link.name) for mark in "':")
+        if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
     if not mechanism.drives:
         return
     rows = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
     free = rows.shape[1] - rank(rows)
     if free:
-        ways = np.abs(np.linalg.svd(rows)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
-        moving = [link.name for link, way in zip(mechanism.links, ways, strict=True) if way > ROUNDING]
+        motion = np.abs(np.linalg.svd(rows)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
+        moving = [link.name for link, size in zip(mechanism.links, motion, strict=True) if size > ROUNDING]
         count = "1 way" if free == 1 else f"{free} ways"
         driven = len(mechanism.drives)
         yield (
@@ -73,34 +74,34 @@ def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str
     ties = [(joint.first, joint.second) for joint in mechanism.joints if point in (None, joint.point)]
     ties += [(guide.link, GROUND) for guide in mechanism.guides if point is None]
     for first, second in ties:
-        together = groups[first] | groups[second]
-        for name in together:
-            groups[name] = together
+        joined = groups[first] | groups[second]
+        for name in joined:
+            groups[name] = joined
     return groups
 
 
 def find_redundant(linkage: Linkage) -> list[str]:
     """Find the elements whose rows depend on those of others in general position; flexible links may deform."""
     names, matrix = _constraints(linkage)
-    kept = independent_rows(matrix)
-    return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
+    independent = independent_rows(matrix)
+    return list(dict.fromkeys(name for k, name in enumerate(names) if k not in independent))
 
 
 def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines, as rows are redundant in general position."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    shares = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
-    free = np.abs(shares).max(axis=1, initial=0.0) > SHARE
+    null = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
+    free = np.abs(null).max(axis=1, initial=0.0) > UNDETERMINED
     return list(dict.fromkeys(name for name, each in zip(names, free, strict=True) if each))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
     """Return names and derivatives of the rows that hold during a run, in general position; rows of drives come first."""
-    rigid, loose = jacobian(linkage, linkage.general_pose)
+    rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
     order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
-    matrix = np.hstack([rigid / unit, loose / (np.abs(loose).max(initial=0.0) or 1.0)])[order]
+    matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix
 
 

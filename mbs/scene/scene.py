@@ -18,13 +18,13 @@ from .linkage import Linkage
 from .remarks import find_redundant, find_undetermined, remarks
 from .start import Start, start
 
-STIFF = 1e5
+STIFF_RATE = 1e5
 """Decay rate of contact damping from which the implicit integrator is the faster one [1/s]."""
 DEPTH = 1e-5
 """Depth at which contact damping is evaluated [m]: between those of light and of hard impacts."""
 SPEED = 1e-3
 """Difference of speed with which the slope of the contact force is taken [m/s]: laws are linear below it."""
-APPROACH = 0.1
+ONSET_SPEED = 0.1
 """Speed at the onset of the impact in which contact damping is evaluated [m/s]."""
 
 
@@ -115,14 +115,14 @@ class Scene:
             return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
         if mechanism.stops:
             return f"a contact at '{mechanism.stops[0].point}' begins and ends between steps"
-        nothing = np.empty((0, 3))
-        holding = set(self.linkage.names)
+        no_rows = np.empty((0, 3))
+        constraints = set(self.linkage.names)
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
             if element.rubs_on_reaction:
                 return f"friction of '{name}' follows its reaction"
-            if name in holding and element.reactions(nothing) is None:
+            if name in constraints and element.reactions(no_rows) is None:
                 return f"'{name}' does not tell its reaction"
         acting = [each for each in (*mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
         silent = [each.key for each in acting if type(each).pushes is Element.pushes]
@@ -172,8 +172,8 @@ class Scene:
         if not laws:
             return False
         lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)
-        jumps = [law.force(DEPTH, SPEED, APPROACH) - law.force(DEPTH, 0.0, APPROACH) for law in laws]
-        return max(jumps) / SPEED / lightest >= STIFF
+        changes = [law.force(DEPTH, SPEED, ONSET_SPEED) - law.force(DEPTH, 0.0, ONSET_SPEED) for law in laws]
+        return max(changes) / SPEED / lightest >= STIFF_RATE
 
     @cached_property
     def is_loose(self) -> bool:

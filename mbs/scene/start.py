@@ -51,10 +51,10 @@ class Start:
         along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
         across = np.array([-along[1], along[0]])
         points = sorted(at, key=lambda point: at[point])
-        places, moved = [at[point] for point in points], np.array([self.bends[link.name][point] for point in points])
-        lateral = CubicHermiteSpline(places, moved[:, :2] @ across, moved[:, 2])
-        moves = np.outer(np.interp(x, places, moved[:, :2] @ along), along) + np.outer(lateral(x), across)
-        return np.column_stack([moves, lateral(x, 1)])
+        places, rates = [at[point] for point in points], np.array([self.bends[link.name][point] for point in points])
+        lateral = CubicHermiteSpline(places, rates[:, :2] @ across, rates[:, 2])
+        velocity = np.outer(np.interp(x, places, rates[:, :2] @ along), along) + np.outer(lateral(x), across)
+        return np.column_stack([velocity, lateral(x, 1)])
 
 
 class Stations:
@@ -65,9 +65,7 @@ class Stations:
         self.mechanism = mechanism
         self.points = [(link.name, point) for link in links for point in link.points]
         self.places = {at: k for k, at in enumerate(self.points)}
-        self.turns = np.zeros((len(self.points), 3, 3))
-        for k, (name, _) in enumerate(self.points):
-            self.turns[k] = _weighted_axes(mechanism, name)
+        self.axes = np.array([_weighted_axes(mechanism, name) for name, _ in self.points]).reshape(-1, 3, 3)
 
     def columns(self, row: Row) -> Array:
         """Return a row's derivatives by the weighted velocities of all stations."""
@@ -75,13 +73,13 @@ class Stations:
         for end, slope in row.gradient(self.mechanism.points):
             k = self.places.get((end.body, end.point))
             if k is not None:
-                found[k] += np.array(slope) @ self.turns[k]
+                found[k] += np.array(slope) @ self.axes[k]
         return found.ravel()
 
     def station_row(self, k: int, direction: Array) -> Array:
         """Return the row of the scalar product of one station's velocity (vx, vy, spin) with a direction."""
         found = np.zeros((len(self.points), 3))
-        found[k] = direction @ self.turns[k]
+        found[k] = direction @ self.axes[k]
         return found.ravel()
 
 
@@ -91,9 +89,9 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
     section = link.body.section
-    soft = np.sqrt(section.axial_stiffness * length**2 / section.bending_stiffness)
+    ratio = np.sqrt(section.axial_stiffness * length**2 / section.bending_stiffness)
     unit = 1 / np.sqrt(section.axial_stiffness / length)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * soft, unit * soft / length])
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * ratio, unit * ratio / length])
 
 
 def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
@@ -101,17 +99,16 @@ def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
     stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
     rigid = linkage.system(q, np.zeros_like(q))[1]
-    loose = np.array([stations.columns(row) for _, row in linkage.named_rows]).reshape(len(rigid), 3 * len(stations.points))
-    return rigid, loose
+    flexible = np.array([stations.columns(row) for _, row in linkage.named_rows]).reshape(len(rigid), 3 * len(stations.points))
+    return rigid, flexible
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
-    """Say that a mechanism has more drives than ways to move, in poses in general position; empty if it has not."""
-    rigid, loose = jacobian(linkage, linkage.general_pose)
-    matrix = np.hstack([rigid, loose])
+    """Explain that a mechanism has more drives than degrees of freedom in general position; '' if it has not."""
+    matrix = np.hstack(jacobian(linkage, linkage.general_pose))
     driven = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is not None]
-    held = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is None]
-    free = matrix.shape[1] - rank(matrix[held])
+    constraints = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is None]
+    free = matrix.shape[1] - rank(matrix[constraints])
     if len(driven) <= free:
         return ""
     names = ", ".join(f"'{linkage.names[k]}'" for k in driven)
@@ -124,12 +121,12 @@ def start(linkage: Linkage) -> Start:
     Raises KinematicsError, with the names of the elements, at a dead centre or if velocities contradict each other.
     """
     mechanism = linkage.mechanism
-    rigid, loose = jacobian(linkage)
+    rigid, flexible = jacobian(linkage)
     right, names = linkage.speed(0.0), list(linkage.names)
     for name, row, own, value in _velocity_rows(mechanism, linkage):
-        rigid, loose = np.vstack([rigid, row]), np.vstack([loose, own])
+        rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, own])
         right, names = np.append(right, value), [*names, name]
-    bend, rest = _give_way(rigid, loose, right)
+    bend, rest = _solve_flexible(rigid, flexible, right)
     scale = max(1.0, np.abs(right).max(initial=0.0))
     gap = float(np.abs(rest).max(initial=0.0))
     if gap > EXACT * scale:
@@ -139,9 +136,9 @@ def start(linkage: Linkage) -> Start:
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
             + (f"; {too_many}" if too_many else "")
         )
-    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - loose @ bend).reshape(-1, 3)
+    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ bend).reshape(-1, 3)
     stations = Stations(mechanism)
-    moved = np.einsum("kij,kj->ki", stations.turns, bend.reshape(-1, 3))
+    moved = np.einsum("kij,kj->ki", stations.axes, bend.reshape(-1, 3))
     bends: dict[str, dict[str, Array]] = {}
     if np.abs(moved).max(initial=0.0) > EXACT * scale:
         for (link, point), extra in zip(stations.points, moved, strict=True):
@@ -149,16 +146,16 @@ def start(linkage: Linkage) -> Start:
     return Start(linkage, rates, bends)
 
 
-def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
+def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array, Array]:
     """Find the least velocities of the stations with which rigid motions can satisfy the rows; return also the residual."""
     scale = max(1.0, np.abs(right).max(initial=0.0))
     missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
-    if not loose.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
-        return np.zeros(loose.shape[1]), missing
-    outside = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)
-    unit = np.abs(loose).max()
-    bend = np.linalg.pinv(outside @ loose / unit, rcond=ROUNDING) @ missing / unit
-    return bend, missing - outside @ loose @ bend
+    if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
+        return np.zeros(flexible.shape[1]), missing
+    projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)
+    unit = np.abs(flexible).max()
+    bend = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
+    return bend, missing - projector @ flexible @ bend
 
 
 def _least_energy(mass: Array, rows: Array, right: Array) -> Array:

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from ..geometry import Array
 from ..process import TimeUpError
 from ..solvers import Spectral
-from ..units import behind
+from ..units import unit_suffix
 from ..validate import positive, whole
 from .numbers import Family, Source
 from .reading import RunFailedError
@@ -49,8 +49,8 @@ class Design:
     def __str__(self) -> str:
         """Return numbers, readings, and binding constraints."""
         width = max(map(len, [*self.values, *self.readings]))
-        lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}" for name, value in self.values.items()]
-        lines += [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (finer run: {self.changes[name]:+.1e})"
+        lines = [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}" for name, value in self.values.items()]
+        lines += [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}  (finer run: {self.changes[name]:+.1e})"
                   for name, value in self.readings.items()]  # fmt: skip
         lines += [f"binding: {', '.join(self.binding) or 'nothing'}"]
         return "\n".join([*lines, *([self.message] if self.message else [])])
@@ -170,7 +170,7 @@ def _design(search: Search, x: Array, found: Array, fine: Array) -> Design:
     ]
     binding += [want.text for want, value in pairs if want.binds(value)]
     wrong = "; ".join(
-        f"{want.text}: {value:.6g}{behind(search.units, want.name)}, {100 * want.miss(value):.2g} % off" if isfinite(value)
+        f"{want.text}: {value:.6g}{unit_suffix(search.units, want.name)}, {100 * want.miss(value):.2g} % off" if isfinite(value)
         else f"{want.text}: it has no value there" for want, value in pairs if want in missed
     )  # fmt: skip
     message = f"none of the designs tried keeps {wrong}" if missed else ""

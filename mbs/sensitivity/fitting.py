@@ -16,7 +16,7 @@ from ..geometry import Array
 from ..offers import find_offer
 from ..process import TimeUpError
 from ..solvers import Spectral
-from ..units import behind
+from ..units import unit_suffix
 from ..validate import whole
 from .data import Experiment
 from .numbers import Source
@@ -85,9 +85,9 @@ class Fit:
     def __str__(self) -> str:
         """Return the numbers with their intervals, and notes on identification."""
         width = max(map(len, self.values))
-        lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (95 %: {self.intervals[name].low:.6g} to "
+        lines = [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}  (95 %: {self.intervals[name].low:.6g} to "
                  f"{self.intervals[name].high:.6g})" for name, value in self.values.items()]  # fmt: skip
-        left = [f"rms of what is left of {name}: {value:.4g}{behind(self.units, name)}" for name, value in self.rms.items()]
+        left = [f"rms of what is left of {name}: {value:.4g}{unit_suffix(self.units, name)}" for name, value in self.rms.items()]
         return "\n".join([*lines, *left, *self.unidentified])
 
     def plot(self) -> Any:

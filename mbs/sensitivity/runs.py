@@ -11,7 +11,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..process import compiler
+from ..process import has_compiler
 from ..record.errors import Status
 from ..record.run import Run
 from ..solvers import Controlled, Spectral
@@ -94,5 +94,5 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
 
 def needs_compiler() -> None:
     """Raise an ImportError without the compiled solver."""
-    if not compiler():
+    if not has_compiler():
         raise ImportError("derivatives, fits and designs need the compiled solver: pip install 'buckler[fast]'")

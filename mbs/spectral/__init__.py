@@ -5,9 +5,9 @@ Without a compiler `interpreted` stands in for `compiling`: the same functions, 
 
 import sys
 
-from ..process import compiler
+from ..process import has_compiler
 
-if not compiler():
+if not has_compiler():
     from . import interpreted
 
     sys.modules[f"{__name__}.compiling"] = interpreted

@@ -8,7 +8,7 @@ from ..elements import Beam, Clearance, Rigid, Section
 from ..laws import Coulomb, Impact
 from ..library import crank_rocker, slider_crank
 from ..mechanism import Mechanism
-from ..process import COMPILING, compiler
+from ..process import COMPILING, has_compiler
 from ..solvers import Spectral
 
 SHORT = 1e-3
@@ -24,7 +24,7 @@ def compile_all() -> float:
 
     A ModuleNotFoundError if there is no compiler.
     """
-    if not compiler():
+    if not has_compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")
     from ..laws.contact import compile_kernel  # these load the compiler
     from .dense import at_times

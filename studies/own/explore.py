@@ -24,7 +24,7 @@ from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change, get
 from buckler.mbs.documents.shorthand import expand
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.process import compiler
+from buckler.mbs.process import has_compiler
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
@@ -104,7 +104,7 @@ class Explorer:
         """Run once and return the pictures; the error of the run is unknown."""
         begin = perf_counter()
         mechanism = self.mechanism(values)
-        result = simulate(mechanism, self.duration, solver=Spectral() if compiler() else None, progress=False)
+        result = simulate(mechanism, self.duration, solver=Spectral() if has_compiler() else None, progress=False)
         return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 
     def judge(self, values: Mapping[str, object]) -> dict[str, Any]:

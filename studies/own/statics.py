@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs.assembly import SAME
+from buckler.mbs.assembly import SAME_POSE
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.scene.linkage import rank
@@ -156,7 +156,7 @@ def _poses(mechanism: Mechanism) -> Iterator[str]:
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
-        size = SAME * np.abs([*other.values(), *found.points.values()]).max()
+        size = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()
         differ = {point: at for point, at in other.items() if not np.allclose(at, found.points[point], rtol=0, atol=size)}
         yield f"another pose: near = {{ {_places(differ)} }}"
 

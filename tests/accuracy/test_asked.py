@@ -207,7 +207,7 @@ def test_a_failed_run_keeps_its_name():
 def test_exudyn_runs_where_the_compiled_solver_does_not_know_an_element(monkeypatch):
     """Or where there is no compiler: the same motion within the sum of both errors, and the result says who ran."""
     compiled = simulate(pendulum(0.3), 1.0)
-    monkeypatch.setattr(simulation, "compiler", lambda: False)
+    monkeypatch.setattr(simulation, "has_compiler", lambda: False)
     other = simulate(pendulum(0.3), 1.0)
     assert compiled.provenance["solver"] == "Spectral: it knows all elements of this mechanism"
     assert other.provenance["solver"].startswith("Exudyn: there is no compiler")

@@ -8,9 +8,9 @@ import pytest
 
 from buckler.mbs import Beam, Exudyn, Link, Mechanism, Revolute, Section, Spectral, Status
 from buckler.mbs.accuracy import refine as module
-from buckler.mbs.accuracy.demand import BALANCE, PLACE, Asked, Usual, worst
+from buckler.mbs.accuracy.demand import BALANCE, PLACE, Asked, Usual, find_worst
 from buckler.mbs.accuracy.difference import Difference
-from buckler.mbs.accuracy.estimate import LEAST, Parting, gains
+from buckler.mbs.accuracy.estimate import LEAST_ERROR, Separation, estimate_gains
 from buckler.mbs.accuracy.levels import DEGREE, FIRST, KINDS, Level, Levels
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
@@ -98,9 +98,9 @@ def test_a_third_run_knows_the_order(order):
 
 def test_gains_are_observed_within_bounds():
     before, now = {X: 8.0, ("Q.x", Norm.RMS): 1.0}, {X: 8.0 / 8**0.5, ("Q.x", Norm.RMS): 0.0}
-    assert gains(now, None, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.25)
-    assert gains(now, before, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.5)
-    assert gains(now, before, (8, 8), (0.25, 0.25))[X] == pytest.approx(8**0.25)
+    assert estimate_gains(now, None, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.25)
+    assert estimate_gains(now, before, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.5)
+    assert estimate_gains(now, before, (8, 8), (0.25, 0.25))[X] == pytest.approx(8**0.25)
 
 
 def test_an_error_that_does_not_get_smaller_ends_as_suspect():
@@ -145,7 +145,7 @@ def test_chaos_is_named_by_the_third_or_fourth_run():
     assert "one trajectory to about t = " in answer.errors.notes[0]
 
 
-def test_refinements_that_cease_to_move_a_parting_end_as_chaotic():
+def test_refinements_that_cease_to_delay_the_separation_end_as_chaotic():
     """The third run moves it by its share; from a tolerance of 3e-6 on none does."""
     answer, levels = found(exponential(20.0, floor=3e-6))
     assert answer.chaos is Status.CHAOTIC and len(levels) <= 7
@@ -170,7 +170,7 @@ def test_a_snap_that_comes_later_parts_no_runs():
         x = np.where((TIME > at) & (TIME < at + 2e-3), 1.0, 0.0)
         return Trajectory(TIME, {"P.x": Signal("P.x", x, "m", Kind.PLACE)}, 1.0)
 
-    assert Parting(Difference(run(0.3), run(0.31)), {X: 1e-2}).at == np.inf
+    assert Separation(Difference(run(0.3), run(0.31)), {X: 1e-2}).start == np.inf
 
 
 # --- what is demanded -------------------------------------------------------------------------------------------------
@@ -198,7 +198,7 @@ def test_what_is_asked_of_which_signal():
     assert set(Asked(1e-2).limits(run)) == {X}
     assert set(Asked(1e-2, "forces").limits(run)) == {("R.fx", Norm.RMS), *contact}
     assert set(Asked(1e-2, ["P.vx", "peak(S.force)"]).limits(run)) == {("P.vx", Norm.RMS), ("S.force", Norm.PEAK)}
-    assert worst(Asked(1e-2, ["P.x", "S.force"]).limits(run), {X: 2e-2, ("S.force", Norm.RMS): 1e-3}).name == "P.x"
+    assert find_worst(Asked(1e-2, ["P.x", "S.force"]).limits(run), {X: 2e-2, ("S.force", Norm.RMS): 1e-3}).name == "P.x"
     usual = Usual().limits(run)
     assert set(usual) == {X, ("S.force", Norm.IMPULSE), ("S.force", Norm.PEAK)}  # no stretch, no force as a function of time
     assert usual[X] == pytest.approx(5e-3) and usual["S.force", Norm.PEAK] == 0.05
@@ -227,4 +227,4 @@ def test_no_two_levels_share_a_setting(solver):
 
 
 def test_two_runs_that_are_the_same_are_right_to_half_the_digits():
-    assert found(power(0.5, 0.0))[0].errors["P.x"] == LEAST
+    assert found(power(0.5, 0.0))[0].errors["P.x"] == LEAST_ERROR

@@ -27,7 +27,7 @@ from buckler.mbs import (
 from buckler.mbs.accuracy import second_opinion
 from buckler.mbs.accuracy.demand import STRIKE
 from buckler.mbs.accuracy.refine import Answer
-from buckler.mbs.accuracy.second_opinion import disagreement
+from buckler.mbs.accuracy.second_opinion import compare_solvers
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.engine.solve import once
 from buckler.mbs.library import slider_crank
@@ -63,10 +63,10 @@ def test_the_difference_allowed_is_the_sum_of_both_errors():
     errors = {(name, norm): 1.0 for name in Trajectory.of(runs[0]).signals for norm in Norm}
     errors |= {("O.ground-rod.fx", Norm.IMPULSE): 1e-7}
     mine, other = (Errors(1.0, {key: share * error for key, error in errors.items()}, until=0.5) for share in (1, 2))
-    _, found = disagreement(*runs, mine, other)
+    _, found = compare_solvers(*runs, mine, other)
     assert found.name == "impulse(O.ground-rod.fx)" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
-    assert disagreement(*runs, mine, Errors())[1].allowed == STRIKE
-    assert disagreement(*runs, mine, other, least=1.0)[1].ratio < 1
+    assert compare_solvers(*runs, mine, Errors())[1].allowed == STRIKE
+    assert compare_solvers(*runs, mine, other, least=1.0)[1].ratio < 1
 
 
 def test_solvers_agree_on_a_pendulum():
@@ -149,7 +149,7 @@ def test_the_slider_crank_of_the_readme_moves_alike_without_a_compiler(monkeypat
     names = {}
     exec(block, names)
     runs = [simulate(names["mechanism"], 5.0)]
-    monkeypatch.setattr(simulation, "compiler", lambda: False)
+    monkeypatch.setattr(simulation, "has_compiler", lambda: False)
     runs.append(simulate(names["mechanism"], 5.0))
     assert [run.provenance["solver"].split(":")[0] for run in runs] == ["Spectral", "Exudyn"]
     times = np.linspace(0.0, 5.0, 501)

@@ -8,5 +8,5 @@ from buckler.mbs import simulation
 @pytest.fixture(autouse=True, scope="module")
 def no_compiler():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(simulation, "compiler", lambda: False)
+        patch.setattr(simulation, "has_compiler", lambda: False)
         yield

@@ -27,7 +27,7 @@ from buckler.mbs import (
     sensitivities,
     simulate,
 )
-from buckler.mbs.process import compiler
+from buckler.mbs.process import has_compiler
 
 INERTIA, KP, KI, WANTED = 0.02, 0.2, 2.0, 10.0
 BAR = Section(0.02, 0.005)
@@ -158,7 +158,7 @@ def test_a_driven_linkage_is_no_closure_where_states_are_integrated():
         simulate(sensing, 1.0, solver=Exudyn())
 
 
-@pytest.mark.skipif(not compiler(), reason="derivatives need the compiled solver")
+@pytest.mark.skipif(not has_compiler(), reason="derivatives need the compiled solver")
 def test_derivatives_by_numbers_of_a_law_are_those_of_the_exponential():
     found = sensitivities(controlled, 1.0, by=["kp", "ki", "begun"], of="end(torque.rotor.state1)",
                           at={"kp": KP, "ki": KI, "begun": 0.3})  # fmt: skip

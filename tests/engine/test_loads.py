@@ -145,8 +145,8 @@ def test_power_of_a_load_is_what_its_energies_say():
     current = motor.current(voltage, speed)
     electric = motor.effective(voltage) * current - motor.resistance * current**2
     for load, power in (
-        (spring, -90.0 * stretch * rate - spring.lost(stretch, rate)),
-        (torsion, -2.0 * twist * spin - torsion.lost(twist, spin)),
+        (spring, -90.0 * stretch * rate - spring.dissipated_power(stretch, rate)),
+        (torsion, -2.0 * twist * spin - torsion.dissipated_power(twist, spin)),
         (motor, electric - motor.rubbing(speed) * motor.gear * speed),
     ):
         found = sum(push.power(record) for push in load.pushes("", record))

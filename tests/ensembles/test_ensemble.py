@@ -10,7 +10,7 @@ from scipy.stats import norm, uniform
 from test_statistics import rattling
 
 from buckler import mbs
-from buckler.mbs.ensembles.members import WIDEST, Members, journals_anywhere
+from buckler.mbs.ensembles.members import WIDEST, Members, displace_journals
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.start import offset, start_rates
@@ -32,7 +32,7 @@ def test_journals_start_anywhere_in_their_bushes():
     scene = CompiledScene.of(rattling())
     places = []
     for seed in range(200):
-        q = scene.q0 + journals_anywhere(scene, np.random.default_rng(seed))
+        q = scene.q0 + displace_journals(scene, np.random.default_rng(seed))
         apart = scene.read(scene.marker("coupler", "B"), q).position - scene.read(scene.marker("rocker", "B"), q).position
         places.append(np.hypot(*apart) / (WIDEST * 2.5e-4))
         assert np.abs(scene.assemble(q, tangents=False).residual).max() < 1e-6
