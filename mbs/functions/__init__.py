@@ -1,10 +1,10 @@
 """Functions that users give: formulas and tables as values, where they jump, and how fields read them."""
 
-from .looking import Argument, Called, Looks, edges_along, looking, looks_or
+from .looking import Argument, Called, Looks, edges_along, locate, looking, looks_or
 from .piecewise import Piecewise
 from .values import TURN, Components, Expression, Integral, Table, has_user_code, kinks, numbers_of
 
 __all__ = [
     "TURN", "Argument", "Called", "Components", "Expression", "Integral", "Looks", "Piecewise", "Table", "edges_along",
-    "has_user_code", "kinks", "looking", "looks_or", "numbers_of",
+    "has_user_code", "kinks", "locate", "looking", "looks_or", "numbers_of",
 ]  # fmt: skip

@@ -36,6 +36,8 @@ APART = 1e-12
 """Distance of two edges, over the run, below which they are one that was found in two ways."""
 TIME = -1
 """Place of the time among the states: edges that do not move from run to run are times."""
+BEYOND = 1e-3
+"""Way that a state may go beyond the range in which edges were looked for, over that: finer runs differ by less."""
 PROBES = 50
 """Arguments at which a function that depends on one state only does not change with the others."""
 
@@ -71,6 +73,28 @@ class Passed(NamedTuple):
 
 Called = tuple[Callable[..., object], Sequence[Argument]]
 """A function of time and states, and these states over a run."""
+MEASURE = 0
+"""Place among the states of the one that steps of a run can end on: elongation or angle. Speeds have kinks where bodies stick."""
+
+
+class _Known(NamedTuple):
+    """Edges of a function of one state, or of the time, as values of it, and the range in which they were looked for."""
+
+    state: int
+    values: Array
+    low: float = -np.inf
+    high: float = np.inf
+
+    def covers(self, time: Array, curves: Sequence[Curve]) -> bool:
+        """Tell whether the state stays in that range in a run, but for a little."""
+        if self.state == TIME:
+            return True
+        way, little = curves[self.state](time), BEYOND * (self.high - self.low)
+        return bool(self.low - little <= way.min() and way.max() <= self.high + little)
+
+    def times(self, curves: Sequence[Curve], end: float) -> Array:
+        """Times of the edges in a run [s]."""
+        return self.values if self.state == TIME else _crossings(curves[self.state : self.state + 1], [self.values], end)
 
 
 class Looks:
@@ -79,7 +103,9 @@ class Looks:
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
         self._ahead, self._confirmed = AHEAD, False
-        self._known: dict[int, tuple[int, Array]] = {}
+        self._known: dict[int, _Known] = {}
+        self._names: list[str] = []
+        self._located: dict[str, Array] = {}
         self._times: dict[int, Array] = {}
         self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
 
@@ -90,15 +116,25 @@ class Looks:
             self._kept[key] = function, breaks(function, duration)  # the function is kept, so that its id stays its own
         return self._kept[key][1]
 
-    def find_passed(self, time: Array, functions: Iterable[Called]) -> Passed:
-        """Find what a run passed between its samples [s]; the next run steps onto all edges of this one."""
+    def locate(self, names: Sequence[str]) -> dict[str, Array]:
+        """Values of their first state at which functions of it alone have edges, by element, of those whose edges end steps."""
+        known = {self._names[k]: known for k, known in self._known.items()}
+        self._located = {name: known[name].values for name in names if name in known and known[name].state == MEASURE}
+        return self._located
+
+    def find_passed(self, time: Array, functions: Iterable[tuple[str, Called]]) -> Passed:
+        """Find what a run passed between its samples [s], of functions by element; the next run steps onto all of that."""
         time, first = np.unique(time, return_index=True)
-        called = [(f, [each.curve(time, first) for each in arguments]) for f, arguments in functions]
-        found, many = self._find(time, called)
+        self._names, every_function = [], []
+        for name, (function, arguments) in functions:
+            self._names.append(name)
+            every_function.append((function, [each.curve(time, first) for each in arguments]))
+        found, many = self._find(time, every_function)
         if self._known and not self._confirmed and self._judge(time, found)[0] <= SETTLED:
             self._known = {}
-            found, many = self._find(time, called)
+            found, many = self._find(time, every_function)
         shift, every, apart = self._judge(time, found)
+        self._located = {}
         unseen = _merge([_between(each, time, ON * float(time[-1])) for each in found], time)
         settled = shift <= SETTLED and not len(unseen)
         self._confirmed = self._confirmed or settled
@@ -111,9 +147,8 @@ class Looks:
         """Find the edges [s] of each function along a run, and if there are too many of one to locate."""
         end, found, many = float(time[-1]), [], False
         for k, (function, curves) in enumerate(called):
-            if k in self._known:
-                state, values = self._known[k]
-                found.append(values if state == TIME else _crossings(curves[state : state + 1], [values], end))
+            if k in self._known and self._known[k].covers(time, curves):
+                found.append(self._known[k].times(curves, end))
                 continue
             edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
             many = many or (edges.capped and not _is_followed(function, time, curves))
@@ -123,11 +158,21 @@ class Looks:
             before, self._times[k] = self._times.get(k), times
             rests = before is not None and before.shape == times.shape and (np.abs(before - times) <= APART * end).all()
             if only is not None:
-                self._known[k] = only, np.unique(curves[only](times))
+                way = curves[only](time)
+                self._known[k] = _Known(only, np.unique(curves[only](times)), float(way.min()), float(way.max()))
             elif rests and not edges.capped:
-                self._known[k] = TIME, times
+                self._known[k] = _Known(TIME, times)
+        found = [each for k, each in enumerate(found) if not self._is_located(k)]
         many = many or not all(_is_followed(function, time, ()) for function, edges in self._kept.values() if edges.capped)
         return found, many
+
+    def _is_located(self, k: int) -> bool:
+        """Tell whether the run's steps end on all known edges of a function."""
+        if k not in self._known or self._names[k] not in self._located:
+            return False
+        state, values, low, high = self._known[k]
+        off = np.abs(values[:, None] - self._located[self._names[k]]).min(axis=1, initial=np.inf)
+        return state == MEASURE and bool((off <= ON * (high - low)).all())
 
     def _judge(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
         """Return the shift of narrow features since the last run, edges to step onto, and their distances from each other."""
@@ -153,6 +198,12 @@ def looking(looks: Looks) -> Iterator[None]:
 def looks_or(other: Looks) -> Looks:
     """Return the looks of the run that is being made, or other ones: of a scene that is integrated many times."""
     return _LOOKS.get() or other
+
+
+def locate(names: Sequence[str]) -> dict[str, Array]:
+    """Values as of `Looks.locate`, of the runs before this one."""
+    looks = _LOOKS.get()
+    return {} if looks is None else looks.locate(names)
 
 
 def edges_along(duration: float) -> tuple[float, ...]:

@@ -122,10 +122,11 @@ class Record(Recorded):
         jumped = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
         return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumped)])
 
-    def user_functions(self) -> Iterator[Called]:
-        """Yield the user's functions of states, with their arguments."""
+    def user_functions(self) -> Iterator[tuple[str, Called]]:
+        """Yield the user's functions of states, with their arguments, by element."""
         for name, element in Scene.of(self.mechanism).elements.items():
-            yield from element.user_functions(name, self)
+            for called in element.user_functions(name, self):
+                yield name, called
 
     def at(self, times: Array) -> Record:
         """Interpolate places and velocities at other times [s] within the run, without channels; ValueError for one sample."""

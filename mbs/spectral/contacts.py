@@ -92,6 +92,52 @@ def first_onset(tables, before, reports, h, landing, outside, smooth):
 
 
 @draft
+def first_edge(tables, before, reports, h, landing, outside):
+    """Fraction of the step at which a measure first comes to an edge of its law, from either side; 2 if none does.
+
+    As at a contact's face the step is to end `outside` of the edge.
+    """
+    first = 2.0
+    for i in range(tables.edges.shape[0]):
+        k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
+        start, end = before[k, col.LENGTH] - edge, reports[k, col.LENGTH] - edge
+        side = -1.0 if start > 0.0 else 1.0
+        if abs(start) > landing and abs(side * end + outside) > outside:
+            rates = side * before[k, col.RATE], side * reports[k, col.RATE]
+            first = min(first, crossing(h, side * start + outside, rates[0], side * end + outside, rates[1]))
+    return first
+
+
+@draft
+def _past_edge(tables, reports, i):
+    """Way that a measure has gone past edge i of its law, negative before it, and its speed."""
+    k = int(tables.edges[i, 0])
+    rate = reports[k, col.RATE]
+    return (reports[k, col.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
+
+
+@draft
+def reaches_edge(tables, before, reports, landing, near):
+    """Return True if a measure has come as near to an edge of its law, and is about to pass it."""
+    for i in range(tables.edges.shape[0]):
+        k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
+        if abs(before[k, col.LENGTH] - edge) > landing and -near <= _past_edge(tables, reports, i)[0] <= 0.0:
+            return True
+    return False
+
+
+@draft
+def time_to_edges(tables, reports, near):
+    """Time after which all measures that are about to pass an edge, and as near, are a tenth of that past it."""
+    time = 0.0
+    for i in range(tables.edges.shape[0]):
+        past, speed = _past_edge(tables, reports, i)
+        if -near <= past <= 0.0 and speed > 0.0:
+            time = max(time, (0.1 * near - past) / speed)
+    return time
+
+
+@draft
 def time_to_faces(tables, reports, near):
     """Time after which all contacts that are about to close, and as near, are a tenth of that inside."""
     time = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .compiling import copy, draft
-from .contacts import remember_onset, time_to_faces, touches
+from .contacts import reaches_edge, remember_onset, time_to_edges, time_to_faces, touches
 from .fronts import solve
 from .kernel import changes_at, forces, rows_at
 from .lawtable import AFTER
@@ -61,8 +61,9 @@ def outside(state, controls):
 
 @draft
 def remember(tables, work, state, controls, counts):
-    """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed, near = False, 2.0 * outside(state, controls)
+    """Take over the accepted step: onset speeds of contacts, bristles; whether a contact closed, let go or an edge is reached."""
+    near = 2.0 * outside(state, controls)
+    changed = reaches_edge(tables, state.before, work.reports, landing(state, controls), near)
     for k in range(tables.forces.shape[0]):
         kind, m = tables.forces[k, KIND], state.memory[k]
         copy(m, state.old[k])
@@ -79,10 +80,10 @@ def remember(tables, work, state, controls, counts):
 
 @draft
 def jump(model, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers; an Euler step takes contacts about to close past their faces."""
-    state = model.state
-    past = min(time_to_faces(model.tables, state.before, 2.0 * outside(state, controls)), NEARLY * clock.previous)
-    past = min(past, NEARLY * (controls.end - clock.time))
+    """Start anew after a jump of accelerations and multipliers; an Euler step takes contacts past faces, laws past edges."""
+    state, near = model.state, 2.0 * outside(model.state, controls)
+    past = max(time_to_faces(model.tables, state.before, near), time_to_edges(model.tables, state.before, near))
+    past = min(past, NEARLY * clock.previous, NEARLY * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += past * state.v[i]
     clock.time, clock.previous, clock.fresh = clock.time + past, 0.0, True

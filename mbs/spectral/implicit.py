@@ -10,6 +10,7 @@ from .contacts import (
     closing,
     depth_of,
     error_of_depth,
+    first_edge,
     first_onset,
     lets_go,
     touches,
@@ -172,6 +173,7 @@ def _try(model, clock, h, at, controls, counts):
         return False
     clock.error = _error(model, at, h, controls, near)
     part = first_onset(tables, state.before, work.reports, h, near, outside(state, controls), True)
+    part = min(part, first_edge(tables, state.before, work.reports, h, near, outside(state, controls)))
     if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False

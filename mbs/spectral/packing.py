@@ -125,6 +125,7 @@ def pack(builder: Builder) -> Tables:
         elastic=_whole(builder.elastic, 7),
         laws=_whole(builder.laws, 4),
         law_numbers=_real(builder.law_numbers, 8),
+        edges=np.empty((0, 2)),
         data=np.array(builder.data, dtype=float),
     )
 

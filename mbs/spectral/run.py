@@ -179,8 +179,8 @@ def _method(
         model = DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight)
         return explicit.run_explicit, model, explicit.SHORTEST
     room = radau_state(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
-    orders = Orders(scene.fronts, scene.heavy_fronts)
-    return implicit.run_implicit, Radau(scene.tables, orders, scene.work, room), implicit.SHORTEST
+    orders, tables = Orders(scene.fronts, scene.heavy_fronts), scene.tables._replace(edges=scene.edges())
+    return implicit.run_implicit, Radau(tables, orders, scene.work, room), implicit.SHORTEST
 
 
 def explicitly(scene: CompiledScene, solver: Spectral) -> bool:

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
-from ..functions import Looks
+from ..functions import Looks, locate
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
@@ -193,6 +193,15 @@ class CompiledScene:
         """The equations of motion, linear about a state, as sparse matrices."""
         a = self.assemble(q, v, t, lam, memory, since=since, tangents=tangents, sparse=True)
         return Linear(self.mass_at(q, sparse=True), *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
+
+    def edges(self) -> Array:
+        """Forces with values of their measures at which runs before this one found edges of their laws, (edges, 2)."""
+        rows = {self.force_names[row]: row for row in np.flatnonzero(self.tables.forces[:, k.KIND] == k.LAW)}
+        found = [np.empty((0, 2))]
+        for name, values in locate([*rows]).items():
+            places = values + self.tables.data[self.tables.forces[rows[name], k.NUMBERS] + 2]
+            found.append(np.column_stack([np.full(len(places), float(rows[name])), places]))
+        return np.concatenate(found)
 
     def marker(self, link: str, point: str) -> int:
         """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""

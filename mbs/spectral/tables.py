@@ -92,6 +92,7 @@ class Tables(NamedTuple):
     with `STATE` in the place of a second coordinate."""
     laws: Array  # (k, 4): kind, addresses
     law_numbers: Array  # floats (k, 8)
+    edges: Array  # floats (k, 2): force, and a value of its measure at which its law has a jump or kink
     data: Array  # floats: numbers of strips, markers, forces
 
 

@@ -1,0 +1,60 @@
+"""Laws of elongation or angle with jumps and kinks: steps end on them, though one step may pass two."""
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Guide, Link, Mechanism, Revolute, Rigid, Spring, Status, Torque, simulate
+
+DRAWS = np.random.default_rng(4207)
+
+
+def check(mechanism, duration, reading, exact):
+    result = simulate(mechanism, duration)
+    told = result.reading(reading)
+    assert result.status is Status.OK, result.message
+    assert abs(told.value - exact) <= 3 * told.error and told.error < 1e-3
+    assert result.work["spectral_runs"] <= 6
+
+
+def gliding(mass, speed, law):
+    return Mechanism(
+        points={"A": (0, 0), "B": (0, -0.1), "P": (-0.5, 0)},
+        links=[Link("block", "A", "B", Rigid.of(mass=mass, inertia=1e-3, centre=(0, 0)))],
+        guides=[Guide("A", "block")],
+        loads=[Spring("ground:P", "A", 0.0, free_length=0.5, law=law)],
+        velocities={"A": (speed, 0), "B": (speed, 0)},
+    )
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_a_dead_zone_without_damping_keeps_its_period(draw):
+    mass, stiffness, play, speed = 10 ** DRAWS.uniform([-1, 2, -3, -1], [1, 4, -1.5, 0.5])
+    period = 2 * (2 * play / speed + np.pi * np.sqrt(mass / stiffness))
+    spring = gliding(mass, speed, lambda x, v: stiffness * (max(x - play, 0.0) + min(x + play, 0.0)))
+    check(spring, 8 * period + 0.3 * play / speed, "end(A.x)", 0.3 * play)
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_a_spring_of_two_stiffnesses_keeps_its_period(draw):
+    mass, soft, ratio, speed = 10 ** DRAWS.uniform([-1, 1, 0.5, -1], [1, 2, 2, 0.5])
+    half = [np.pi * np.sqrt(mass / k) for k in (soft, soft * ratio)]
+    spring = gliding(mass, speed, lambda x, v: soft * x if x > 0 else soft * ratio * x)
+    check(spring, 6 * sum(half) + half[0] / 2, "end(A.x)", speed * half[0] / np.pi)
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_pulses_over_a_narrow_angle_are_all_felt(draw):
+    """A rotor gains the same energy from each: its speed between them is known, and so is the time that each takes."""
+    inertia, speed, width, share = 10 ** DRAWS.uniform([-4, 0.5, -3, -2.5], [-2, 1.5, -1.5, -2])
+    torque = share * inertia * speed**2 / 2 / width
+    rotor = Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0)},
+        links=[Link("rotor", "O", "A", Rigid.of(mass=0.1, inertia=inertia, centre=(0, 0)))],
+        joints=[Revolute("O", "ground", "rotor")],
+        loads=[Torque("rotor", lambda t, angle, rate: torque if (angle + 0.5) % 1.0 < width else 0.0)],
+        velocities={"rotor": speed},
+    )
+    speeds = speed * np.sqrt(1 + share * np.arange(8))
+    ways = np.array([0.5, *[1 - width] * 6, 0.5 - width])
+    time = (ways / speeds).sum() + (2 * width / (speeds[1:] + speeds[:-1])).sum()
+    check(rotor, time, "end(rotor.angle)", ways.sum() + 7 * width)
