@@ -11,9 +11,9 @@ import numpy as np
 from ..geometry import Array
 from ..record.lookup import quintic
 from .explicit import look
-from .output import DormandPrince, Output
+from .output import Output
 from .scene import CompiledScene
-from .start import dormand_prince_state
+from .start import dormand_prince
 from .tables import BRISTLE
 
 BARE = 1e-9
@@ -42,6 +42,5 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     n, r = scene.size, len(scene.tables.rows)
     time, q, v = map(np.ascontiguousarray, (times, places, rates))
     found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)
-    flight = dormand_prince_state(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
-    look(DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight), found)
+    look(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)
     return found

@@ -63,7 +63,7 @@ def rates_at(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         flight.memory[k, BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
-        place_marker(tables, work, m, q, v)
+        place_marker(tables, work, m, q, v, False)
     for i in range(n):
         flight.right[i] = tables.factors[-1] * tables.weight[i]
     if tables.strips.shape[0] > 0:
@@ -86,7 +86,7 @@ def rates_at(model, t, y, out):
         flight.begun[0] = 1
     solve(order, flight.factors, flight.swaps, flight.right, flight.part)
     if flight.apart[0] > 0:
-        couple_modes(tables, q, flight.right)
+        couple_modes(tables, work, q, flight.right)
     for i in range(n):
         out[i], out[n + i] = v[i], flight.right[i]
     for k in range(r):

@@ -21,6 +21,10 @@ WEAK = 1e-4
 """Share of the largest of the diagonal below which a row's pivot gives way: rows change their order near singular poses alone."""
 
 
+BITS = 32
+"""Bits of a swap that hold its second place; those above hold the first. A shift is quicker than a division."""
+
+
 class Orders(NamedTuple):
     """Orders of elimination: of Newton's matrices, and of mass matrix and constraints alone."""
 
@@ -67,7 +71,7 @@ def _eliminate(order, factors, swaps, amount, f):
             found = abs(factors[at + i * size + c])
             if found > largest:
                 p, largest = i, found
-        swaps[first + c] = r * pivots + p
+        swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
         if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
@@ -120,15 +124,21 @@ def _swap_rows(factors, at, size, c, p):
 @draft
 def solve(order, factors, swaps, x, room):
     """Solve in place for x (unknowns,), with room for the largest front."""
-    for f in range(order.fronts.shape[0]):
+    lone = 0
+    while lone < order.fronts.shape[0] and order.fronts[lone, 1] == 1:
+        x[order.unknowns[order.fronts[lone, 2]]] *= factors[order.fronts[lone, 3]]
+        lone += 1
+    for f in range(lone, order.fronts.shape[0]):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
-        if size == 1:
-            continue
         unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
+        if pivots == 1:  # as most are of rigid bodies: in place
+            for i in range(1, size):
+                x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
+            continue
         for i in range(size):
             room[i] = x[unknowns[i]]
         for c in range(pivots):
-            r, p = swap[c] // pivots, swap[c] % pivots
+            r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)
             room[c], room[r] = room[r], room[c]
             room[c], room[p] = room[p], room[c]
         for i in range(1, size):
@@ -138,10 +148,12 @@ def solve(order, factors, swaps, x, room):
             room[i] = total
         for i in range(size):
             x[unknowns[i]] = room[i]
-    for f in range(order.fronts.shape[0] - 1, -1, -1):
+    for f in range(order.fronts.shape[0] - 1, lone - 1, -1):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
         unknowns = view(order.unknowns, first, size)
-        if size == 1:
+        if pivots == 1:
+            for j in range(1, size):
+                x[unknowns[0]] -= factors[at + j] * x[unknowns[j]]
             x[unknowns[0]] *= factors[at]
             continue
         for i in range(size):
@@ -152,7 +164,7 @@ def solve(order, factors, swaps, x, room):
                 total -= row[j] * room[j]
             room[c] = total * row[c]
         for c in range(pivots - 1, -1, -1):
-            r = swaps[first + c] // pivots
+            r = swaps[first + c] >> BITS
             room[c], room[r] = room[r], room[c]
         for c in range(pivots):
             x[unknowns[c]] = room[c]

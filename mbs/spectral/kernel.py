@@ -52,12 +52,16 @@ def add_modal(tables, q, v, f):
     """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, stiffness = _numbers(tables, row)
-        spin = v[o + 2]
+        spin, turning = v[o + 2], 0.0
         for i in range(m):
-            wide, swirl = tables.data[radial + i] + _times(tables, gram, i, m, q, e), _times(tables, gyration, i, m, v, e)
-            f[o + 2] -= 2.0 * spin * wide * v[e + i]
-            f[e + i] += spin * spin * wide + 2.0 * spin * swirl
+            wide, swirl = tables.data[radial + i], 0.0
+            for j in range(m):
+                wide += tables.data[gram + i * m + j] * q[e + j]
+                swirl += tables.data[gyration + i * m + j] * v[e + j]
+            turning += wide * v[e + i]
+            f[e + i] += spin * (spin * wide + 2.0 * swirl)
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
+        f[o + 2] -= 2.0 * spin * turning
 
 
 @draft
@@ -129,11 +133,15 @@ def add_modal_mass(tables, work, q, mass):
 def _coupling(tables, row, q, i):
     """Inertia that the amplitude of mode i of a modal link adds, and mass between it and the frame's angle."""
     _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
-    return 2.0 * tables.data[radial + i] + _times(tables, gram, i, m, q, e), -_times(tables, gyration, i, m, q, e)
+    wide, swirl = 2.0 * tables.data[radial + i], 0.0
+    for j in range(m):
+        wide += tables.data[gram + i * m + j] * q[e + j]
+        swirl -= tables.data[gyration + i * m + j] * q[e + j]
+    return wide, swirl
 
 
 @draft
-def couple_modes(tables, q, a):
+def couple_modes(tables, work, q, a):
     """Turn M_0^-1 f into M(q)^-1 f in the accelerations of modal links that no constraint touches.
 
     M(q) differs from the constant M_0 in the frame's inertia and in its row and column of the modes, whose own mass is 1.
@@ -147,9 +155,10 @@ def couple_modes(tables, q, a):
             wide, swirl = _coupling(tables, row, q, i)
             moment -= swirl * a[e + i]
             inertia += wide * q[e + i] - swirl * swirl
+            work.element[i] = swirl
         a[o + 2] = moment / inertia
         for i in range(m):
-            a[e + i] -= _coupling(tables, row, q, i)[1] * a[o + 2]
+            a[e + i] -= work.element[i] * a[o + 2]
 
 
 @draft

@@ -9,7 +9,7 @@ from .compiling import draft, inline
 
 
 @inline
-def _place_frame(tables, work, m, q, v):
+def _place_frame(tables, work, m, q, v, drifts):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
     o, size, first = tables.markers[m, col.OFFSET], tables.markers[m, col.SIZE], tables.markers[m, col.FIRST]
     d = tables.markers[m, col.DATA]
@@ -31,11 +31,13 @@ def _place_frame(tables, work, m, q, v):
     p[col.VX], p[col.VY], p[col.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
     p[col.AX], p[col.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
     j[0, first + 2], j[1, first + 2] = -ay, ax
-    dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
+    if drifts:
+        dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):
         px, py, i = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], first + 3 + k
         j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, tables.data[d + 5 + 3 * k]
-        dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
+        if drifts:
+            dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
 @inline
@@ -75,11 +77,11 @@ def _place_curve(tables, work, m, q, v):
 
 
 @inline
-def place_marker(tables, work, m, q, v):
-    """State of marker m and its derivatives, at coordinates q and rates v."""
+def place_marker(tables, work, m, q, v, drifts):
+    """State of marker m and its derivatives at coordinates q and rates v; those of its rates, for tangents, if `drifts`."""
     kind = tables.markers[m, col.KIND]
     if kind == col.FRAME:
-        _place_frame(tables, work, m, q, v)
+        _place_frame(tables, work, m, q, v, drifts)
     elif kind == col.LINEAR:
         _place_linear(tables, work, m, q, v)
     elif kind == col.CURVE:
@@ -90,7 +92,7 @@ def place_marker(tables, work, m, q, v):
 def place_markers(tables, work, q, v):
     """The same of all markers, in their order."""
     for m in range(tables.markers.shape[0]):
-        place_marker(tables, work, m, q, v)
+        place_marker(tables, work, m, q, v, True)
 
 
 @inline

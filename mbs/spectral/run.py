@@ -23,7 +23,7 @@ from .fronts import Orders
 from .output import DormandPrince, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
-from .start import Balance, balance, dormand_prince_state, radau_state, start_rates
+from .start import Balance, balance, dormand_prince, radau_state, start_rates
 from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 
 CLOSE = 1e-4
@@ -175,8 +175,7 @@ def _method(
 ) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
     """Choose the integrator that suits a scene; return it with what it works on and its shortest step over the end."""
     if explicitly(scene, solver):
-        flight = dormand_prince_state(scene, state.q, state.v, rest.multipliers, state.memory)
-        model = DormandPrince(scene.tables, scene.heavy_fronts, scene.work, flight)
+        model = dormand_prince(scene, state.q, state.v, rest.multipliers, state.memory)
         return explicit.run_explicit, model, explicit.SHORTEST
     room = radau_state(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
     orders, tables = Orders(scene.fronts, scene.heavy_fronts), scene.tables._replace(edges=scene.edges())

@@ -129,9 +129,17 @@ class CompiledScene:
     @cached_property
     def heavy_fronts(self) -> Fronts:
         """The same of mass matrix and constraints alone."""
+        return self._mass_fronts(constant=False)
+
+    @cached_property
+    def constant_fronts(self) -> Fronts:
+        """The same of the constant part of the mass matrix, of a modal link its diagonal, and constraints."""
+        return self._mass_fronts(constant=True)
+
+    def _mass_fronts(self, constant: bool) -> Fronts:
         s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
         filled = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n)
-        for o, m, _ in s.modal:
+        for o, m, _ in [] if constant else s.modal:
             filled |= (o <= s.row) & (s.row < o + 3 + m) & (o <= s.col) & (s.col < o + 3 + m)
         return fronts_of(s.row, s.col, n, unknowns, filled)
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry import Array
 from .doors import place
 from .frame_body import FrameBody
-from .output import DormandPrinceState, RadauState
+from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene
 from .strip_body import StripBody
 from .tables import BRISTLE, ROW_OF, Tables
@@ -115,17 +115,20 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
     )  # fmt: skip
 
 
-def dormand_prince_state(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrinceState:
-    """Make room for a run of a scene from this state."""
-    n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
+def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
+    """Make room for an explicit run of a scene from this state, with the order of elimination that suits."""
+    apart = _modal_links_are_free(scene.tables)
+    n, r, k, s, z = len(q), len(lam), len(memory), scene.tables, np.zeros
+    e = scene.constant_fronts if apart else scene.heavy_fronts
     y = np.concatenate([q, v, memory[:, BRISTLE]])
     pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
-    return DormandPrinceState(
+    flight = DormandPrinceState(
         y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
         z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
         z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
-        scene.units, z(1, dtype=np.int64), np.array([int(_modal_links_are_free(s))]),
+        scene.units, z(1, dtype=np.int64), np.array([int(apart)]),
     )  # fmt: skip
+    return DormandPrince(s, e, scene.work, flight)
 
 
 def _modal_links_are_free(tables: Tables) -> bool:
