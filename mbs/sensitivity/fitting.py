@@ -21,7 +21,7 @@ from ..validate import whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import CLOSE, FAR, Bounds, Problem, gather, signals_of
+from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
 from .runs import needs_compiler
 
 LEVEL = 0.95
@@ -32,6 +32,10 @@ VAGUE = 0.5
 """Width of an interval over the range of a number above which the number is not identified."""
 TOGETHER = 0.95
 """Correlation of two numbers above which the data identify them only together."""
+
+
+FROM_AXIS = 0.1
+"""Angle at the start, of its range, above which measured turns are taken for angles from an axis: beyond noise."""
 
 
 class Interval(NamedTuple):
@@ -246,4 +250,9 @@ def _list_unexplained(problem: Problem, best: Array) -> list[str]:
         x = gather(problem.experiments, name)
         if left[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
             found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
+    for each in problem.experiments if TIME_ZERO not in problem.names else ():
+        for name, x in each.signals.items():
+            if name.endswith(".angle") and each.time[0] == 0.0 and abs(x[0]) > FROM_AXIS * np.ptp(x[np.isfinite(x)]):
+                from_axis = name.removesuffix("angle") + "direction"
+                found.append(f"{name} begins at {x[0]:.3g} rad, but is the turn since then; {from_axis} counts from the x axis.")
     return found

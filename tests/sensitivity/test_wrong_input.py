@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from simulations import pushed
 
-from buckler.mbs import Spectral, fit, optimise, simulate
+from buckler.mbs import Link, Mechanism, Revolute, Rigid, Spectral, fit, optimise, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.reading import RunFailedError
 from buckler.mbs.sensitivity.runs import run
@@ -162,6 +162,16 @@ def test_a_signal_in_other_units_is_told_as_not_explained():
     made = [Experiment(time, {"O.x": factor * place}) for factor in (1.0, 1e3, 1e-3)]
     told = [fit(pushed(150.0), each, free={K: (100.0, 200.0)}, starts=1).unidentified for each in made]
     assert told[0] == [] and all("O.x is explained worse than by its mean" in each[-1] for each in told[1:])
+
+
+@pytest.mark.parametrize("offset", [0.0, -0.4])
+def test_an_angle_from_an_axis_given_as_a_turn_is_told(offset):
+    bar = Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=1e-3))
+    arm = Mechanism({"O": (0, 0), "A": (0.3, 0)}, [bar], [Revolute("O", "ground", "bar")], gravity=(0, -9.81))
+    time = np.linspace(0.0, 0.5, 51)
+    data = Experiment(time, {"bar.angle": simulate(arm, 0.5).at("bar.angle", time) + offset})
+    told = fit(arm, data, free={"links.bar.body.mass": (0.5, 1.5)}, starts=1).unidentified
+    assert any("bar.direction counts from the x axis" in each for each in told) is (offset != 0.0)
 
 
 def test_numbers_and_values_have_their_units(tmp_path, capsys):
