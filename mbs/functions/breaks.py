@@ -9,12 +9,14 @@ onto which it steps. Jumps that recur with one period are completed: pulses of a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import reduce
 from itertools import chain, islice, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
+from ..laws.compiled import evaluate_compiled
 
 WIDTH = 1e-5
 """Distance of samples, over the run: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
@@ -95,8 +97,10 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
 
 
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
-    """Evaluate a function at columns of arguments, (times, components): at once where it takes arrays."""
+    """Evaluate a function at columns of arguments, (times, components): at once where it is compiled or takes arrays."""
     count = len(columns[0])
+    if (compiled := evaluate_compiled(function, columns)) is not None:
+        return compiled.reshape(count, -1)
     if count >= AT_ONCE:
         some = slice(None, None, count // 7)
         few = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
@@ -122,12 +126,12 @@ def others_of(function: Callable[..., object]) -> int:
 
 def _outstanding(values: Array) -> Array:
     """Find the samples whose second difference stands out; of neighbours the largest."""
-    second = np.abs(np.diff(values, 2, axis=0)).max(axis=1)
+    second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
     about = np.pad(second, pad := max(REACHES), mode="edge")
 
     def largest(*places: int) -> Array:
         """Return the largest of the values at these shifts, for each place."""
-        return np.asarray(np.max([about[pad + k : pad + k + len(second)] for k in places], axis=0))
+        return np.asarray(reduce(np.maximum, (about[pad + k : pad + k + len(second)] for k in places)))
 
     others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
     stands = (second > OUTSTANDING * np.maximum(others, 1e-12)) & (second >= largest(*range(-2, 3)))

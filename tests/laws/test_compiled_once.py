@@ -10,7 +10,7 @@ pytest.importorskip("numba")
 
 from buckler.mbs.functions import TURN, Components, Expression, numbers_of
 from buckler.mbs.laws import compiled
-from buckler.mbs.laws.compiled import function_pointer
+from buckler.mbs.laws.compiled import evaluate_compiled, function_pointer
 
 
 def rise(t):
@@ -102,3 +102,16 @@ def test_what_is_no_arithmetic_calls_back():
     assert not pointer.compiled and called(pointer, 0.0) == 1.0
     table[0.0] = 3.0
     assert called(function_pointer(lambda t: table.get(t, 7.0), 1), 0.0) == 3.0
+
+
+def test_a_compiled_function_is_evaluated_at_many_arguments_by_its_machine_code():
+    calls = []
+
+    def brake(t, angle, speed):
+        return -2.0 * speed * abs(angle) if 0.3 <= t < 0.5 else np.sin(t)
+
+    columns = np.linspace(0, 1, 101), np.linspace(-1, 1, 101), np.linspace(3, 1, 101)
+    assert evaluate_compiled(brake, columns) is None
+    assert evaluate_compiled(lambda t: calls.append(t) or 1.0, columns[:1]) is None
+    assert function_pointer(brake, 3).compiled
+    assert evaluate_compiled(brake, columns) == pytest.approx([brake(*each) for each in zip(*columns, strict=True)], rel=1e-15)
