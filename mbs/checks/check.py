@@ -1,4 +1,4 @@
-"""Checks of a run: name, and the function that looks."""
+"""Checks of a run: a name, a function that finds faults, and one that says if the check does not apply."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Idle = Callable[[Run, Result], str]
 class Check:
     """One check of a finished run; its sentences begin with its name.
 
-    `look(run, result)` yields what is wrong, without the name; `idle(run, result)` says why there is nothing to look at, or ''.
+    `look(run, result)` yields faults in words, without the name; `idle(run, result)` says why the check does not apply, or ''.
     """
 
     name: str
@@ -30,10 +30,10 @@ class Check:
 
 
 def check(name: str, idle: Idle = Check.idle) -> Callable[[Look], Check]:
-    """Make a check of the function that looks: a decorator."""
+    """Make a check from a function that finds faults: a decorator."""
     return lambda look: Check(name, look, idle)
 
 
 def without(subjects: Callable[[Run], Iterable[object]], words: str) -> Idle:
-    """Make what says in words that a run has none of what a check looks at."""
+    """Make the function that returns the words if a run has none of the subjects of a check, else ''."""
     return lambda run, _result: words if next(iter(subjects(run)), None) is None else ""

@@ -1,4 +1,4 @@
-"""Growth of the bending of strips in the poses of a run, by the tangent of the mechanism: on the compiled solver's equations."""
+"""Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from ..statics.problem import Problem
 from ..statics.spectrum import spectrum
 
 DEGREE = 10
-"""Degree of the strips, at which their first three bending modes are right to a per mille."""
+"""Degree of the strips: the error of their first three bending modes is a tenth of a per cent."""
 OF_ITS_OWN = 0.05
-"""Share of a shape's largest motion that must be a strip's deflection from its chord: less is a motion of the mechanism."""
+"""Least deflection of a strip from its chord, over the largest motion of a shape: less is a motion of the mechanism."""
 
 
 class Growth:
-    """Growth of bending in a run's poses."""
+    """Growth rates of bending in the poses of a run."""
 
     def __init__(self, record: Record) -> None:
         self.record, self.scene = record, CompiledScene.of(record.mechanism, DEGREE)
         self.problem = Problem(self.scene)
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
-        """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
+        """Compute the growth rate, 1/s, of each strip's bending at a sample, for mean normal forces, N; zero if it decays."""
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)
         tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
@@ -40,7 +40,7 @@ class Growth:
         }
 
     def _pose(self, k: int, forces: dict[str, float]) -> Array:
-        """Coordinates of the scene at a sample."""
+        """Return the coordinates of the scene at a sample."""
         q = self.scene.q0.copy()
         for name, motion in self.record.links.items():
             body: Any = self.scene.builder.bodies[name]
@@ -56,7 +56,7 @@ class Growth:
         return q
 
     def _lay(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
-        """Lay a strip in its stress-free shape between its ends."""
+        """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force."""
         link, motion = self.record.mechanism.link(name), self.record.links[name]
         one, other = (motion.point(point)[0] for point in (link.start, link.end))
         chords = other - one
@@ -99,7 +99,7 @@ class Growth:
 
 
 def _ends(values: Array) -> Array:
-    """1 for the members of the basis that are the ends, 0 for the rest."""
+    """Return 1 for the two basis functions of the ends, 0 for the others."""
     out = np.zeros(len(values))
     out[:2] = 1.0
     return out

@@ -1,8 +1,8 @@
-"""Self-check of modal links: they are linear about their straight shape, and must not be asked for more than that.
+"""Self-check of modal links: deflections and loads must be small, as modal links are linear about their straight shape.
 
-A linear link that bends does not become shorter: what its ends miss is the mean of w'^2/2 along it, w the deflection from the
-chord, 2.5 (w_max/L)^2 of a half-sine. Nor does an axial load soften or stiffen it: under a load P it bends too little by P/P_cr,
-and beyond P_cr it stays straight where a strip buckles.
+A linear link that bends does not become shorter: the missing end shortening is the mean of w'^2/2 along the link, w the
+deflection from the chord; 2.5 (w_max/L)^2 for a half-sine. Nor does an axial load change its stiffness: under a load P the
+relative error of the deflection is P/P_cr, and beyond P_cr it stays straight where a strip buckles.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
 LEFT_OUT = 1e-3
-"""Error of the place of an end, or of mid-length, over the link's length: as much as a place may be off. A half-sine reaches it
-at a deflection of 2 %, and under a tenth of the critical load at 1 %."""
+"""Largest error of the place of an end, or of mid-length, over the link's length: that allowed of places. A half-sine reaches
+it at a deflection of 2 %, and under a tenth of the critical load at 1 %."""
 
 
 def _modal(run: Run) -> list[str]:
@@ -60,7 +60,7 @@ def linear(run: Run, result: Result) -> Iterator[str]:
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link, N, by the joints at one end; 0 if other forces act at both, or a file gives its size."""
+    """Compute the compression of a link, N, from the joints at one end; 0 if other forces act at both, or the mesh is a file."""
     link: Any = run.record.mechanism.link(name)
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]
@@ -73,7 +73,7 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 
 
 def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Force of joints on a link at a point, N, (times, 2); None if none acts there, or something else does."""
+    """Return the force of joints on a link at a point, N, (times, 2); None without joints or with other forces there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     if point in {place(getattr(each, field, "")).point for each in others for field in ("point", "a", "b")}:
         return None

@@ -1,4 +1,4 @@
-"""Self-checks of linkages, of all recorded times at once, from places alone: gaps of constraints, dead centres."""
+"""Self-checks of linkages from recorded places: residuals of constraints, dead centres."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from .check import check
 SINGULAR = 1e-3
 """Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
 GAP = 1e-5
-"""Largest gap, over the longest link, or rad: a hundred times what the coarsest steps leave, a hundredth of what one sees."""
+"""Largest residual of a constraint, over the longest link, or in rad: a hundred times that of the coarsest steps."""
 
 
 def determinant(jacobian: Array) -> Array:
-    """Determinant of the constraints at each sample; of redundant ones the volume that their columns span."""
+    """Compute the determinant of the constraints at each sample; with redundant rows, the volume spanned by the columns."""
     square = jacobian.shape[1] == jacobian.shape[2]
     return np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
 
 
 def _places(record: Record) -> Array:
-    """Places of all links' starts and their directions, shape (times, links, 3)."""
+    """Return the start points and directions of all links, shape (times, links, 3)."""
     start = Scene.of(record.mechanism).linkage.reference
     rows = [
         np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
@@ -45,10 +45,10 @@ def _not_determined(run: Run, _result: Result) -> str:
 
 @check("BRANCH", _not_determined)
 def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
-    """Check that no dead centre is met, beyond which the motion is not determined.
+    """Check that the linkage passes no dead centre, beyond which the motion is not determined.
 
-    The determinant of the constraints keeps its sign: it is zero at a dead centre only, where the motion is not determined, and
-    beyond which lies the other way of assembling the linkage. Redundant rows may decide which way a singular pose is left.
+    The determinant of the constraints is zero at a dead centre, and the other assembly of the linkage is beyond it. Redundant
+    rows may determine the motion even there.
     """
     time, places = run.record.time, _places(run.record)
     linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
@@ -65,7 +65,7 @@ def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
 
 
 def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]:
-    """Rigid links that were recorded, and lasting rows that hold these and the ground alone, without those of drives."""
+    """Return recorded rigid links, and the rows between them and the ground that hold in the run, without those of drives."""
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
     rows = [(k, linkage.named_rows[k][1]) for k in linkage.lasting]
@@ -73,7 +73,7 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
 
 
 def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
-    """Element of each row between rigid links, and how far it is from being met, m or rad, shape (times, rows)."""
+    """Return the element of each row between rigid links, and the row's residual, m or rad, shape (times, rows)."""
     rigid, rows = _rigid_rows(linkage, record)
     q = np.repeat(linkage.reference[None], len(record.time), axis=0)
     for i in rigid:
@@ -84,13 +84,13 @@ def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
 
 
 def _none(run: Run, _result: Result) -> str:
-    """Say that no constraint holds rigid links."""
+    """Say that there is no constraint between rigid links; '' if there is."""
     return "" if _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)[1] else "no constraint between rigid links"
 
 
 @check("CONSTRAINTS", _none)
 def together(run: Run, _result: Result) -> Iterator[str]:
-    """Check that all constraints hold all along."""
+    """Check that the residuals of all constraints are small."""
     linkage = Scene.of(run.record.mechanism).linkage
     names, off = gaps(linkage, run.record)
     k, row = np.unravel_index(int(np.argmax(np.abs(off))), off.shape)

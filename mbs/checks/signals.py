@@ -1,4 +1,4 @@
-"""Self-checks that read signals and energies: numbers, the clock, the balance; contacts, which push, and how deep; struts."""
+"""Self-checks of signals and energies: finite values, time, energy balance, sign and depth of contacts, ends of struts."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from ..scene.scene import Scene
 from .check import check, without
 
 ROUNDING = 1e-9
-"""Smallest pull that counts, relative to the largest force."""
+"""Largest force of the wrong sign that is ascribed to rounding, over the largest force."""
 ENDS_MET = 0.02
 """Distance of a strut's ends, relative to its length, at which they have met."""
 
 
 @check("NOT_FINITE")
 def finite(_run: Run, result: Result) -> Iterator[str]:
-    """Values are numbers."""
+    """Check that all values are finite."""
     if not all(np.isfinite(values).all() for values in result.signals.values()):
         yield "a signal is not finite"
 
 
 @check("TIME")
 def clock(_run: Run, result: Result) -> Iterator[str]:
-    """Time goes forward."""
+    """Check that the time increases."""
     if not (np.diff(result.time) > 0).all():
         yield "time does not increase"
 
 
 @check("ENERGY")
 def check_balance(run: Run, result: Result) -> Iterator[str]:
-    """Check that energies held, taken and given add up, and that nothing which takes energy gives it back."""
+    """Check the balance of stored, dissipated and supplied energies, and that no dissipated energy decreases."""
     energy = result.energy or run.ledger
     estimated = (error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS)
     allowed = max([BALANCE, *estimated])
@@ -52,13 +52,13 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
 
 
 def _one_sided(run: Run) -> list[tuple[str, str]]:
-    """Forces that must not be negative, and depths without which they are zero."""
+    """Return the names of forces that must not be negative, each with that of its depth or ''."""
     return [signals for name, element in Scene.of(run.record.mechanism).elements.items() for signals in element.one_sided(name)]
 
 
 @check("CONTACT", without(_one_sided, "no stop, no joint with clearance and no rope"))
 def pushing(run: Run, result: Result) -> Iterator[str]:
-    """Contacts push while they are closed, and do nothing while they are open; ropes pull."""
+    """Check that contacts push only while closed and never pull, and that ropes pull."""
     for name, depth in _one_sided(run):
         force = result.signals[name]
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
@@ -79,7 +79,7 @@ def _depths(run: Run) -> Iterator[Depth]:
 
 @check("PENETRATION", without(_depths, "no stop and no joint with clearance"))
 def shallow(run: Run, result: Result) -> Iterator[str]:
-    """Check that no contact is deeper than its element allows, by `depths`: no law of surfaces holds there."""
+    """Check that no contact is deeper than its element allows, as contact laws do not hold there."""
     for depth in _depths(run):
         deepest = float(result.signals[depth.signal].max(initial=0.0))
         if deepest > depth.allowed:
@@ -92,7 +92,7 @@ def _struts(run: Run) -> list[str]:
 
 @check("CROSSED", without(_struts, "no strut"))
 def check_crossing(run: Run, result: Result) -> Iterator[str]:
-    """Check that the ends of no strut have met: its law knows their distance only and would push the wrong way."""
+    """Check that the ends of no strut have met: its law depends on their distance only and would have the wrong direction."""
     for name in _struts(run):
         if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * run.record.mechanism.length(name)).any():
             yield f"the ends of strut '{name}' met; its force law ends there"

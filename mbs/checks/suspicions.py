@@ -1,7 +1,7 @@
-"""Self-checks of a finished run: each gives the reasons for which it must not be trusted.
+"""Self-checks of a finished run, each of which yields reasons not to trust it.
 
-No check relies on the integrator: energy is balanced by formulas that the engine does not use, and impossible behaviour is
-searched for (pull at a contact, a jump to the other branch). The error of a run follows from finer runs: `mbs.accuracy`.
+No check relies on the integrator: the energy balance has formulas that the engine does not use, and others look for impossible
+behaviour, as a contact that pulls or a jump to another branch. The error of a run follows from finer runs: `mbs.accuracy`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .signals import check_balance, check_crossing, clock, finite, pushing, shal
 from .unbuckled import check_buckled
 
 READABLE: tuple[Check, ...] = (finite, clock)
-"""Checks without which no other means anything."""
+"""Checks that must pass before the others are made."""
 CHECKS: tuple[Check, ...] = (
     *READABLE,
     together,
@@ -29,18 +29,18 @@ CHECKS: tuple[Check, ...] = (
     off_dead_centres,
     linear,
 )
-"""All checks, in the order in which they look."""
+"""All checks, in order."""
 
 
 def idle(run: Run, result: Result) -> dict[str, str]:
-    """Return the checks that have nothing to look at in a run, and why, in words; of a failed one nothing is said."""
+    """Return the checks that do not apply to a run, with the reasons in words; none for a failed run."""
     if not result.status.finished:
         return {}
     return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
 
 
 def suspicions(run: Run, result: Result) -> Iterator[str]:
-    """Yield the checks that failed, in words, of a run and its result; none for a run that failed already."""
+    """Yield the faults that checks find in a run and its result, in words; none for a run that failed."""
     if not result.status.finished:
         return
     for check in READABLE:

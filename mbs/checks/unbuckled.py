@@ -1,8 +1,8 @@
-"""Self-check of strips: each is on the branch that a thin strip takes.
+"""Self-check of strips: none stays straight where a thin strip buckles.
 
-The growth rate of the bending of a strip that a run keeps straight follows from the tangent of the mechanism under its load.
-The pose is that of the run, with each strip in its stress-free shape between its ends, stretched by its mean normal force.
-Clamps, pins, rigid links and loads that follow are then what they are; no table of ends is needed. Inertial forces are left out.
+The growth rate of the bending of a straight strip follows from the tangent of the mechanism under its load. The pose is that of
+the run, with each strip in its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid
+links and follower loads are taken into account, and no table of end conditions is needed. Inertial forces are left out.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from ..record.run import Run
 from .check import check, without
 
 BUCKLED_FROM = 5e-3
-"""Relative end shortening beyond which a strip must be seen to be buckled."""
+"""Relative end shortening beyond which a strip must be buckled."""
 GROWTH = 14.0
-"""Exponent by which a disturbance of a strip pressed beyond its critical load must have grown: a millionth becomes one."""
+"""Exponent of the growth of a disturbance, under more than the critical load, after which a strip must have bent: e^14 is 1e6."""
 UNBENT = 1e-3
-"""Change of its deflection, relative to the length, up to which the strip has not bent then."""
+"""Change of the deflection, over the length, up to which a strip has not bent."""
 AXIAL = 0.5
-"""Share of an end shortening that is axial strain from which a strip is unbent."""
+"""Share of axial strain in the end shortening above which a strip is not buckled."""
 POSES = 25
-"""Times at which the tangent is looked at, evenly over those at which a strip is pressed."""
+"""Number of times at which the tangent is computed, evenly over those at which a strip is compressed."""
 LESS = 0.9
-"""Share of the lesser force of two such times down to which the lesser of their rates holds between them."""
+"""Share of the lesser force at two neighbouring ones of these times above which the lesser rate holds between them."""
 PRESSED = 0.01
-"""Share of the load of the pinned strip below which no strip is looked at."""
+"""Share of the Euler load below which no strip is checked."""
 
 
 def _strips(run: Run) -> list[Link]:
@@ -42,13 +42,13 @@ def _strips(run: Run) -> list[Link]:
 
 @check("UNBUCKLED", without(_strips, "no beam and no cable"))
 def check_buckled(run: Run, result: Result) -> Iterator[str]:
-    """Check that a strip that is short, or pressed for long, has bent."""
+    """Check that a strip that is shortened, or compressed for long, has bent."""
     yield from _straight_strips(run, result)
     yield from _overloaded_strips(run, result)
 
 
 def _straight_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find straight strips much shorter than their arc: a chord shortened by axial strain alone is an unbuckled state."""
+    """Find strips much shorter than their arc by axial strain alone, which is an unbuckled state."""
     for link in _strips(run):
         shortening = result.signals[f"{link.name}.end_shortening"] / run.record.links[link.name].length
         strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
@@ -59,9 +59,9 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips that stay straight although a bending grows: the least disturbance would grow.
+    """Find strips that stay straight although the least bending would grow.
 
-    The normal force is the mean over a quarter of the pinned strip's first period, which leaves axial vibration out.
+    The normal force is the mean over a quarter of the pinned strip's first period, without axial vibration.
     """
     record, time, strips = run.record, result.time, _strips(run)
     periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
@@ -87,9 +87,9 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
-    """Return True if bending could have grown under a force, N: a strip fixed at its ends grows at P/2 sqrt(EI mu) at most.
+    """Return True if bending could have grown under a force, N, by an upper bound of the rate, P/2 sqrt(EI mu) with fixed ends.
 
-    (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; ends that move are granted twice that rate.
+    (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; for ends that move the bound is taken twice as large.
     """
     section = link.body.section
     fastest = force / np.sqrt(section.bending_stiffness * section.mass_per_length)
@@ -97,7 +97,7 @@ def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
 
 
 def _between(rows: Array, rates: Array, pressing: Array) -> Array:
-    """Rates at all samples from those at some: the lesser of the two neighbours', and none where the strip is pressed less."""
+    """Return rates at all samples from some: the lesser one of both neighbours, and zero at a smaller compression."""
     at = np.searchsorted(rows, np.arange(len(pressing)), side="right")
     before, after = np.maximum(at - 1, 0), np.minimum(at, len(rows) - 1)
     least = np.minimum(pressing[rows[before]], pressing[rows[after]])
@@ -106,7 +106,7 @@ def _between(rows: Array, rates: Array, pressing: Array) -> Array:
 
 
 def _unbent(record: Record, result: Result, link: Link) -> Array:
-    """Return where a strip's deflection is that of the start; an arch that passes its chord has bent."""
+    """Return True at samples at which a strip has its initial deflection; an arch on the other side of its chord has bent."""
     deflection = result.signals[f"{link.name}.deflection"]
     unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
     return unbent
@@ -120,7 +120,7 @@ def growth_exponent(time: Array, rate: Array) -> Array:
 
 
 def recent_mean(time: Array, values: Array, span: float) -> Array:
-    """Mean over the last `span` seconds, or since the start."""
+    """Return the mean over the last `span` seconds, or since the start."""
     total = trapezoidal(time, values)
     since = np.maximum(time - span, time[0])
     return np.where(time > since, (total - np.interp(since, time, total)) / np.maximum(time - since, 1e-300), values)

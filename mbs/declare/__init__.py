@@ -1,4 +1,4 @@
-"""Fields, declared once: what may stand there serves Python, files, the command line and the reference."""
+"""Fields with one declaration, from which Python objects, files, the command line and the reference are made."""
 
 from .compound import Either, Named, Several, Vector
 from .declared import Declaration, Declared, RefusalError, declarations, kinds_of, known_kinds, register

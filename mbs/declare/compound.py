@@ -1,4 +1,4 @@
-"""Specifications of compound values: vectors, lists, tables of names, and one of several sorts."""
+"""Specifications of compound values: vectors, lists, mappings, and alternatives."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class Direction(Vector):
         """Return a unit vector [1]."""
         x, y = super().read(name, given)
         length = Quantity("1", 0.0, open_low=True).read(f"{name} (length)", (x * x + y * y) ** 0.5)
-        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # a unit vector stays what it is
+        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # a unit vector is not changed by rounding
 
 
 @dataclass(eq=False, repr=False)
 class Several(Spec):
-    """A list of the same, `least` at the least; `most` where it is given."""
+    """A list of values with one specification, with at least `least` and at most `most` items."""
 
     item: Spec
     least: int = 0
@@ -93,7 +93,7 @@ class Several(Spec):
 
 @dataclass(eq=False, repr=False)
 class Named(Spec):
-    """A mapping of names to the same."""
+    """A mapping of names to values with one specification."""
 
     item: Spec
     of: str = "names"
@@ -127,7 +127,7 @@ class Named(Spec):
 
 @dataclass(eq=False, repr=False)
 class Either(Spec):
-    """One of several: the first that a value is of the right sort for."""
+    """Alternatives: the first specification that fits the value is used."""
 
     specs: tuple[Spec, ...]
 
@@ -163,7 +163,7 @@ class Either(Spec):
                 return spec
         some = [spec for spec in self.specs if not isinstance(spec, Nothing)]
         if len(some) == 1:
-            return some[0]  # it says best what is wrong
+            return some[0]  # for its message
         raise self.refusal(name, given)
 
 

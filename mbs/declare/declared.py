@@ -1,4 +1,4 @@
-"""Classes whose fields are declared: what is known of them, and which of them files may name."""
+"""Classes with declared fields: their declarations, and the register of classes that files may name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DECLARED = "declared"
 
 
 class RefusalError(ValueError):
-    """Error of one field or part; `place` is its way from the whole, as `joints[1].point`, or '' for the whole."""
+    """Error of one field or part; `place` is its path, as `joints[1].point`, or '' for the whole."""
 
     def __init__(self, message: str, place: str = "") -> None:
         super().__init__(message)
@@ -50,7 +50,7 @@ class Declared:
                     bounded.read(where + key, getattr(self, key))
         self.agree()
 
-    # What a dataclass would write anew for each class, which takes a millisecond of its import:
+    # methods that a dataclass would generate for each class, in a millisecond each:
 
     def _values(self) -> tuple[object, ...]:
         return tuple(getattr(self, key) for key in declarations(type(self)))
@@ -69,11 +69,11 @@ class Declared:
 
     @property
     def where(self) -> str:
-        """Name in messages; '' where its fields' names are enough."""
+        """Name in messages; '' if the names of its fields are enough."""
         return ""
 
     def agree(self) -> None:
-        """Raise a ValueError if fields do not go together; nothing by default."""
+        """Raise a ValueError if fields contradict each other; nothing by default."""
 
 
 class Declaration(typing.NamedTuple):
@@ -88,16 +88,16 @@ class Declaration(typing.NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Unit of a quantity; '' of anything else."""
+        """Unit of a quantity, else ''."""
         return self.spec.unit
 
     @property
     def allowed(self) -> str:
-        """Its range, with the unit."""
+        """Allowed range, with the unit."""
         return self.spec.allowed + self._suffix
 
     def show(self, value: object) -> str:
-        """Write a value as it may be given."""
+        """Write a value as in a file."""
         if isinstance(value, tuple | list):
             return ",".join(map(self.show, value))
         if isinstance(value, str | bool) or value is None:
@@ -144,7 +144,7 @@ _KINDS: dict[str, type] = {}
 
 
 def register(kind: Class) -> Class:
-    """Let files name a class of your own, a frozen dataclass such as a contact law; a decorator.
+    """Register a user's class, a frozen dataclass such as a contact law, so that files may name it; a decorator.
 
     Raises
     ------
@@ -161,12 +161,12 @@ def register(kind: Class) -> Class:
 
 
 def known_kinds() -> dict[str, type]:
-    """Return every class that a file may name, by its name: Buckler's own and those of other installed packages."""
+    """Return the classes that files may name, by name: Buckler's and those of other installed packages."""
     for other in extensions("buckler.kinds").values():
         register(other)
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
 
 
 def kinds_of(base: type) -> list[type]:
-    """Return every class that a file may name and that is a subclass of another."""
+    """Return the subclasses of a class that files may name."""
     return [kind for kind in known_kinds().values() if issubclass(kind, base)]

@@ -1,11 +1,11 @@
-"""Fields that are declared once: checked when an object is made, read from files, written to them.
+"""Declarations of fields, by which values are checked, read from files and written to them.
 
     @declared
     class Clearance(Joint):
         pin: float = quantity("m", above=0, doc="radius of the pin")
 
-`Clearance(pin=-1, ...)` is an error that names class, field, value, range and unit. `pin = "5 mm"` is alike in Python and a file.
-The docstring, the file's schema, the options of the command line and the reference are made from the declaration.
+`Clearance(pin=-1, ...)` raises an error with class, field, value, range and unit. Python and files both accept `pin = "5 mm"`.
+Docstring, schema of files, options of the command line and reference are made from the declaration.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def choice(*options: str, doc: str = "", default: object = MISSING) -> Any:
 
 
 def part(*kinds: object, example: str = "", doc: str = "", default: object = MISSING, default_factory: object = MISSING) -> Any:
-    """Declare an object of one of some classes, or one that has all members of a protocol."""
+    """Declare an object of one of several classes or protocols."""
     return field(Part(kinds, example), doc, default, default_factory)
 
 
@@ -93,14 +93,14 @@ def part(*kinds: object, example: str = "", doc: str = "", default: object = MIS
     field_specifiers=(field, quantity, quantities, vector, direction, whole, flag, names, choice, part),
 )
 def declared(kind: Class) -> Class:
-    """Make a class a frozen dataclass whose docstring ends with its fields; a decorator."""
+    """Make a class a frozen dataclass with its fields at the end of the docstring; a decorator."""
     made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False)(kind)
     made.__doc__ = _Doc(kind.__doc__ or "")
     return made
 
 
 class _Doc:
-    """A docstring that ends with the fields of its class, made when somebody reads it."""
+    """Docstring that ends with the fields of its class, made when it is read."""
 
     def __init__(self, about: str) -> None:
         self.about = about

@@ -1,4 +1,4 @@
-"""Objects as fields of others: which kinds may stand there, and how tables of a file become objects and objects tables."""
+"""Objects as fields of others: their allowed classes, and the conversion between objects and tables of a file."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ GONE = {
     ("Belt", "stiffness"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft yields",
     ("Belt", "damping"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft has damping",
 }
-"""Cures for keys that files of before may have, by kind and key."""
+"""Advice for keys of earlier versions of files, by kind and key."""
 
 
 @dataclass(eq=False, repr=False)
 class Part(Spec):
-    """An object of some classes or protocols; in a file a table with its kind, or with keys that only one kind has."""
+    """An object of one of several classes or protocols; in a file a table with its kind, or with keys of one kind only."""
 
     kinds: tuple[Any, ...]
     example: str = ""
@@ -34,11 +34,11 @@ class Part(Spec):
         return (self.example or " or ".join(names or [kind.__name__ for kind in self.kinds])) + files
 
     def kinds_by_name(self) -> dict[str, type]:
-        """Return the classes that may stand here, by their names."""
+        """Return the allowed classes, by name."""
         return {key: kind for key, kind in known_kinds().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
 
     def fits(self, given: object) -> bool:
-        """Return whether an input is a part, or a table of one, of a kind allowed."""
+        """Return True for an object of an allowed class, or a table of one."""
         if isinstance(given, Mapping):
             return "kind" not in given or given["kind"] in self.kinds_by_name()
         return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
@@ -72,7 +72,7 @@ class Part(Spec):
         return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.kinds_by_name())])
 
     def _lacking(self, given: object) -> str:
-        """Why an object may not stand here."""
+        """Explain why an object is not allowed."""
         if isinstance(given, type):
             return f"must be an instance{self.example and f', as {self.example}'}, not the class"
         protocols = [wanted for wanted in self.kinds if _is_protocol(wanted)]
@@ -87,14 +87,14 @@ def _is_protocol(kind: object) -> bool:
 
 
 def _missing(found: object, protocol: object) -> list[str]:
-    """Members of a protocol that an object or a dataclass lacks."""
+    """Return the members of a protocol that an object or a dataclass lacks."""
     members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # the former from Python 3.12 on
     fields = getattr(found, "__dataclass_fields__", {})
     return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
 
 
 def _stands_for(found: object, wanted: Any) -> bool:
-    """Return True if a class, or an object, is of a class, or has the members of a protocol."""
+    """Return True if an object or a class is of a class, or has the members of a protocol."""
     if _is_protocol(wanted):
         return not _missing(found, wanted)
     return issubclass(found, wanted) if isinstance(found, type) else isinstance(found, wanted)
@@ -143,7 +143,7 @@ def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> typ
             said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {show(word)}: {said}")
         return kinds[word]
-    sharing = [kind for kind in kinds.values() if set(given) & set(declarations(kind))]  # one alone says best what is wrong
+    sharing = [kind for kind in kinds.values() if set(given) & set(declarations(kind))]  # for the message, if it is one
     fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or sharing
     if len(fitting) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
@@ -151,7 +151,7 @@ def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> typ
 
 
 def _fitting(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
-    """Classes that have these keys and need no other."""
+    """Return the classes that have these keys and require no other."""
     fields = {kind: declarations(kind) for kind in kinds.values()}
     return [
         kind for kind, each in fields.items() if {key for key, field in each.items() if field.required} <= set(given) <= set(each)
@@ -159,7 +159,7 @@ def _fitting(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[typ
 
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:
-    """Return the fields that differ from their defaults, as a document has them; ValueError where a file has no name for one."""
+    """Return the fields that differ from their defaults, as in a document; ValueError for a value without a name in files."""
     kind = type(found)
     content = {}
     for key, declaration in declarations(kind).items():
@@ -170,7 +170,7 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
 
 
 def nameless(name: str, found: object) -> ValueError:
-    """Return the error for what a file has no name for."""
+    """Return the error for a value without a name in files."""
     what = f"the function {found.__name__}" if hasattr(found, "__name__") else f"a {type(found).__name__}"
     advice = "a formula (Expression) or a Table" if callable(found) else "a class made known by buckler.mbs.declare.register"
     return ValueError(f"{name}: {what} has no name in a file; take {advice}")

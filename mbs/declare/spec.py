@@ -1,6 +1,6 @@
 """Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
-`Quantity("m").read("gap", "0.1 mm")` is 1e-4, from Python, a file or the command line; a ValueError begins with the name.
+`Quantity("m").read("gap", "0.1 mm")` is 1e-4, in Python, a file or the command line; a ValueError begins with the name.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ Schema = dict[str, Any]
 class Spec:
     """Specification of the values of a field.
 
-    `unit` is that of a quantity, `allowed` its range, `words` what a message says after 'must be'; `metavar` stands for a value
-    in the help of the command line.
+    `unit` is that of a quantity, `allowed` its range, `words` the text after 'must be' in messages, `metavar` the placeholder of
+    a value in the help of the command line.
     """
 
     unit: str = ""
@@ -31,7 +31,7 @@ class Spec:
     metavar: str = "VALUE"
 
     def fits(self, given: object) -> bool:
-        """Return True if a value is of the right sort, so that this specification has the message for it."""
+        """Return True if a value has the right type, so that this specification reads it or has the message."""
         raise NotImplementedError
 
     def read(self, name: str, given: object) -> Any:
@@ -43,20 +43,20 @@ class Spec:
         return value
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
+        """Return the JSON schema."""
         return {}
 
     def refusal(self, name: str, given: object, why: str = "") -> ValueError:
-        """Return the error for a value of the wrong sort."""
+        """Return the error for a value of the wrong type."""
         return ValueError(f"{name} = {show(given)}: {why}must be {self.words}")
 
 
 @dataclass(eq=False, repr=False)
 class Quantity(Spec):
-    """A number with a unit; the bounds `low` and `high` are allowed values unless they are open.
+    """A number with a unit, within the bounds `low` and `high`, which are included unless open.
 
-    The unit is '1' of a plain number, '' of any; several as 'rad/s or m/s'. Messages about a number out of the range end in
-    `hint`.
+    The unit is '1' for a plain number, '' for any unit; alternatives as 'rad/s or m/s'. `hint` is appended to messages about a
+    number out of the range.
     """
 
     unit: str = "1"
@@ -71,7 +71,7 @@ class Quantity(Spec):
 
     def __post_init__(self) -> None:
         for unit in self.unit.split(" or "):
-            parse_unit(unit.replace("^n", ""))  # a misspelt unit shows at once
+            parse_unit(unit.replace("^n", ""))  # raises for a misspelt unit
         self.metavar = "NUMBER" if self.unit in ("", "1") else self.unit
         low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
         self.allowed = low or (f"<= {self.high:.12g}" if self.high < inf else "")

@@ -12,15 +12,15 @@ from ..declare.spec import did_you_mean
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 PARAMETERS = "parameters"
-"""Table of named numbers, which are paths by themselves: `d` is `parameters.d`."""
+"""Table of named numbers, whose names are also paths: `d` is `parameters.d`."""
 TABLES = ("points", "links", "velocities", "run", PARAMETERS)
-"""Tables that never stand on one line."""
+"""Tables that are never written on one line."""
 WIDTH = 100
-"""Characters of a line: a table that would be longer gets lines of its own."""
+"""Characters of a line: a longer table is written on several lines."""
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    """Write values that fit on a line first, then the tables."""
+    """Write first the values that fit on a line, then the tables."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
     for name, each in content.items():
         if name not in tables:
@@ -72,7 +72,7 @@ def write(content: Mapping[str, object], path: Path) -> Path:
 
 
 def text(content: Mapping[str, object], ending: str) -> str:
-    """Return a document, names of strings, numbers, truth values, lists and mappings of these, as the text of a file."""
+    """Return a document, a mapping of strings, numbers, truth values, lists and mappings, as the text of a file."""
     if ending == ".toml":
         lines: list[str] = []
         _write(content, (), lines)
@@ -85,7 +85,7 @@ CURES = {
     "after a statement": QUOTES, "Unclosed": f"a bracket or a comma is missing, or {QUOTES}", "Invalid value": QUOTES,
     "Cannot overwrite": "a name stands twice there; give each once", "Cannot declare": "a table stands twice; give each once",
 }  # fmt: skip
-"""Cures of mistakes in TOML, by words of the reader's message."""
+"""Advice for mistakes in TOML, by words of the parser's message."""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -143,7 +143,7 @@ def change(content: object, changes: Mapping[str, object]) -> Any:
 
 
 def steps(content: Any, path: str) -> list[str | int]:
-    """Return the keys and numbers a path is made of; the last key may be new."""
+    """Return the keys and numbers of a path; the last key may be new."""
     words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
     if not words:
         raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")

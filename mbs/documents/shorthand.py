@@ -1,4 +1,4 @@
-"""Short forms of files, as what they stand for: numbers of `[parameters]`, `[defaults]` of bodies and joints, `pins`."""
+"""Expansion of short forms in files: numbers of `[parameters]`, `[defaults]` of bodies and joints, `pins`."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..validate import LARGEST
 from .document import PARAMETERS
 
 VARIABLES = frozenset(name for names in SIGNATURES for name in names)
-"""Names that formulas have for what varies in a run: no parameter may take them."""
+"""Variables of formulas, whose names parameters must not have."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
 QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za-z%]+)\b")
 """Number with a unit inside a formula, as in `d + 5 mm`."""
 
 
 def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document without its parameters, their values in all places that name them; a ValueError begins with the place."""
+    """Return a document with parameters replaced by their values; a ValueError begins with the place."""
     rest = {key: each for key, each in content.items() if key != PARAMETERS}
     values = _read(content.get(PARAMETERS, {}), names := _names(rest))
     return {key: _fill(each, values, names, key) for key, each in rest.items()} if values else rest
@@ -36,7 +36,7 @@ def free_parameters(content: Mapping[str, Any]) -> list[str]:
 
 
 def _read(given: object, names: set[str]) -> dict[str, Any]:
-    """Read the table: numbers, numbers with a unit as they are written, and formulas of the parameters above them."""
+    """Read the table of parameters: numbers, numbers with a unit as written, and formulas of parameters above them."""
     if not isinstance(given, Mapping):
         raise ValueError(f'{PARAMETERS} = {show(given)}: must be a table of numbers, as d = "40 mm"')
     values: dict[str, Any] = {}
@@ -57,7 +57,7 @@ def _read(given: object, names: set[str]) -> dict[str, Any]:
 
 
 def _names(content: Mapping[str, Any]) -> set[str]:
-    """List the names of points and links, which are texts of their own."""
+    """List the names of points and links, which are not formulas."""
     links = content.get("links", {})
     tables = {str(name): link for name, link in links.items() if isinstance(link, Mapping)} if isinstance(links, Mapping) else {}
     found = {*tables, *(content.get("points") or ())}
@@ -76,7 +76,7 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], place: str) -> 
 
 
 def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
-    """Return the value of a text that names parameters: as they are written, a number, or a formula of further variables."""
+    """Return the value of a text with parameters: a parameter as written, a number, or a formula of further variables."""
     if text.strip() in values:
         return values[text.strip()]
     if not set(WORD.findall(text)) & set(values) and not place.startswith(PARAMETERS):

@@ -1,4 +1,4 @@
-"""Exudyn: how each element becomes items of the engine, how a run is made and recorded."""
+"""The solver Exudyn: translation of elements into items of the engine, runs and their recording."""
 
 import os
 from collections.abc import Callable
@@ -14,6 +14,6 @@ __getattr__ = on_demand(__name__, {"pinned_strip": "pressed"})
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 System = Any
-"""The engine's `MainSystem`: its own stubs say lists where it takes and returns arrays."""
+"""The engine's `MainSystem`: its stubs declare lists instead of arrays."""
 Callback = Callable[..., Any]
-"""A user function of the engine: of the system, the time and what the item adds."""
+"""User function of the engine: of the system, the time and arguments of the item."""

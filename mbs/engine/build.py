@@ -1,4 +1,4 @@
-"""Assembly of an Exudyn system from a `Mechanism`, only what the mechanism names is built."""
+"""Assembly of an Exudyn system from a `Mechanism`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], Placed | None]]
     elements.Modal: modal.add,
     elements.Strut: loads.add_strut,
 }
-"""Adds a link: (scene, link, velocity of its start) -> Placed, or None if it has no coordinates."""
+"""Functions that add a link: (scene, link, velocity of its start) -> Placed, or None if the link has no coordinates."""
 
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,
@@ -45,11 +45,11 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.TorsionSpring: loads.add_torsion_springs,
     elements.Mass: lambda _scene, _masses: None,  # built with the bodies
 }
-"""Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
+"""Functions that add all elements of a kind, after the bodies: (scene, elements by name)."""
 
 
 def connect(scene: EngineScene) -> None:
-    """Add all elements once the bodies stand: in the order of `CONNECTORS`; a kind without a line there by its rows."""
+    """Add all elements, after the bodies, in the order of `CONNECTORS`; a kind that is not listed there by its rows."""
     found: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         body = type(element.body) if isinstance(element, elements.Link) else None
@@ -80,9 +80,9 @@ def build(mechanism: Mechanism) -> EngineScene:
     Raises
     ------
     ValueError
-        If a strut's end has nothing with mass to act on, or a guide that a strut leans on has no mass.
+        If there is no mass at a strut's end, as of a body or of a guide's block.
     KinematicsError
-        If the drive cannot move the linkage from where it starts.
+        If the drive cannot move the linkage from its start.
     """
     container = exu.SystemContainer()
     system = container.AddSystem()
@@ -110,7 +110,7 @@ def build(mechanism: Mechanism) -> EngineScene:
 
 
 def _add_gravity(scene: EngineScene) -> None:
-    """Add weight, and only where gravity lies in the plane."""
+    """Add the weight, if gravity has a component in the plane."""
     gx, gy = scene.mechanism.gravity
     if gx == gy == 0:
         return

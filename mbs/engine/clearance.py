@@ -1,4 +1,4 @@
-"""Joints with clearance in the engine: one user element for all that share their laws."""
+"""Joints with clearance in the engine: one user element for all joints with the same laws."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ if TYPE_CHECKING:
     from ..laws.contact import Kernel
 
 PATIENCE = 1_000_000
-"""Calls without a later time after which a step counts as stuck, some 10 s of them.
+"""Calls without progress of the time after which a step counts as stuck, some 10 s.
 
-The engine's explicit integrator can reject one step for ever, and calls nothing in between but the forces."""
+The engine's explicit integrator can reject one step for ever, and calls only the forces meanwhile."""
 SLOWER = 10
 """Factor by which fewer calls are allowed in plain Python."""
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Return the contact's equations; only joints with clearance load the compiler."""
+    """Return the kernel of the contact; the import is here so that only joints with clearance load the compiler."""
     from ..laws.contact import kernel_of as made
 
     return made(law, friction)
 
 
 class ClearanceGroup:
-    """Joints with clearance that share their laws: one user element of the engine, moment-exact and without mass.
+    """Joints with clearance with the same laws: one user element of the engine, without mass.
 
-    `columns` (nodes, 3) are the places of its coordinates in the engine's vector. `memory` (joints, 4) is that of the last
-    accepted step, by column as `laws.journal.MEMORY` names them; `remembers` is true if a law depends on it. `latest` (2,) is
-    the latest time of all calls [s] and the number of calls since; infinite once too many.
+    `columns` (nodes, 3) are indices of the coordinates in the engine's vector. `memory` (joints, 4) has the columns of
+    `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends on it. `latest` (2,) is the latest
+    time of all calls [s] and the number of calls since; infinite once there are too many.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -83,13 +83,13 @@ class ClearanceGroup:
 
 
 def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
-    """Speed at which the cubic with depths and rates at both ends of a step crosses zero, m/s."""
+    """Return the speed at which the cubic with depths and rates at both ends of a step crosses zero, m/s."""
     step = np.array([0.0, h]), np.array(depths), np.array(rates)
     return float(hermite(*step, onsets(*step))[1][0])
 
 
 def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
-    """Add joints that share their laws as one user element over their bodies' nodes."""
+    """Add joints with the same laws as one user element on the nodes of their bodies."""
     groups: dict[tuple[NormalLaw, object], list[str]] = {}
     for name, joint in joints.items():
         groups.setdefault((joint.law, joint.friction), []).append(name)
@@ -140,7 +140,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
 
 
 def add_clearances(scene: EngineScene, group: ClearanceGroup) -> None:
-    """Add joints with clearance as one user element over their bodies' nodes."""
+    """Add a group of joints as one user element on the nodes of their bodies."""
     size = 3 * len(group.nodes)
     forces = user_function(group, np.zeros(size))
     if not group.kernel.compiled:

@@ -1,4 +1,4 @@
-"""Forces of stops and struts as callbacks of the engine, which keep the state of the last call or step."""
+"""Forces of stops and struts as callbacks of the engine, with the state of the last call or step."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .placed import Placed
 class StopContact(Striking):
     """One stop in the engine's coordinates.
 
-    Contact closes at the travel `face` [m] along its direction; `side` is +1 if that lies ahead of the start, else -1. `mass`
-    [kg] strikes: as light as it can be for want of everything joined to it. `columns` are the places of the coordinates that
-    decide it in the engine's vector. At the end of the last accepted step it was `touching`, and `pressing` [N].
+    Contact closes at the travel `face` [m] along its direction; `side` is +1 if the face is ahead of the start, else -1. `mass`
+    [kg] is the effective mass of the point, its lower bound without joined bodies. `columns` are indices of the coordinates in
+    the engine's vector. `touching`, and the force `pressing` [N], are those at the last accepted step.
     """
 
     face: float = 0.0
@@ -32,16 +32,16 @@ class StopContact(Striking):
     pressing: float = 0.0
 
     def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
-        """Take down where the coordinates lie, once the system is assembled."""
+        """Find the indices of the coordinates in the assembled system."""
         self.columns = placed[self.stop.point].columns()[0]
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
+        """Return depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
 
     def step(self, q: Array, q_t: Array) -> float:
-        """Take over an accepted step; the contact force, N."""
+        """Update the state after an accepted step; return the contact force, N."""
         depth, rate = self.state(q, q_t)
         self.touching = self.accept(depth, rate)
         self.pressing = self.force(depth, rate) if self.touching else 0.0
@@ -50,9 +50,9 @@ class StopContact(Striking):
 
 @dataclass
 class End:
-    """One side of a stop: a node that moves with it, and its number of coordinates; none for the ground.
+    """One body of a stop: its node and number of coordinates; none for the ground.
 
-    `place` is the node's at t = 0 [m], `arm` leads from there to the point and turns with the node's third coordinate.
+    `place` is that of the node at t = 0 [m], `arm` leads from the node to the point and turns with its third coordinate.
     """
 
     node: int = -1
@@ -65,12 +65,12 @@ class End:
 class FreeContact(StopContact):
     """Contact of any point of a link against a line of another body or the ground.
 
-    With p the point, o the place and phi the turn of the face's node, u = R(phi) along and reach = at - along . o(0):
+    With p the point, o the place and phi the angle of the face's node, u = R(phi) along and reach = at - along . o(0):
 
         depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq,
 
-    so both bodies feel the force at p, square to the face; momentum and moment of momentum stay. Friction acts likewise along
-    the way R(phi) (-along_y, along_x) . (p - o).
+    so that the force acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction
+    acts likewise along the coordinate R(phi) (-along_y, along_x) . (p - o).
     """
 
     first: End = field(default_factory=End)
@@ -79,23 +79,23 @@ class FreeContact(StopContact):
     reach: float = 0.0
 
     def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
-        """Take down where the coordinates lie, once the system is assembled."""
+        """Find the indices of the coordinates in the assembled system."""
         ends = [end for end in (self.first, self.second) if end.size]
         first = [system.GetNodeODE2Index(end.node) for end in ends]
         self.columns = np.concatenate([np.arange(at, at + end.size) for at, end in zip(first, ends, strict=True)])
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
+        """Return depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
         depth, rate, _ = self.look(q[self.columns], q_t[self.columns])
         return depth, rate
 
     def look(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
-        """Depth, its rate, and its derivatives by the element's own coordinates."""
+        """Compute the depth, its rate, and its derivatives by the element's coordinates."""
         way, rate, slope = self.way(q, v, self.along)
         return self.side * (way - self.reach), self.side * rate, [self.side * each for each in slope]
 
     def way(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
-        """Way along a line that turns with the face, its rate, and its derivatives by the element's own coordinates."""
+        """Compute the coordinate along a line that turns with the face, its rate, and its derivatives by the coordinates."""
         ax, ay = self.first.arm
         slope = [0.0] * len(q)
         px, py, wx, wy = self.first.place[0] + q[0], self.first.place[1] + q[1], v[0], v[1]
@@ -136,6 +136,6 @@ class StrutSpring(StrutLaw):
         self.elongation = self.rate = 0.0
 
     def __call__(self, _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float) -> float:
-        """Tension, N."""
+        """Return the tension, N."""
         self.elongation, self.rate = elongation, rate
         return self.force(elongation, rate)

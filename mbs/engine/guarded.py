@@ -1,4 +1,4 @@
-"""Functions that users give: one that raises, or returns what is no number, ends the run with a message that names it."""
+"""Guards of users' functions: one that raises, or returns no number, ends the run with a message that names it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .scene import EngineScene
 
 
 def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
-    """Return status and sentence for an exception of a user's function: a ValueError may mean that it is out of its range."""
+    """Return status and sentence for an exception of a user's function; a ValueError may have a status of its own."""
     if out_of_range is not None and isinstance(error, ValueError):
         return out_of_range, f"at t = {t:.6g} s {what}: {error}"
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
@@ -20,14 +20,14 @@ def describe_failure(t: float, what: str, error: BaseException, out_of_range: St
 def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that records its first exception in `scene.stopped`.
 
-    The name `what` says in words what raises. A ValueError means `out_of_range`, any other exception FUNCTION_FAILED.
+    `what` names the function in words. A ValueError has the status `out_of_range`, any other exception FUNCTION_FAILED.
     """
 
     def call(system: System, t: float, *arguments: float) -> object:
-        """Call the function and keep its error: the engine alters exceptions."""
+        """Call the function and store its exception, which the engine alters."""
         try:
             return function(system, t, *arguments)
-        except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
+        except (Exception, SystemExit) as error:
             if scene.stopped is None:
                 scene.stopped = describe_failure(t, what, error, out_of_range)
             raise
@@ -36,9 +36,9 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
 
 
 def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
-    """Return an element's function of the time, for messages, and of its own arguments, whose value is so many numbers.
+    """Return a guarded function of the time, for messages, and of its arguments, that returns `size` finite numbers.
 
-    A number in the place of a function is its constant value.
+    A number instead of a function is its constant value.
     """
     if not callable(function):
         return lambda _t, *_: function
@@ -46,7 +46,7 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     asked = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
-        """Call the function and keep its error: the engine alters exceptions."""
+        """Call the function and check its value."""
         value = asked(None, t, *arguments)
         try:
             parts = (value,) if size == 1 else tuple(value)

@@ -1,4 +1,4 @@
-"""Guides in the engine: a block of one coordinate, its travel since t = 0, whatever the guide's direction."""
+"""Guides in the engine: a block with its travel since t = 0 as coordinate, and its friction."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .placed import History, Placed, States
 from .scene import EngineScene
 
 SMALLEST_SHARE = 0.1
-"""Least share of the change of a reaction that friction takes over from one Newton iteration to the next."""
+"""Least relaxation factor of the reaction in friction from one Newton iteration to the next."""
 LARGEST_SHARE = 5.0
-"""Largest share of that change."""
+"""Largest relaxation factor of the reaction."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class PlacedBlock(Placed):
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
 
     def attach(self, _point: str, mass: float, _inertia: float) -> bool:
-        """Add to the mass of its coordinate."""
+        """Add a mass to that of the coordinate."""
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
         return True
 
     def weights(self) -> Array:
-        """1."""
+        """Return 1: the coordinate is a displacement."""
         return np.ones((1, 1))
 
 
@@ -66,7 +66,7 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
-    """Pin each block to its link, and let friction act on it."""
+    """Pin each block to its link, and add friction."""
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
             scene.constrain(name, scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point))
@@ -90,13 +90,13 @@ def _weight(scene: EngineScene, guide: Guide) -> float:
 
 
 def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
-    """Force of the guide on the block, to the left of its direction, N: what the pin and the weight need."""
+    """Return the force of the guide on the block, to the left of its direction, N: balance of pin and weight."""
     force = run.multipliers[:, scene.multipliers(name)]
     return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
 
 
 def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
-    """The same where a strut leans on the block."""
+    """Return the same force for a block at the end of a strut: balance of strut and weight."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
     law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
@@ -110,7 +110,7 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
 
 
 def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
-    """Add a guide's given friction on its block's coordinate: a native element without a data node."""
+    """Add prescribed friction on a block's coordinate: a native element without a data node."""
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamperExt(
             markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)],
@@ -124,10 +124,10 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 
 
 class Rubbing:
-    """Friction of one guide from its lateral reaction, as the constraint's multipliers of the same Newton iteration give it.
+    """Friction of one guide from its lateral reaction, by the multipliers of the same Newton iteration.
 
-    `memory` (1, 4) is that of joints with clearance, the travel in the place of the sliding speed; `remembers` is true if the
-    law bends a bristle.
+    `memory` (1, 4) is that of joints with clearance, with the travel instead of the sliding speed; `has_memory` is true for a
+    law with a bristle.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
@@ -138,10 +138,10 @@ class Rubbing:
         self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
 
     def normal(self, t: float, reaction: float) -> float:
-        """Reaction to reckon with, N, one for all calls of a Newton iteration: by Aitken's secant.
+        """Return the normal force, N, the same for all calls of a Newton iteration, by Aitken's relaxation.
 
-        Newton's matrix does not know that friction follows the multipliers. Friction from the last iteration's converges only
-        while the reaction answers it weakly, and slowly near a wedge.
+        Newton's matrix lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only if
+        the reaction depends weakly on friction, and slowly near self-locking.
         """
         if t != self.time:
             self.time, self.seen, self.used, self.gap = t, reaction, reaction, 0.0
@@ -154,34 +154,34 @@ class Rubbing:
         return abs(self.used)
 
     def locate(self, system: System) -> None:
-        """Take down where coordinate and multipliers lie, once the system is assembled."""
+        """Find the indices of coordinate and multipliers in the assembled system."""
         self.data = system.systemData
         self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])
         self.rows = self.scene.multipliers(self.name)
         self.weight = _weight(self.scene, self.guide)
 
     def bristle(self, t: float, travel: float, speed: float) -> float:
-        """Bristle now, m, from the way made since the last accepted step: a body that comes back finds it as it was."""
+        """Return the bristle, m, from the travel since the last accepted step, so that a returning body restores it."""
         _, bent, before, since = self.memory[0]
         passed = t - since
         bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))
         return bristle
 
     def __call__(self, _system: System, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
-        """Engine callback: friction against the speed, N."""
+        """Return the friction against the speed, N, as the engine's callback."""
         fx, fy = self.data.GetAECoordinates()[self.rows]
         normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
         return float(self.law.coefficient(speed, self.bristle(t, travel, speed)) * normal)
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
-        """Take over an accepted step; a copy of the memory."""
+        """Update the memory after an accepted step; return a copy."""
         travel, speed = float(q[self.column]), float(q_t[self.column])
         self.memory[0, [BRISTLE, SLIDING, SINCE]] = self.bristle(t, travel, speed), travel, t
         return self.memory.copy()
 
 
 def _add_rubbing(scene: EngineScene, name: str, guide: Guide) -> None:
-    """Add friction that follows the guide's reaction; ValueError if a strut on the block leaves the guide no constraint."""
+    """Add friction by the guide's reaction; ValueError for a strut on the block, as there is no constraint then."""
     if guide.link in scene.strut_links:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)

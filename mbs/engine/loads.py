@@ -1,4 +1,4 @@
-"""Loads, springs, struts, belts, masses and drives in the engine: its own items, which call a function where they must."""
+"""Loads, springs, struts, masses and drives as native items of the engine, with callbacks only for users' functions."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from .scene import EngineScene
 from .strip import PlacedStrip
 
 FLYWHEEL = 1e12
-"""Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
+"""Moment of inertia, kg m^2, of a link driven at constant speed in a scene without constraints."""
 
 
 def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
-    """Load each point; a constant force needs no callback."""
+    """Add a load to each point; a constant force needs no callback."""
     for name, load in loads.items():
         at = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
@@ -53,7 +53,7 @@ def _refuse_states(load: Force | Torque) -> None:
 def _moment_of(
     scene: EngineScene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
 ) -> Callback:
-    """Make the moment about its point of a force whose line goes through a fixed place."""
+    """Make the moment about its point of a force whose line of action goes through a fixed place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
         """Return the moment of the force about the point [N m]."""
@@ -80,7 +80,7 @@ def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> C
 
 
 def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
-    """Load each node; a force that turns with the section is fixed in its node."""
+    """Add a load to each node; a force that turns with the section is fixed to the node."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
         for node, length, (_, _, turn) in zip(strip.nodes, nodal_lengths(strip.body, strip.pieces), strip.reference, strict=True):
@@ -94,7 +94,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
 
 
 def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
-    """Load the angle of each link; a constant torque needs no callback."""
+    """Add a load to the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
         body, point = place(load.at(scene.mechanism))
         _refuse_states(load)
@@ -105,7 +105,7 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
 
 
 def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
-    """Add a torque of (t, t, angle, speed), or a force along a travel: connectors, unlike loads, enter the Jacobian."""
+    """Add a torque(t, t, angle, speed), or a force along a travel, as a connector, which enters the Jacobian."""
 
     def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
         """Return the torque with the engine's sign, against the turn [N m]."""
@@ -119,7 +119,7 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
 
 
 def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
-    """Let each motor turn its link."""
+    """Add the torque of each motor to its link."""
     for name, load in loads.items():
         voltage = guard(scene, name, load.voltage)
 
@@ -133,7 +133,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
-    """Join the points; only a law needs a callback."""
+    """Add springs between points; only a law needs a callback."""
     for name, load in loads.items():
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         scene.system.AddObject(
@@ -144,7 +144,7 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
 
 
 def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
-    """Return the engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
+    """Return the engine's parameters of a spring: stiffness and damping, or a callback with the law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
@@ -157,12 +157,12 @@ def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[st
 
 
 def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> None:
-    """Join the angles."""
+    """Add torsion springs between angles."""
     for name, load in loads.items():
         free = load.free_angle or 0.0
         given = pull(scene, name, load)
         if "springForceUserFunction" in given:
-            law = given["springForceUserFunction"]  # it gets the whole angle, whatever the offset
+            law = given["springForceUserFunction"]  # the engine passes the angle without the offset
             given["springForceUserFunction"] = lambda s, t, i, value, *rest, law=law, free=free: law(s, t, i, value - free, *rest)
         else:
             given["offset"] = free
@@ -171,7 +171,7 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
 
 
 def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
-    """Add nothing: a strut has no body of its own."""
+    """Add nothing: a strut has no body."""
 
 
 def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
@@ -190,12 +190,12 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
 
 
 def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
-    """Return the marker of the body on which a strut's end acts, there or through other struts: a block, a link, the ground."""
+    """Return the marker of the body on which a strut's end acts, directly or through other struts: block, link, ground."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
 def attach(scene: EngineScene, burden: Burden) -> None:
-    """Add a burden to a body, with its weight where the body's own weight does not count it in."""
+    """Add a burden to a body, with its weight unless the body's weight includes it."""
     body, point = place(burden.at)
     placed = scene.placed[body]
     if not placed.attach(point, burden.mass, burden.inertia):
@@ -208,7 +208,7 @@ def attach(scene: EngineScene, burden: Burden) -> None:
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate."""
     for name, drive in drives.items():
-        if scene.source.is_loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
+        if scene.source.is_loose:  # the explicit integrator has no constraints: a huge inertia keeps the speed constant
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
             scene.reads(name, "effort", partial(_effort, drive))
         else:
@@ -218,7 +218,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
 
 
 def _effort(drive: Drive, _run: History, record: Record) -> Array:
-    """Torque that keeps a flywheel's speed against contacts and loads, N m, (times, 1)."""
+    """Return the torque that balances contacts and loads on a link of constant speed, N m, (times, 1)."""
     total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
     for name, element in Scene.of(record.mechanism).elements.items():
         for at, force, torque in element.pushes(name, record) or ():
@@ -228,7 +228,7 @@ def _effort(drive: Drive, _run: History, record: Record) -> Array:
 
 
 def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
-    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity."""
+    """Prescribe a coordinate: by its velocity if the speed is constant (no callbacks), else by position and velocity."""
     markers = [scene.ground, coordinate]
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))

@@ -1,7 +1,7 @@
-"""A modal link in the engine: a native floating-frame body, held in the plane, with a handful of virtual mesh points.
+"""Modal links in the engine: a native floating-frame body, constrained to the plane, with a few virtual mesh points.
 
-The engine gets the inertia integrals and, instead of the mesh, a cross of points at each joint that moves as the
-interface does: markers and energies are then exactly those of `PlanarModel`, and a step costs the same for any mesh.
+Instead of the mesh the engine gets the inertia integrals, and at each joint a cross of points that moves as the interface.
+Markers and energies are then exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .placed import Placed, States
 from .scene import EngineScene
 
 ARM = 0.05
-"""Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
+"""Half width of the crosses of virtual points, over the link's length; any value gives the same motion."""
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 ENDS = STATIONS[:2]
 IN_PLANE = (0, 1, 5)
@@ -33,11 +33,11 @@ OUT_OF_PLANE = (2, 3, 4)
 
 @dataclass(frozen=True)
 class PlacedModal(Placed):
-    """A modal link in the engine; its coordinates are one row: x, y, theta of the frame, then the modes'.
+    """A modal link in the engine; its coordinates are x, y, theta of the frame, then those of the modes.
 
-    The frame's origin is the centre of mass; it starts with the velocity `initial` (vx, vy, omega). `stations` says which point
-    is 'start' or 'end', `places` where they are at t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, made by `add_anchor`
-    where a joint asks for them.
+    The frame's origin is the centre of mass; its initial velocity is `initial` (vx, vy, omega). `stations` maps points to 'start'
+    or 'end', `places` to places at t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, which `add_anchor` makes for joints
+    that need them.
     """
 
     model: PlanarModel = field(kw_only=True)
@@ -47,7 +47,7 @@ class PlacedModal(Placed):
     anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
 
     def columns(self) -> Array:
-        """Places of the coordinates in the engine's vector, shape (1, 3 + m)."""
+        """Return the indices of the coordinates in the engine's vector, shape (1, 3 + m)."""
         frame = self.system.GetNodeODE2Index(self.nodes[0])
         modal = self.system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
@@ -58,12 +58,12 @@ class PlacedModal(Placed):
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
     def motion(self, states: States) -> ModalHistory:
-        """Return the motion of its frame and modes."""
+        """Return the motion of frame and modes."""
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Return one over the effective mass of a point, in the direction in which it is least [1/kg]."""
+        """Return the inverse of the effective mass of a point, in the direction in which the mass is least [1/kg]."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
@@ -74,7 +74,7 @@ class PlacedModal(Placed):
 
 
 def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
-    """Add a modal link, undeformed, moving as a rigid body; `rates` is the velocity of its start, (vx, vy, omega)."""
+    """Add a modal link, initially undeformed in rigid motion; `rates` is the velocity of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
     body_spec = cast(Modal, link.body)
     model = body_spec.planar(mechanism.length(link.name))
@@ -95,9 +95,9 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
 
 
 def add_anchor(placed: PlacedModal, point: str) -> int:
-    """Node (x, y, theta) that moves with an end's cross-section: for joints that act on nodes, as those with clearance do.
+    """Add a node (x, y, theta) that moves with an end's cross-section, for joints that act on nodes, as those with clearance.
 
-    It has no mass; a pin ties its place, and a linear constraint its angle, theta + sum psi_k q_k.
+    It has no mass; a pin constrains its place, and a linear constraint its angle, theta + sum psi_k q_k.
     """
     if point in placed.anchors:
         return placed.anchors[point]
@@ -153,7 +153,7 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
 
 
 def _integrals(model: PlanarModel) -> dict[str, Any]:
-    """Return the engine's inertia integrals, in-plane parts only, so that nothing drives the link out of the plane.
+    """Return the engine's inertia integrals, in-plane parts only, so that the link stays in the plane.
 
     With S(a) b = a x b the tilde matrices stack S(phi_k): S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
     """
@@ -175,7 +175,7 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
-    """Return at each end the joint's centre and a cross about it, and their motion in each mode."""
+    """Return the points at each end, the joint's centre and a cross about it, and their displacements in each mode."""
     offsets = ARM * model.length * CROSS
     turned = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
     places = np.concatenate([model.place(station) + offsets for station in ENDS])

@@ -1,4 +1,4 @@
-"""Links and blocks in the engine, and the history of its steps before it becomes a record."""
+"""Links and blocks in the engine, and the history of its steps, from which a record is made."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class States(NamedTuple):
 
 @dataclass(frozen=True)
 class Placed:
-    """A link or block in the engine: the numbers of its `nodes` and `objects`, and a position marker of each point in `ends`.
+    """A link or block in the engine: numbers of its `nodes` and `objects`, position markers of its points in `ends`.
 
-    `reference` (nodes, coordinates a node) are the coordinates of the undeformed link.
+    `reference` (nodes, coordinates of a node) are the coordinates of the undeformed link.
     """
 
     system: System
@@ -38,17 +38,17 @@ class Placed:
     ends: dict[str, int]
 
     def columns(self) -> Array:
-        """Places of the coordinates in the engine's vector, shape as `reference`."""
+        """Return the indices of the coordinates in the engine's vector, shape as `reference`."""
         first = [self.system.GetNodeODE2Index(node) for node in self.nodes]
         return np.add.outer(np.array(first), np.arange(self.reference.shape[1]))
 
     def total(self, states: States) -> States:
-        """Coordinates and rates of this link alone, each (times, nodes, coordinates a node)."""
+        """Return coordinates and rates of this link, each (times, nodes, coordinates of a node)."""
         columns = self.columns()
         return States(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
 
     def motion(self, states: States) -> Moved:
-        """Return its motion, as the record keeps it."""
+        """Return the motion for the record."""
         raise NotImplementedError
 
     def weights(self) -> Array:
@@ -56,10 +56,7 @@ class Placed:
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add a mass, kg, with a moment of inertia, kg m^2, at a point; false if the body was built with it.
-
-        It is a constant block of a node's mass matrix.
-        """
+        """Add a mass, kg, with a moment of inertia, kg m^2, to the node at a point; return False if the body has it already."""
         if inertia:
             node, size = self.contact_node(point)[0], 3
         else:
@@ -69,16 +66,16 @@ class Placed:
         return True
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Node that moves with a point, how many coordinates it has (x, y first), and that node's reference place."""
+        """Return the node that moves with a point, its number of coordinates (x, y first), and its reference place."""
         node, place = self.contact_node(point)
         return node, 3, place
 
     def mobility(self, _point: str, _along: Pair) -> float:
-        """Acceleration of a point along a unit vector by unit force on it, nothing joined to the body, 1/kg."""
+        """Return the inverse of the effective mass of a point along a unit vector, without joined bodies, 1/kg."""
         raise NotImplementedError
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Node (x, y, theta) that moves with the body at a point, and its reference place; ValueError if the body has none."""
+        """Return the node (x, y, theta) at a point, and its reference place; ValueError if the body has no angle."""
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
 
 
@@ -86,7 +83,7 @@ class Placed:
 class History:
     """History of the engine's steps: multipliers (times, constraints), contact forces [N] (times, stops).
 
-    `memory` has an array (times, joints, 4) of what `journal.MEMORY` names for each of the scene's `remembering`.
+    `memory` has for each of the scene's `with_memory` an array (times, joints, 4) with the columns of `journal.MEMORY`.
     """
 
     time: Array
@@ -102,10 +99,10 @@ class Remembering(Protocol):
     memory: Array
     remembers: bool
     latest: Array
-    """Latest time it was asked for, and how often since: infinite once that was too often."""
+    """Latest time of all calls, and number of calls since; infinite once there are too many."""
 
     def locate(self, system: System) -> None:
-        """Take down where its coordinates lie, once the system is assembled."""
+        """Find the indices of the coordinates in the assembled system."""
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
-        """Take over an accepted step; a copy of the memory."""
+        """Update the memory after an accepted step; return a copy."""

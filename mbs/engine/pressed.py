@@ -1,4 +1,4 @@
-"""Loads of the pinned strip by static equilibrium on the engine, started from the exact elastica: it cannot miss the branch."""
+"""Loads of the pinned strip by static equilibrium in the engine, started from the exact elastica to stay on its branch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .scene import SPARSE_FROM, EngineScene
 OFF_BRANCH = 0.5
 """Relative distance from the exact force beyond which a state is not on the buckled branch."""
 MESH = 1e-2
-"""The same, beyond which it has too few elements; a thick strip may be off by its shear and compression besides."""
+"""Relative distance beyond which there are too few elements; shear and compression of a thick strip are added to it."""
 
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
@@ -45,7 +45,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
         If Newton's method does not converge, or a force is not that of the buckled branch.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
-    travel = [0.0]  # of the moving end [m]; the engine asks for it by callback
+    travel = [0.0]  # of the moving end [m], read by the engine's callback
     mechanism = Mechanism(
         points={"A": (0.0, 0.0), "B": (length, 0.0)},
         links=[Link("strip", "A", "B", body)],
@@ -72,7 +72,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
 
 
 def _check_branch(body: Beam | Cable, length: float, u: Array, load: Array) -> None:
-    """Raise an ArithmeticError unless all loads are those of the buckled branch, but for shear and compression."""
+    """Raise an ArithmeticError unless all loads are those of the buckled branch, up to shear and compression."""
     section, exact = body.section, pinned.load(u)
     thick = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
     error = np.abs(load / exact - 1)
@@ -83,7 +83,7 @@ def _check_branch(body: Beam | Cable, length: float, u: Array, load: Array) -> N
 
 
 def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:
-    """Displacements of all coordinates in the exact shape, shape (values, coordinates)."""
+    """Compute the displacements of all coordinates in the exact shape, (values, coordinates)."""
     strip = scene.placed["strip"]
     columns, length = strip.columns(), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))

@@ -1,4 +1,4 @@
-"""Recording of a run, step by step, and the reasons for which it must stop."""
+"""Recording of a run, step by step, and the reasons for which it stops."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .placed import History, Remembering, States
 from .scene import EngineScene
 
 CHECK_EVERY = 16
-"""Steps between looks at the clock."""
+"""Number of steps between checks of the time limit."""
 
 
 @dataclass
@@ -37,7 +37,7 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack them."""
+        """Stack the rows as a history."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.starts_smooth and count > 1:
@@ -51,7 +51,7 @@ class Rows:
 
 
 class Recorder:
-    """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
+    """The engine's callback after each accepted step: record, report the progress, end the run if necessary."""
 
     def __init__(
         self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
@@ -69,7 +69,7 @@ class Recorder:
         self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:
-        """Engine callback; False ends the run. What is raised here is raised again when the engine has let go."""
+        """Record a step as the engine's callback; False ends the run. An exception is raised again after the engine's return."""
         try:
             self._accept(t)
             return self._may_go_on(t)
@@ -78,7 +78,7 @@ class Recorder:
             return False
 
     def _accept(self, t: float) -> None:
-        """Record a step. A rigid mechanism's step is short: what is not there is not asked for."""
+        """Record a step; parts that the mechanism does not have are skipped, as steps of rigid mechanisms are short."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)
@@ -103,7 +103,7 @@ class Recorder:
             return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:
-        """Choose the next step; the engine's own choice stands here."""
+        """Choose the next step; by default the engine does."""
 
     def _may_go_on(self, t: float) -> bool:
         count = len(self.record.time)

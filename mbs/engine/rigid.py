@@ -17,10 +17,10 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedRigid(Placed):
-    """A rigid link; its coordinates are the place of the centre of mass, with all it bears, and its direction.
+    """A rigid link; its coordinates are place of the centre of mass, added masses included, and direction.
 
-    `mass` [kg] and `inertia` [kg m^2] are the link's alone; `arms` lead from its own centre of mass to all points at t = 0,
-    `own` from the node to that centre [m]. `radius` is half its length [m].
+    `mass` [kg] and `inertia` [kg m^2] are the link's alone; `arms` lead from the link's own centre of mass to all points at
+    t = 0, `own` from the node to that centre [m]. `radius` is half the length [m].
     """
 
     mass: float
@@ -30,7 +30,7 @@ class PlacedRigid(Placed):
     own: Array
 
     def motion(self, states: States) -> RigidMotion:
-        """Compute the motion of its centre of mass."""
+        """Compute the motion of the link's own centre of mass."""
         columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
@@ -43,20 +43,20 @@ class PlacedRigid(Placed):
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def weights(self) -> Array:
-        """Return 1 for places and half the link's length for the turn."""
+        """Return 1 for places and half the link's length for the angle."""
         return np.array([[1.0, 1.0, self.radius]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
-        """Do nothing: it was built with all it bears."""
+        """Return False: the body was built with all added masses."""
         return False
 
     def mobility(self, point: str, along: Pair) -> float:
-        """Compute the mobility of its mass and inertia."""
+        """Compute the inverse of the effective mass from mass and inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return its one node."""
+        """Return the only node."""
         return self.nodes[0], self.reference[0, :2]
 
 
@@ -88,7 +88,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
 
 
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
-    """Mass, inertia and centre of mass of a link with all it bears (parallel axes)."""
+    """Return mass, inertia and centre of mass of a link with added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
     for at, more, turning in scene.source.burdens:
         body, point = place(at)

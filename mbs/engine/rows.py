@@ -1,4 +1,4 @@
-"""Rows of elements in the engine: its own pins and turns, or any linear form as one constraint on nodes."""
+"""Constraints of elements in the engine: native ones for pins and angles, or user functions for any rows."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .scene import EngineScene, Reader
 
 
 def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
-    """Add the rows of each element; its channels are what `reactions` makes of the multipliers, which push against the rows.
+    """Add the rows of each element; its channels are the `reactions` of the multipliers with opposite sign.
 
-    A strut acts on its neighbour directly: rows that hold its ends are left out.
+    A strut acts on its neighbour directly: rows of its ends are left out.
     """
     for name, element in elements.items():
         rows = list(element.rows(scene.mechanism))
@@ -31,7 +31,7 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
-    """Add the constraints of an element's rows, return their numbers: a pin for two that hold a point, else one for all."""
+    """Add an element's rows as constraints, return their numbers: a pin and angles if possible, else one for all rows."""
     pin = find_pin(rows)
     if pin is None:
         return [RowConstraint(scene, rows).add()]
@@ -45,7 +45,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
 
 
 def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str) -> Reader:
-    """Reader of a channel from the multipliers of the engine's constraints."""
+    """Make the reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:
         """Return a reaction over the run, from its multipliers."""
@@ -56,7 +56,7 @@ def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str
 
 
 class RowConstraint:
-    """Rows as equations of engine nodes, each a body with place and turn; `nodes` has their places at t = 0 [m] by number."""
+    """Rows as equations of engine nodes (x, y, angle); `nodes` has their places at t = 0 [m] by number."""
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points
@@ -82,10 +82,10 @@ class RowConstraint:
         return self._place(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
 
     def add(self) -> int:
-        """Add the constraint; only what is not linear in the coordinates calls Python."""
+        """Add the constraint: native if linear in the coordinates, else with callbacks."""
         system, forms = self.scene.system, self.forms
         reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
-        angle = reference * (0.0, 0.0, 1.0)  # forms count turns from t = 0
+        angle = reference * (0.0, 0.0, 1.0)  # forms count angles from t = 0
         whole = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
         ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
         markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=whole))]

@@ -1,4 +1,4 @@
-"""An Exudyn system with the places of its parts: what connectors ask for, and what a run leaves."""
+"""An Exudyn system with the numbers of its parts, and the conversion of its history to a record."""
 
 from __future__ import annotations
 
@@ -30,13 +30,12 @@ SPARSE_FROM = 40
 
 @dataclass
 class EngineScene:
-    """An assembled system with the places of its parts; it does not outlive the run.
+    """An assembled system with the numbers of its parts, used for one run.
 
     `ground` is the ground's coordinate marker. `placed` holds links (not struts) by name and blocks by point, `constraints` the
-    engine's object numbers by element. `remembering` are forces with a memory from step to step: joints with clearance, grouped
-    by their laws, and guides whose friction follows their reaction; with such friction at once the engine's forces at t = 0
-    lack it, and `starts_smooth` is true. `told` are sentences for the summary, `stopped` is why a user's function could not
-    give a value.
+    engine's object numbers by element. `with_memory` are forces with a memory from step to step: joints with clearance, grouped
+    by their laws, and guides with friction by their reaction. Without bristles such friction is missing in the engine's forces
+    at t = 0: then `starts_smooth` is true. `notes` are sentences for the result, `stopped` is the failure of a user's function.
     """
 
     mechanism: Mechanism
@@ -72,10 +71,10 @@ class EngineScene:
             "sensors": data.NumberOfSensors(),
         }
 
-    # --- what connectors ask for ----------------------------------------------------------------------------------------
+    # --- for connectors -------------------------------------------------------------------------------------------------
 
     def marker(self, body: str, point: str) -> int:
-        """Position marker of a body, or of the ground, at a point."""
+        """Return a position marker of a body, or of the ground, at a point."""
         if body != GROUND:
             return self.placed[body].ends[point]
         x, y = self.mechanism.points[point]
@@ -83,23 +82,23 @@ class EngineScene:
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
     def coordinate(self, body: str, coordinate: int) -> int:
-        """Marker of a coordinate of a body's first node."""
+        """Return a marker of a coordinate of a body's first node."""
         node = self.placed[body].nodes[0]
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
     def turning(self, body: str, point: str) -> int:
-        """Marker of the turn of a body, or of the ground, at a point."""
+        """Return a marker of the angle of a body, or of the ground, at a point."""
         if body == GROUND:
             return self.ground
         node, _ = self.placed[body].contact_node(point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
 
     def angle(self, body: str, point: str) -> float:
-        """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
+        """Return the angle since t = 0 of a body at a point, rad, in the engine's current state."""
         return float(self._now(body).turn(point)[0][0])
 
     def position(self, body: str, point: str) -> Array:
-        """Place of a point of a body, m, (2,), likewise."""
+        """Return the place of a point of a body, m, (2,), in the engine's current state."""
         return np.asarray(self._now(body).point(point)[0][0])
 
     def _now(self, body: str) -> Moved:
@@ -111,21 +110,21 @@ class EngineScene:
         self.constraints[name] = int(self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[first, second])))
 
     def reads(self, element: str, channel: str, reader: Reader) -> None:
-        """Keep what a run is asked for of an element: (times, columns)."""
+        """Register the reader of an element's channel."""
         self.readers.append((element, channel, reader))
 
     def multiplier(self, name: str) -> Reader:
-        """Reader of what a constraint exerts on its second body: minus its Lagrange multipliers."""
+        """Make the reader of the force of a constraint on its second body: minus the Lagrange multipliers."""
         return lambda run, _record: -run.multipliers[:, self.multipliers(name)]
 
     def multipliers(self, name: str) -> Array:
-        """Places of a constraint's Lagrange multipliers in the engine's vector."""
+        """Return the indices of a constraint's Lagrange multipliers in the engine's vector."""
         return np.array(self.system.systemData.GetObjectLTGAE(self.constraints[name]))
 
-    # --- what a run leaves ----------------------------------------------------------------------------------------------
+    # --- record ---------------------------------------------------------------------------------------------------------
 
     def record(self, run: History) -> Record:
-        """Turn the engine's coordinates into plain arrays of links, blocks and elements."""
+        """Convert the engine's history into plain arrays of links, blocks and elements."""
         motions: dict[str, Any] = {name: placed.motion(run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}

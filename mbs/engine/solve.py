@@ -1,4 +1,4 @@
-"""One run of the engine: the scene, the integrator that suits it, the record; and one with the engine's own default settings."""
+"""One run of the engine: scene, choice of the integrator, settings, record."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl
 
 EXPLICIT_SHARE = 10.0
-"""Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
+"""Absolute tolerance of the explicit integrator, over the position error allowed in implicit steps: its order is 5, not 2."""
 UNLIMITED = 1e100
-"""Tolerance of the explicit integrator's equal steps: it rejects by its error even steps whose size it may not change."""
+"""Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 NEVER_REACHED = 1e-15
-"""Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
+"""Smallest step of the explicit integrator, s: never reached, as the engine would then reject it for ever without a callback."""
 
 
 def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
-    """Let the engine run; what went wrong, if anything."""
+    """Let the engine run; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
     if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
         scene.system.SetPreStepUserFunction(control.before_step)
@@ -71,7 +71,7 @@ def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
 
 
 def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
-    """Dormand-Prince 5(4)."""
+    """Return the settings of the Dormand-Prince method, 5(4)."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
@@ -88,42 +88,42 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 
 def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
-    """Generalized-alpha."""
+    """Return the settings of the generalized-alpha method."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
     integration.minimumStepSize = MIN_STEP
     integration.adaptiveStep = solver.steps.adaptive
-    integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
+    integration.adaptiveStepRecoverySteps = 2**31 - 1  # StepControl increases the step
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
     keep = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
-    # the only connectors with a say in it are StepControl's callback; no native contact element is built
+    # the recommended step is that of StepControl's callback, as no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
     if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
-        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the many splits of the forces
+        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the possible distributions of forces
     elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
 
 
 def _reachable_residual(scene: EngineScene) -> float:
-    """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
+    """Return ten times the rounding error of the stiffest link's axial force, N."""
     bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
 
 
 NEWTON = 1e-10
-"""Newton's residual over its first value that suffices: a digit above rounding of the forces of a step."""
+"""Relative tolerance of Newton's residual: a digit above rounding of the forces of a step."""
 UNFINISHED = 1e-9
-"""Part of the duration that may be missing at the end."""
+"""Largest missing part of the duration of a finished run."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:
-    """Build the scene and let the engine run."""
+    """Build the scene, run the engine, and make the record."""
     scene = build(mechanism)
     steps = solver.steps
     if steps.adaptive and steps.tolerance is None and scene.source.is_determined:
@@ -150,7 +150,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
 
 
 def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
-    """Generalized-alpha."""
+    """Run the generalized-alpha method."""
     engine = exu.MainSolverImplicitSecondOrder()
     if isinstance(solver.steps, Controlled):
         control: Recorder = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
@@ -161,7 +161,7 @@ def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: 
 
 
 def _run_explicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
-    """Dormand-Prince 5(4) with the engine's own error control: rigid links in free flight and short contacts."""
+    """Run the Dormand-Prince method 5(4) with the engine's error control, for rigid links with clearance in all joints."""
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)
     return control, engine, run_engine(scene, control, engine, explicit_settings(scene, solver, duration))

@@ -1,8 +1,8 @@
-"""Error-controlled steps for the engine's implicit integrator, small at contact onset and large where nothing happens.
+"""Error-controlled steps for the engine's implicit integrator, small at contact onset and large in smooth motion.
 
-The engine adapts its step to Newton failures only. Here its two callbacks a step do the rest: after Newton, the local error
-of the positions, eta = h^2 |a_{n+1} - a_n| / 12 (the difference of the Newmark update and the next term of its Taylor series;
-Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907), decides whether the step stands; after a step, it sets the next size.
+The engine adapts its step to Newton failures only. Two callbacks in each step do the rest. After Newton's iteration, the local
+error of the positions decides about the step: eta = h^2 |a_{n+1} - a_n| / 12, the difference of the Newmark update from the next
+term of its Taylor series (Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907). After a step, it gives the next step size.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from .recording import Recorder
 from .scene import EngineScene
 
 LIGHTEST = 1e-6
-"""Mass, kg, that stands in for none where a contact's duration is estimated."""
+"""Least mass, kg, in the estimate of a contact's duration, as of a point without mass."""
 FORCE_ERROR = 1e-3
-"""Local error allowed a step of the force of a lasting contact, relative to it."""
+"""Local error allowed in a step of the force of a lasting contact, relative to the force."""
 OVERSHOT = 1e3
 """Error of a long step that ends inside a stop, in units of the limit: large enough to shrink it fivefold."""
 FIRST = 1e-3
@@ -33,7 +33,7 @@ acceleration over the square of the step."""
 LANDED = 1.5
 """A step that would leave less than half of itself up to a kink goes there."""
 STRIKING = 0.2
-"""A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
+"""Change of the depth in the duration of an impact, over the depth, above which a contact is an impact and not at rest."""
 
 
 class StepControl(Recorder):
@@ -63,7 +63,7 @@ class StepControl(Recorder):
         self.error = self.tried = 0.0
 
     def before_step(self, _system: System, _time: float) -> bool:
-        """Engine callback, where Jacobians are kept: that of a step which did not converge is no good for a shorter one."""
+        """Renew the Jacobian of a step that is repeated with a smaller size; engine's callback if Jacobians are kept."""
         h = self.engine.it.currentStepSize
         if h < self.tried:
             self.engine.conv.jacobianUpdateRequested = True
@@ -71,7 +71,7 @@ class StepControl(Recorder):
         return True
 
     def after_newton(self, _system: System, _time: float) -> list[float]:
-        """Engine callback: [error, recommended step]; a large error with a smaller step rejects this one."""
+        """Return [error, recommended step] as the engine's callback; a large error with a smaller step rejects this one."""
         self.candidate = self.data.GetODE2Coordinates_tt() * self.weights
         h = self.engine.it.currentStepSize
         if self.accelerations is None:
@@ -85,9 +85,9 @@ class StepControl(Recorder):
         return [1e300, max(MIN_STEP, h * _factor(self.error))]
 
     def next_step(self, q: Array, q_t: Array) -> None:
-        """Set the size of the next step from this one's error and from what is about to happen."""
+        """Set the size of the next step from the error of this one, the contacts ahead and the next kink."""
         h = self.engine.it.currentStepSize
-        if self.accelerations is None:  # the start: nothing is known yet
+        if self.accelerations is None:  # no error is known at the start
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
             self.engine.it.currentStepSize = max(MIN_STEP, FIRST * self.max_step)
             return
@@ -101,10 +101,10 @@ class StepControl(Recorder):
             wanted = left
         if landing or not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
             self.engine.it.currentStepSize = max(MIN_STEP, wanted)
-            self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
+            self.engine.conv.jacobianUpdateRequested = True  # it depends on the step size
 
     def _to_kink(self) -> float:
-        """Time to the next kink of what drives or loads the mechanism, s."""
+        """Return the time to the next kink of a drive or load, s."""
         now = self.record.time[-1]
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
@@ -112,7 +112,7 @@ class StepControl(Recorder):
 
 
 class _StopWatch:
-    """Control of the step near and on a stop."""
+    """Step control of one stop: before the onset, in an impact, and in a lasting contact."""
 
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution
@@ -120,7 +120,7 @@ class _StopWatch:
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
-        """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""
+        """Limit a step: short before the onset, resolving the impact, not limited in a contact at rest."""
         depth, speed = self.contact.state(q, q_t)
         gap = -depth
         if not self.contact.touching and not 0 < gap < speed * wanted:
@@ -134,7 +134,7 @@ class _StopWatch:
         return min(wanted, max(self.shortest, _landing(-gap, -speed, self.shortest, wanted)))  # a slow release ends on a step too
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
-        """Error of the force of a contact that lasts, in units of its limit; or a long step that ended inside."""
+        """Return the error of the force of a lasting contact, over its limit; a large one if a long step ended in contact."""
         if not self.contact.touching and self.contact.state(q, q)[0] > 0:
             lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
@@ -145,7 +145,7 @@ class _StopWatch:
 
 
 class _StrutWatch:
-    """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
+    """Step control of one strut, whose force law has a kink and a stiff side where the strut becomes straight."""
 
     def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
@@ -155,7 +155,7 @@ class _StrutWatch:
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _places: Array, _q_t: Array, wanted: float) -> float:
-        """Come up to the kink in short steps when straightening; resolve the ringing of a strut that snapped taut."""
+        """Limit a step: short before the kink when straightening, resolving the axial vibration of a straight strut."""
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         resolved = self.half_period / self.resolution
@@ -165,7 +165,7 @@ class _StrutWatch:
         return min(wanted, resolved) if ringing else wanted
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
+        """Return the change of a straight strut's force in the step, over the Euler load: tiny displacements matter there."""
         before, now = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
             return 0.0
@@ -173,9 +173,9 @@ class _StrutWatch:
 
 
 def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
-    """Step towards a gap closing at this speed: short of it, until one of the shortest steps ends just past it.
+    """Limit a step towards a gap that closes at a speed: 0.9 of the way, until one of the shortest steps ends just past it.
 
-    A long step that ends inside would count the first contact force over its whole length.
+    A long step that ends in contact would apply the first contact force over its whole length.
     """
     if speed <= 0:
         return wanted
@@ -184,12 +184,12 @@ def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
 
 
 def _factor(error: float) -> float:
-    """Change of the step that brings a third-order local error, in units of its limit, to 1 with a margin: 0.2 to 2."""
+    """Return the factor of the step for a third-order local error, over its limit: 0.8 error^(-1/3), within 0.2 to 2."""
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
 def _position_weights(scene: EngineScene) -> Array:
-    """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
+    """Return the weights of coordinates in the error norm, m: places 1, rigid angles half the length, beam angles 0."""
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():
         weights[placed.columns()] = placed.weights()

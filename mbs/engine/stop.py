@@ -1,4 +1,4 @@
-"""Stops in the engine: on a guide's coordinate, or one user element over the nodes of a point and of what carries the face."""
+"""Stops in the engine: a force on a guide's coordinate, or one user element on the nodes of point and face."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .scene import EngineScene
 
 
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
-    """Place a stop in its guide's coordinate, or between its two bodies."""
+    """Make the contact of a stop, in its guide's coordinate or between its two bodies."""
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
     if stop.is_in_guide:
@@ -41,7 +41,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
 
 
 def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
-    """Add each stop: on its block's coordinate, or over its bodies' nodes."""
+    """Add each stop: on its block's coordinate, or on the nodes of its bodies."""
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene, stop)
         if isinstance(contact, FreeContact):

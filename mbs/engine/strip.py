@@ -1,7 +1,6 @@
 """Beams and cables in the engine.
 
-Also the only place that knows their nodal layout: (x, y, theta) for geometrically exact beams, (x, y, dx/ds, dy/ds) for ANCF
-cables.
+Nodal coordinates are (x, y, theta) for geometrically exact beams, (x, y, dx/ds, dy/ds) for ANCF cables.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from .scene import EngineScene
 class PlacedStrip(Placed):
     """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points.
 
-    `anchors` are the nodes (x, y, theta) made for joints that act on a cable's turn.
+    `anchors` are nodes (x, y, theta) for joints that act on a cable's angle.
     """
 
     pieces: Array
@@ -41,7 +40,7 @@ class PlacedStrip(Placed):
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
     def weights(self) -> Array:
-        """Return 1 for places, 0 for turns and slopes."""
+        """Return 1 for places, 0 for angles and slopes."""
         weights = np.zeros_like(self.reference)
         weights[:, :2] = 1.0
         return weights
@@ -57,12 +56,12 @@ class PlacedStrip(Placed):
         return self.anchors[point], place
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node there."""
+        """Return the node at a point, its number of coordinates and its reference place."""
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Compute the mobility of the mass of the elements next to the node."""
+        """Compute the inverse of the effective mass, half of that of the elements next to the node."""
         place = np.cumsum(np.concatenate([[0.0], self.pieces]))
         step = self.body.nodes - 1 if self.body.turns else 1
         k = self.at[point] // step
@@ -71,7 +70,7 @@ class PlacedStrip(Placed):
 
 
 def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
-    """Add a node (x, y, theta) without mass at a cable's node: a pin ties its place, r' x (cos theta, sin theta) = 0 its turn."""
+    """Add a node (x, y, theta) without mass at a cable's node, by a pin and r' x (cos theta, sin theta) = 0."""
     vx, vy, wx, wy = system.GetNode(node)["initialVelocities"]
     tx, ty = reference[2:]
     theta = float(np.arctan2(ty, tx))
@@ -79,7 +78,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=[vx, vy, tx * wy - ty * wx]))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
 
-    def row(q: Array) -> Array:  # of total coordinates, those at t = 0 included: so the engine hands them over here
+    def row(q: Array) -> Array:  # the engine passes total coordinates here, those at t = 0 included
         """Return the derivative of the clamp's residual by the coordinates."""
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
@@ -93,7 +92,7 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     system.AddObject(
         eii.ObjectConnectorCoordinateVector(
             markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
-            scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
+            scalingMarker0=np.zeros((1, 7)),  # one equation
             constraintUserFunction=clamp_residual,
             jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: row(q),
         )
@@ -115,7 +114,7 @@ class Mesh:
 
 
 def mesh(link: Link, chord: float) -> Mesh:
-    """Divide a strip into elements so that each of its points is a node between two of them, and lies where it should."""
+    """Divide a strip into elements with a node at each of its points."""
     body = cast(Flexible, link.body)
     step = body.step
     inner = sorted((part, point) for point, part in cast(Mapping[str, float], link.carries).items())
@@ -134,7 +133,7 @@ def mesh(link: Link, chord: float) -> Mesh:
 
 
 def _shares(parts: Array, count: int) -> list[int]:
-    """Whole numbers of elements for parts of a strip: `count` in all, or one a part if these are more."""
+    """Distribute `count` elements over parts of a strip by their lengths, with at least one each."""
     shares = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
     while shares.sum() < count:
         shares[np.argmax(parts / shares)] += 1
@@ -142,11 +141,11 @@ def _shares(parts: Array, count: int) -> list[int]:
 
 
 def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
-    """Move a beam's nodes so that no element has a strain at its integration points, and some `nodes` lie at places `fixed`.
+    """Move a beam's nodes so that strains vanish at the integration points, and some `nodes` are at the places `fixed`.
 
-    The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes). With a middle node d
-    above mid-chord (3 nodes) that length is sqrt(c^2 + 16/3 d^2). The curvature is constant if the middle direction is the mean.
-    Turning and scaling what lies between two fixed nodes keeps that: strains are taken against this line.
+    The interpolated slope has the length 1 there if the element's length is its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2) with
+    the middle node d above mid-chord (3 nodes). The curvature is constant if the middle direction is the mean of those at the
+    ends. Rotating and scaling the nodes between two fixed ones keeps this.
     """
     place = places[:, 0] + 1j * places[:, 1]
     ends = place[::step]

@@ -1,4 +1,4 @@
-"""Functions that users give: formulas and tables as values, where they jump, and how fields read them."""
+"""Functions given by users: formulas and tables as values, the search for their jumps and kinks, and fields for them."""
 
 from .looking import Argument, Called, Looks, edges_along, locate, looking, looks_or
 from .piecewise import Piecewise

@@ -1,9 +1,9 @@
 """Jumps, kinks and quick changes of a function of time, found by sampling it.
 
-It is sampled at each `WIDTH` of the run. A second difference that stands out is a jump or a kink, located by bisection. Each
-smooth stretch is halved until a polynomial fits its pieces, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
-chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Edges of pieces shorter than the steps of a run are times
-onto which it steps. Jumps that recur with one period are completed: pulses of a train may be shorter than `WIDTH`.
+It is sampled at each `WIDTH` of the run. A second difference much larger than its neighbours is a jump or a kink, located by
+bisection. Smooth intervals are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte, L. N. Trefethen,
+Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. If pieces are shorter than the steps of
+a run, steps end on their edges. Periodic jumps are completed, as pulses may be shorter than `WIDTH`.
 """
 
 from __future__ import annotations
@@ -21,40 +21,40 @@ from ..laws.compiled import evaluate_compiled
 WIDTH = 1e-5
 """Distance of samples, over the run: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
 PIECE = 1 / 200
-"""Length of a piece, over the run, from which the steps of any run resolve it: longest steps are a fortieth."""
+"""Length of a piece, over the run, above which any run resolves it: its longest steps are a fortieth of the run."""
 MOST = 20_000
-"""Most jumps and kinks that are located: each costs a run some steps, so that looking costs less than a tenth of it."""
+"""Most jumps and kinks that are located: each costs a run some steps, so that the search costs less than a tenth of it."""
 QUICK = 2000
-"""Most edges of smooth pieces: steps follow a function with more of them by themselves."""
+"""Most edges of smooth pieces: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over those of its neighbours."""
 REACHES = (6, 9)
-"""Distances of the neighbours [samples]: another edge lies at one of them only."""
+"""Distances of the neighbours [samples]: two, so that another edge affects one of them only."""
 DEGREE = 8
 """Degree of the polynomials."""
 FEWEST = 4
 """Least number of sample intervals of a piece."""
 MISFIT = 1e-3
-"""Error allowed of a polynomial, over the range; times a step over the run, over the integral: a step may miss that much."""
+"""Largest error of a polynomial over the range of the function, or over its integral in the run if that is stricter."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 SAME = 1e-12
 """Relative difference of equal values, and of equal times over the run."""
 AT_ONCE = 64
-"""Least number of arguments that are tried as an array."""
+"""Least number of arguments for which a call with arrays is tried."""
 MOST_OTHERS = 20
-"""Most arguments of a function besides the time."""
+"""Most arguments of a function in addition to the time."""
 BESIDE = 2e-9
-"""Error of a jump that a period tells, over the run: rounding of thousands of periods."""
+"""Error of a jump that is predicted by the period, over the run: rounding of thousands of periods."""
 RECURRING = 20
-"""Least number of jumps from which a period is taken."""
+"""Least number of jumps for the detection of a period."""
 
 Values = Callable[[Array], Array]
 """Values at times [s]: (times,) to (times, components)."""
 
 
 class Edges(NamedTuple):
-    """Times [s] of jumps, kinks and quick changes, in order; `capped` where there are more, which are left out."""
+    """Times [s] of jumps, kinks and quick changes, in order; `capped` is True if there were too many, which are left out."""
 
     times: tuple[float, ...] = ()
     capped: bool = False
@@ -72,7 +72,7 @@ def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
     """
     try:
         return _search(values_at, duration, width)
-    except (Exception, SystemExit):  # a function may raise anything: the run names it
+    except (Exception, SystemExit):  # a function may raise anything: the run reports it
         return Edges()
 
 
@@ -97,7 +97,7 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
 
 
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
-    """Evaluate a function at columns of arguments, (times, components): at once where it is compiled or takes arrays."""
+    """Evaluate a function at columns of arguments, (times, components): by machine code if compiled, or with arrays if it accepts them."""
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
@@ -108,13 +108,13 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
             whole = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *few.shape[1:]))
             if np.allclose(whole[some], few, rtol=SAME, atol=SAME * np.abs(few).max()):
                 return whole.reshape(count, -1)
-        except (Exception, SystemExit):  # it takes numbers only
+        except (Exception, SystemExit):  # it accepts numbers only
             pass
     return np.array(list(map(function, *(c.tolist() for c in columns))), dtype=float).reshape(count, -1)
 
 
 def others_of(function: Callable[..., object]) -> int:
-    """Count the arguments of a function besides the time."""
+    """Count the arguments of a function in addition to the time."""
     for others in range(MOST_OTHERS):
         try:
             function(0.0, *[0.0] * others)
@@ -125,12 +125,12 @@ def others_of(function: Callable[..., object]) -> int:
 
 
 def _outstanding(values: Array) -> Array:
-    """Find the samples whose second difference stands out; of neighbours the largest."""
+    """Find the samples whose second difference is much larger than those of neighbours at `REACHES`."""
     second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
     about = np.pad(second, pad := max(REACHES), mode="edge")
 
     def largest(*places: int) -> Array:
-        """Return the largest of the values at these shifts, for each place."""
+        """Return the largest of the values at these shifts from each sample."""
         return np.asarray(reduce(np.maximum, (about[pad + k : pad + k + len(second)] for k in places)))
 
     others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
@@ -139,7 +139,7 @@ def _outstanding(values: Array) -> Array:
 
 
 def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
-    """Locate the jumps beside each of some samples, or the kink if there is none: times [s], in order."""
+    """Locate the jumps in the two intervals at each sample, or the kink if there is none: times [s], in order."""
     if not len(samples):
         return np.empty(0)
     first = np.concatenate([samples - 1, samples])
@@ -149,9 +149,9 @@ def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> A
 
 
 def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: Array) -> tuple[Array, Array]:
-    """Locate the last times before jumps, and tell which are jumps: those that stay, however short the interval.
+    """Locate the last times before jumps by bisection; return them, and True for those that are jumps at any interval.
 
-    A step that ends there evaluates the function before the jump only.
+    A step that ends at such a time evaluates the function before the jump only.
     """
     whole = np.abs(after - before).max(axis=1)
     for _ in range(HALVINGS):
@@ -166,7 +166,7 @@ def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: A
 
 
 def _kinks(values_at: Values, start: Array, end: Array) -> Array:
-    """Locate kinks: the part of each interval in which the function is farthest from a straight line."""
+    """Locate kinks by bisection: take the part of each interval with the largest second difference."""
     for _ in range(HALVINGS if len(start) else 0):
         middle = (start + end) / 2
         if not ((start < middle) & (middle < end)).any():
@@ -179,7 +179,7 @@ def _kinks(values_at: Values, start: Array, end: Array) -> Array:
 
 
 def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
-    """Complete jumps that recur with a period, (times,): pulses shorter than `WIDTH` lie between some samples."""
+    """Complete periodic jumps, (times,): some pulses shorter than `WIDTH` lie between samples."""
     if len(jumps) < RECURRING:
         return jumps
     side = BESIDE * duration / 2
@@ -199,7 +199,7 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
 
 
 def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Array]:
-    """Locate the last times before jumps that are known within rounding, and tell which are jumps; ends of the run left out."""
+    """Locate the last times before jumps that are known to rounding; return them, and True for jumps; without the run's ends."""
     side = BESIDE * duration
     times = times[(times > side) & (times < duration - side)]
     if not len(times):
@@ -209,7 +209,7 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
 
 
 def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
-    """Yield the edges of the pieces of a smooth stretch."""
+    """Yield the edges of the polynomial pieces of a smooth interval, by recursive halving."""
     if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, little / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
@@ -219,7 +219,7 @@ def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]
 
 
 def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
-    """Yield the edges, of those between two ends, of pieces that are shorter than `PIECE`."""
+    """Yield the inner edges of pieces that are shorter than `PIECE`."""
     before, here = first, next(inner, last)
     for after in chain(inner, (last,)):
         if min(here - before, after - here) < PIECE / WIDTH and here < last:
@@ -228,8 +228,8 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
 
 
 def _misfit(values: Array) -> float:
-    """Return the largest error at all samples of the polynomial through points near Chebyshev's."""
-    degree = min(DEGREE, len(values) // FEWEST)  # most samples are to be between the points
+    """Return the largest error at the samples of the polynomial through samples near Chebyshev points."""
+    degree = min(DEGREE, len(values) // FEWEST)  # most samples shall lie between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))
     fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))

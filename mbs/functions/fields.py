@@ -1,4 +1,4 @@
-"""Functions as fields: of Python, formulas and tables, read from files and tried once when they are given."""
+"""Fields for functions: Python functions, formulas and tables, read from files and called once as a check."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .values import Components, Expression
 
 
 class Callables(Spec):
-    """A function: of Python, a formula, or an object that can be called, such as a Table."""
+    """Specification of a function: a Python function, a formula, or a callable object such as a Table."""
 
     words = "a formula such as '2*sin(3*t)'"
 
@@ -27,7 +27,7 @@ class Callables(Spec):
         return (callable(given) and not isinstance(given, type)) or (isinstance(given, str) and not is_measured(given))
 
     def read(self, name: str, given: object) -> Any:
-        """Return a function, built from a formula or a table if need be."""
+        """Return the function, built from a formula or a table if necessary."""
         if isinstance(given, Mapping):
             return build(name, given, _callable_kinds())
         if isinstance(given, str):
@@ -58,9 +58,9 @@ _PARTS = Several(Either((Quantity(""), Callables())))
 
 @dataclass(eq=False, repr=False)
 class Function(Callables):
-    """A function of the variables `of` that returns a number of a unit, or as many as `size`.
+    """Specification of a function of the variables `of` that returns `size` numbers of a unit.
 
-    It is called once, all variables zero. Files know those of `named` by a name.
+    It is called once, with all variables zero. `named` are functions that files may refer to by name.
     """
 
     of: str
@@ -80,7 +80,7 @@ class Function(Callables):
         return super().fits(given)
 
     def read(self, name: str, given: object) -> Any:
-        """Return the function, by its name if it has one."""
+        """Return the function, checked by a call, or that of a name."""
         if isinstance(given, str) and given in self.named:
             return self.named[given]
         found = self.make(name, given)
@@ -88,7 +88,7 @@ class Function(Callables):
         return found
 
     def check_call(self, name: str, found: object) -> None:
-        """Call it where all variables are zero; ValueError if it fails, or returns anything else than it must."""
+        """Call the function with all variables zero; ValueError if it raises, or returns other than `size` numbers."""
         names = self.of.split(", ")
         for each in found.parts if isinstance(found, Components) else [found]:
             try:
@@ -102,7 +102,7 @@ class Function(Callables):
         Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
 
     def make(self, name: str, given: object) -> Any:
-        """Make a function of what was given, without calling it."""
+        """Build the function from any input, without calling it."""
         return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
 
     def write(self, name: str, value: object) -> Any:
@@ -116,7 +116,7 @@ class Function(Callables):
 
 
 class Law(Function):
-    """A function of a load that may have states: the load tries it, as it alone knows them."""
+    """Specification of the law of a load, which may have states; the load checks it, as it knows the states."""
 
     @property
     def words(self) -> str:  # type: ignore[override]
@@ -124,12 +124,12 @@ class Law(Function):
         return f"{super().words}, where the load has states of them, too"
 
     def read(self, name: str, given: object) -> Any:
-        """Return the law, built from a formula or a table if need be."""
+        """Return the law, built from a formula or a table if necessary."""
         return self.make(name, given)
 
 
 class Rates(Law):
-    """Rates of all states of a load, which calls it: one function, or a list of one for each state."""
+    """Specification of the rates of all states of a load: one function, or a list with one for each state."""
 
     words = "a function, or a list of them, in files formulas"
 
@@ -143,5 +143,5 @@ class Rates(Law):
 
 
 def _callable_kinds() -> dict[str, type]:
-    """Classes that files name and whose objects can be called."""
+    """Return the classes with names in files whose objects can be called."""
     return {key: kind for key, kind in known_kinds().items() if "__call__" in dir(kind)}

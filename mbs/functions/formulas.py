@@ -1,6 +1,6 @@
-"""Formulas such as `2*sin(3*t)`: Python's own syntax with a whitelist, and functions of Python made of them.
+"""Formulas such as `2*sin(3*t)`: Python syntax restricted by a whitelist, and Python functions made from them.
 
-Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS` and the variables of whoever asks.
+Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS` and given variables.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ..geometry import Array
 from ..validate import short
 
 LONGEST = 2000
-"""Largest number of characters of a formula; more is a program."""
+"""Largest number of characters of a formula."""
 DEEPEST = 60
-"""Largest depth of nesting of a formula; Python's own parser has limits."""
+"""Largest depth of nesting of a formula, below the limit of Python's parser."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
 
@@ -53,7 +53,7 @@ OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
-    """Read a formula; a ValueError says what is not allowed in it."""
+    """Parse a formula; raise a ValueError with the part that is not allowed."""
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")
     if len(text) > LONGEST:
@@ -67,7 +67,7 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] =
 
 
 def _syntax(text: str, error: Exception) -> str:
-    """Say what is wrong with the signs of a formula."""
+    """Explain a syntax error of a formula."""
     if re.search(r"\d\s+[A-Za-z%]", text):
         return "; a formula has plain numbers, in SI, as 6.28 for 60 rpm"
     if re.search(r"[\d)]\s*[A-Za-z(]", text) and "never closed" not in str(error):
@@ -76,7 +76,7 @@ def _syntax(text: str, error: Exception) -> str:
 
 
 def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth: int) -> None:
-    """Refuse what is not on the list."""
+    """Raise a ValueError for syntax and names that are not allowed."""
     if depth > DEEPEST:
         raise ValueError(f"nested deeper than {DEEPEST} levels")
     inner: Sequence[ast.expr] = ()
@@ -110,13 +110,13 @@ def _not_allowed(node: ast.expr) -> str:
 
 
 def names_in(node: ast.AST) -> set[str]:
-    """Variables of a formula."""
+    """Return the variables of a formula."""
     called = {id(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
     return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and id(n) not in called} - set(CONSTANTS)
 
 
 class _Plain(ast.NodeTransformer):
-    """Numbers as floats, so that none grows without bounds, and powers by `pow`, which makes no complex number."""
+    """Transformer of numbers to floats, which are bounded, and of powers to `pow`, which returns no complex number."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         """Return a constant as a float."""
@@ -129,7 +129,7 @@ class _Plain(ast.NodeTransformer):
 
 
 def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Callable[..., Any]:
-    """Make a function of these variables, floats or arrays, of a formula."""
+    """Make a function of variables, floats or arrays, from a formula."""
     given = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
     whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
     names = {"__builtins__": {}, "__name__": __name__} | (OF_ARRAYS if arrays else OF_FLOATS)

@@ -1,4 +1,4 @@
-"""Functions whose jumps and kinks are named by whoever gives them."""
+"""Functions with given times of jumps and kinks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .values import Given
 
 @declared
 class Piecewise(Given, Declared):
-    """Function whose jumps and kinks in time are named: they may be finer than a function is looked at.
+    """Function with given times of jumps and kinks, which may be too short for the search in other functions.
 
     Force("A", Piecewise(lambda t: (9.0 if t % 0.5 < 1e-6 else 0.0, 0.0), breaks=(0.0, 1e-6), period=0.5))
     """
@@ -36,7 +36,7 @@ class Piecewise(Given, Declared):
         return tuple(self.value.variables)  # type: ignore[attr-defined]
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:
-        """Return its breaks in a run [s], those of a jump the last time before it."""
+        """Return the breaks in a run [s]; for a jump the last time before it."""
         breaks = np.array(self.breaks, dtype=float)
         if self.period is not None and duration < inf:
             breaks = (breaks % self.period + self.period * np.arange(ceil(duration / self.period) + 1)[:, None]).ravel()
@@ -47,5 +47,5 @@ class Piecewise(Given, Declared):
         return tuple(found.tolist())
 
     def __call__(self, *values: Any) -> Any:
-        """Value at its variables."""
+        """Return the value."""
         return self.value(*values)

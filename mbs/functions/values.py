@@ -1,4 +1,4 @@
-"""Functions of time as values that can be compared, saved, pickled and read from a file: formulas and tables.
+"""Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
 Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...)
 """
@@ -23,9 +23,8 @@ from .looking import Looks, looks_or
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
-"""Variables a formula may have, in the order in which it is called with them: time; fraction of a length; end shortening over
-the length; elongation and its rate; time, angle and speed of a link; time, place and velocity of a point. `state1`, `state2`,
-... may stand beside any."""
+"""Variables of formulas, in the order of the arguments: time; fraction of a length; end shortening over the length; elongation
+and its rate; time, angle and speed of a link; time, place and velocity of a point. States `state1`, `state2`, ... may follow."""
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 OURS = "buckler."
 PIECES = 128
@@ -37,9 +36,9 @@ EXACT = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Find the kinks [s] of a function of time: the points of tables joined by straight lines; of others what is found.
+    """Find the kinks [s] of a function of time: the points of a table, or else those that `breaks` finds by sampling.
 
-    One that names neither its kinks nor its parts is sampled by `breaks`, if there is a duration [s].
+    Sampling needs a duration [s]; without one, only functions that know their kinks have any.
     """
     if isinstance(function, Integral) and duration < inf:
         function.span(duration)
@@ -54,7 +53,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
 
 
 class Given:
-    """Base of formulas and tables, which are pickled by what they were made from."""
+    """Base of formulas and tables, which are pickled by their fields."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
@@ -67,13 +66,13 @@ _function_of = lru_cache(maxsize=256)(function_of)
 class Expression(Given, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
 
-    A ValueError tells what is no number, no variable and no function known; see `mbs.functions.formulas` for what is allowed.
+    `mbs.functions.formulas` lists what is allowed; a ValueError names anything else.
     """
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
 
     def agree(self) -> None:
-        """Variables that go together."""
+        """Raise a ValueError unless the variables belong to one signature; derive the functions."""
         states = set(STATE.findall(self.text)) if isinstance(self.text, str) else set()
         tree = parse(self.text, {name for names in SIGNATURES for name in names} | states)
         used = names_in(tree) - states
@@ -88,13 +87,13 @@ class Expression(Given, Declared):
         object.__setattr__(self, "_on_arrays", function_of(self.text, variables, arrays=True))
 
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
-        """Make it a plain function of these variables, always the same, so that it compiles once; ValueError if it has others."""
+        """Return a plain function of these variables, the same at each call, so that it compiles once; ValueError for others."""
         if unknown := self.used - set(variables):  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
         return _function_of(self.text, tuple(variables))
 
     def __call__(self, *values: Any) -> Any:
-        """Value at its variables, floats or arrays; further ones are not looked at."""
+        """Return the value for its variables, floats or arrays; further arguments are ignored."""
         count = len(self.variables)  # type: ignore[attr-defined]
         if len(values) < count:
             raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
@@ -116,14 +115,14 @@ class Expression(Given, Declared):
 
 @declared
 class Table(Given, Declared):
-    """Values at given times, the first and last kept beyond them."""
+    """Values at given times, interpolated; constant before the first and after the last."""
 
     times: Sequence[float] = quantities("s", doc="increasing, two at least")
     values: Sequence[float] = quantities("", doc="one for each time")
     smooth: bool = flag(doc="joined by a cubic spline rather than by straight lines", default=False)
 
     def agree(self) -> None:
-        """Refuse other than as many values as times, which increase."""
+        """Raise a ValueError unless times increase and their number is that of the values."""
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -134,7 +133,7 @@ class Table(Given, Declared):
             object.__setattr__(self, "_curve", CubicSpline(self.times, self.values))
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Value at times, s."""
+        """Return the value at times, s."""
         if self.smooth:
             found = self._curve(np.clip(t, self.times[0], self.times[-1]))  # type: ignore[attr-defined]
         else:
@@ -143,7 +142,7 @@ class Table(Given, Declared):
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """Its points, or its ends where it is smooth between them."""
+        """All times, or the ends of a smooth table."""
         return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
     def integral(self) -> Integral:
@@ -153,7 +152,7 @@ class Table(Given, Declared):
 
 @dataclass(frozen=True)
 class Integral(Given):
-    """The integral from 0 of a formula or table: adaptive quadrature on pieces that are kept."""
+    """The integral from 0 of a formula or table, by adaptive quadrature on pieces whose sums are stored."""
 
     of: Callable[..., Any]
 
@@ -161,7 +160,7 @@ class Integral(Given):
         self.span(0.0)
 
     def span(self, duration: float) -> None:
-        """Set the span of times [s], by which the integrand is searched for kinks and parted."""
+        """Set the time span [s] in which kinks of the integrand are searched, and which is divided into pieces."""
         if duration != getattr(self, "_span", None):
             object.__setattr__(self, "_span", duration)
             object.__setattr__(self, "_known", kinks(self.of, duration))
@@ -173,7 +172,7 @@ class Integral(Given):
         return (self.of,)
 
     def _piece(self, start: float, end: float) -> float:
-        """Over a piece, parted where what is integrated has a kink or changes quickly: what is short may lie between nodes."""
+        """Integrate over a piece, divided at kinks and quick changes of the integrand."""
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
         known: tuple[float, ...] = self._known  # type: ignore[attr-defined]
@@ -181,7 +180,7 @@ class Integral(Given):
         return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Integral from 0 to t >= 0, s."""
+        """Return the integral from 0 to t >= 0, s."""
         if isinstance(t, np.ndarray):
             return np.vectorize(self, otypes=[float])(t)
         if t == 0:
@@ -199,7 +198,7 @@ class Integral(Given):
 
 @dataclass(frozen=True)
 class TableIntegral(Integral):
-    """The integral from 0 of a table: the antiderivative of its spline, and straight lines beyond its ends."""
+    """The integral from 0 of a table: the antiderivative of its spline, and straight lines outside of its times."""
 
     of: Table
 
@@ -214,7 +213,7 @@ class TableIntegral(Integral):
         object.__setattr__(self, "_at_zero", self._since_first(0.0))
 
     def span(self, duration: float) -> None:
-        """Take any span: nothing is searched for."""
+        """Accept any time span: the kinks of a table are known."""
 
     def _since_first(self, t: Any) -> Any:
         first, last = self.of.times[0], self.of.times[-1]
@@ -223,7 +222,7 @@ class TableIntegral(Integral):
         return inside + self.of.values[0] * before + self.of.values[-1] * after
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Integral from 0 to t, s."""
+        """Return the integral from 0 to t, s."""
         found = self._since_first(t) - self._at_zero  # type: ignore[attr-defined]
         return found if isinstance(t, np.ndarray) else float(found)
 
@@ -235,7 +234,7 @@ class Components(Given, Declared):
     parts: Sequence[float | Callable[..., Any]] = field(Several(Anything()), "each a number or a function of the same variables")
 
     def agree(self) -> None:
-        """Numbers and functions."""
+        """Raise a ValueError unless parts are numbers or functions."""
         parts = (part if callable(part) else Quantity("").read(f"parts[{k}]", part) for k, part in enumerate(self.parts))
         object.__setattr__(self, "parts", tuple(parts))
 
@@ -250,9 +249,9 @@ class Components(Given, Declared):
 
 
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """Return functions of these variables, one for each number that a function returns: `size` of them, where it does not say.
+    """Return scalar functions of these variables, one for each number that a function returns, `size` of a Python function.
 
-    A formula of other variables is a ValueError.
+    Raises ValueError for a formula of other variables.
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
@@ -266,12 +265,12 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
 
 
 def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
-    """Return a function of one of the numbers that a function returns."""
+    """Return the function of one component of a function."""
     return lambda *values: function(*values)[i]
 
 
 def has_user_code(value: object) -> bool:
-    """Return True if anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
+    """Return True if a mechanism contains Python functions or objects of classes that are not Buckler's."""
     if is_dataclass(value) and not isinstance(value, type):
         return not type(value).__module__.startswith(OURS) or any(has_user_code(getattr(value, f.name)) for f in fields(value))
     if isinstance(value, dict):

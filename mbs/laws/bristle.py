@@ -1,4 +1,4 @@
-"""Friction with a memory, a bristle that bends: LuGre, which creeps, and true stiction, which tells what it holds a body with."""
+"""Friction laws with a bristle as memory: LuGre, with which a stuck body creeps, and stiction, with which it does not."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ class _Bristled(Declared):
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def limit(self, speed: Reals) -> Reals:
-        """Largest coefficient [1] of sliding at a speed [m/s], without the viscous part; that of a stuck body is below."""
+        """Return the coefficient [1] of sliding at a speed [m/s] without the viscous part, the largest of a stuck body."""
         return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)
 
     def stored(self, bristle: Reals) -> Reals:
@@ -36,8 +36,8 @@ class _Bristled(Declared):
 class LuGre(_Bristled):
     """Bristles of deflection z: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v; g as in Stribeck.
 
-    True sticking: below mu_s the bristles bend like a spring. It needs one state a contact: a ``BristleLaw``. ``steady`` is
-    the coefficient it settles at. s0 and s1 are per unit normal force.
+    Below mu_s the bristles bend like a spring. The law is a ``BristleLaw`` with one state for each contact. ``steady`` is the
+    coefficient of steady sliding. s0 and s1 are per unit normal force.
 
     References
     ----------
@@ -69,7 +69,7 @@ class LuGre(_Bristled):
 
 @declared
 class Stiction(_Bristled):
-    """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v held between -g and g, plus beta v.
+    """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v clipped to [-g, g], plus beta v.
 
     Stuck, the bristle follows the displacement: dz/dt = v exactly, unlike LuGre's. A body at rest therefore does not drift,
     however long or often the load on it changes below the limit. It slips at g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_str)^2), and
@@ -78,7 +78,7 @@ class Stiction(_Bristled):
     References
     ----------
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
-    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle with the break-away at the limit itself.
+    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle, here with break-away at the limit.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""The one place that compiles a law: as a function Numba can call, or as the address of machine code.
+"""Compilation of laws: as functions that Numba can call, or as addresses of machine code.
 
-The laws of this package are numbers in a table to the compiled solver and compile nothing there. A user's own law, whose numbers
-are constants of its code, is compiled once. What is not plain arithmetic on its arguments and its own numbers is called back in
-Python instead: some fifty times slower, with the same result, and `Pointer.compiled` tells.
+The compiled solver knows the laws of this package as numbers in a table. A user's law is compiled once, its numbers being
+constants of the code. A law that does more than arithmetic on its arguments and numbers is called back in Python, with
+the same result and some fifty times slower; `Pointer.compiled` is then False.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .table import call
 
 
 class Pointer(NamedTuple):
-    """Address of a C function of a pointer to doubles, whether it is machine code, and what keeps it alive."""
+    """Address of a C function of a pointer to doubles; True if it is machine code; the object that owns it."""
 
     address: int
     compiled: bool
@@ -62,15 +62,15 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
 
 
 def stamp_of(*paths: Path) -> str:
-    """Compute a sum of the contents of files, in any order."""
+    """Compute a checksum of the contents of files, in any order."""
     return sha256(b"".join(sorted(path.read_bytes() for path in paths))).hexdigest()[:16]
 
 
 def compile_cached(function: Callable[..., object], stamp: str, **options: object) -> Any:
-    """Compile a function for the types it is called with, and keep that on disk as long as the stamp stays the same.
+    """Compile a function for the types it is called with; the machine code stays on disk until the stamp changes.
 
-    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls. So the
-    stamp is a part of the name under which it is kept.
+    Numba checks only the file of the function itself, although its machine code contains that of the functions it calls.
+    Therefore the stamp is part of the name in the cache.
     """
     import numba
 
@@ -88,14 +88,14 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
 
 
 def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Address of a function of a pointer to so many floats, compiled once for all functions of the same code and values."""
+    """Return the address of a function of a number of floats, compiled once for all functions of the same code and values."""
     if isinstance(function, types.MethodType):
         law, name = function.__self__, function.__name__
         key: tuple[Any, ...] = ("method", type(law), _value(law), name, arguments)
         made_by = partial(compile_method, law, name)
     else:
         key, made_by = (_value(function), arguments), partial(compile_plain, function)
-    if None in key:  # it is not known what the function is made of
+    if None in key:  # code or values are not known
         return _compile_pointer(made_by, arguments) or _call_back(function, arguments)
     if key not in _COMPILED:
         _COMPILED[key] = _compile_pointer(made_by, arguments)
@@ -105,12 +105,12 @@ def function_pointer(function: Callable[..., object], arguments: int) -> Pointer
 
 
 MOST = 256
-"""Functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
+"""Number of functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
 _COMPILED: dict[Hashable, Pointer | None] = {}
 
 
 def _value(thing: object, depth: int = 0) -> Hashable:
-    """Return a key of equal machine code: of a function its code and the values it uses; None where that is not known."""
+    """Return a key that is equal for equal machine code: the code of a function and the values it uses; None if unknown."""
     if isinstance(thing, types.FunctionType):
         used = {name: thing.__globals__[name] for name in _names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
@@ -134,7 +134,7 @@ def _value(thing: object, depth: int = 0) -> Hashable:
 
 
 DEEP = 8
-"""Levels of functions that call functions, up to which it is known what a function is made of."""
+"""Largest depth of functions that call functions to which code and values are compared."""
 
 
 def _names(code: types.CodeType) -> set[str]:
@@ -144,7 +144,7 @@ def _names(code: types.CodeType) -> set[str]:
 
 
 def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
-    """Compile what `made_by` gives its decorator, return the address; None without a compiler, or if that fails."""
+    """Compile the function that `made_by` makes with a decorator; None without a compiler, or if it fails."""
     if not has_compiler():
         return None
     import numba
@@ -185,17 +185,17 @@ def _row_caller() -> Any:
 
 
 RAISED: list[BaseException] = []
-"""First exception of a function that was called back, since a run began and cleared it."""
+"""First exception in a callback since the start of a run, which clears the list."""
 
 
 def _call_back(function: Callable[..., Any], arguments: int) -> Pointer:
-    """Address of a call back into Python; an exception there becomes nan, which the solver reports."""
+    """Return the address of a callback into Python; an exception there becomes nan, which the solver reports."""
 
     def safe(given: Any) -> float:
-        """Call the function and keep its error: ctypes would drop it."""
+        """Call the function and store its exception, which ctypes would drop."""
         try:
             return float(function(*given[:arguments]))
-        except (Exception, SystemExit) as error:  # what leaves a callback is printed by ctypes, and lost
+        except (Exception, SystemExit) as error:  # ctypes would print and drop it
             RAISED[:] = RAISED or [error]
             return float("nan")
 

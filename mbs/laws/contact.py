@@ -1,7 +1,7 @@
-"""Laws as rows of the compiled table, and contact of joints with clearance by them: one compiled kernel, or plain Python.
+"""Laws as rows of the compiled table, and the contact kernel of joints with clearance: compiled, or in plain Python.
 
-Laws of this package are numbers of a row, so that the kernel is compiled once for all of them. A user's own law is compiled for
-itself and is an address there; a law that does more than arithmetic runs in plain Python.
+Laws of this package are numbers of a row, so that the kernel is compiled once for all of them. A user's law is compiled
+separately, and the row has its address. A law that does more than arithmetic runs in plain Python.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Known = Mapping[type, tuple[int, tuple[str, ...]]]
 
 
 class LawTable(Protocol):
-    """A table of laws in the making."""
+    """Protocol of a table to which laws are added."""
 
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
     ) -> int:
-        """Add a row, or find the one kept under this key."""
+        """Add a row and return its number, or that of the row with the same key."""
 
 
 NORMAL_KINDS: Known = {
@@ -54,11 +54,11 @@ FRICTION_KINDS: Known = {
     laws.Stribeck: (k.STRIBECK, (*RUBBING, "v_reg", "viscous")),
     laws.LuGre: (k.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
 }
-"""Kind of the row of a law of this package, and its numbers by name; an exponent that a law does not have is 2."""
+"""Kind of the row of each law of this package, and names of its numbers; a missing exponent is 2."""
 
 
 def _row_of(law: object, rows: Known) -> tuple[int, list[float]] | None:
-    """Kind and numbers of a law of this package, or one that changes nothing but chi; None of others, derived ones among them."""
+    """Return kind and numbers of a law of this package, or of a user's hysteresis law with another chi; None for others."""
     kind, ours = type(law), type(law).__module__.startswith(laws.__name__)
     if isinstance(law, laws.HysteresisLaw):
         ours = type(law).force is laws.HysteresisLaw.force
@@ -101,8 +101,8 @@ NORMAL, FRICTION = range(2)
 class Kernel:
     """Forces and report of joints that share a pair of laws.
 
-    Both are functions of time, coordinates, rates, memory, the two tables and what is to be filled. `constants` follow the
-    geometry in each joint's row; `owners` keep the machine code alive whose addresses are among them.
+    Both are functions of time, coordinates, rates, memory, the two tables and the array to fill. `constants` follow the
+    geometry in each joint's row; `owners` keep the machine code of their addresses alive.
     """
 
     forces: Callable[..., None]
@@ -118,7 +118,7 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
 
 def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Make the functions in plain Python."""
+    """Make the kernel in plain Python."""
 
     def normal(_numbers: Array, depth: float, rate: float, onset: float) -> float:
         """Return the normal force [N]."""
@@ -132,7 +132,7 @@ def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
 @lru_cache(maxsize=256)
 def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
-    """Make the compiled functions; None if a law does more than arithmetic on its arguments and its own numbers."""
+    """Make the compiled kernel; None if a law does more than arithmetic on its arguments and numbers."""
     rows = _PairTable()
     add_normal(rows, law)
     add_friction(rows, friction)
@@ -143,7 +143,7 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
 
 
 class _PairTable:
-    """A table of two laws in the making."""
+    """Table of a normal and a friction law."""
 
     def __init__(self) -> None:
         self.codes: list[list[int]] = []
@@ -178,7 +178,7 @@ def _bristle(numbers: Array, bristle: float, speed: float, time: float) -> float
 
 
 def _report(*_: object) -> None:
-    """Stand for the report of joints with laws, which `_bound` puts here."""
+    """Stand for the report of joints, which `_bound` replaces."""
     raise NotImplementedError
 
 
@@ -193,9 +193,9 @@ def _forces(t: float, q: Array, v: Array, memory: Array, places: Array, numbers:
 
 
 def _bound(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Make a function of this module that reports by `report`.
+    """Copy a function of this module with `_report` replaced.
 
-    The compiler keeps machine code of functions with globals on disk, not of those with closures or functions as arguments.
+    Numba caches functions with globals on disk, but not those with closures or functions as arguments.
     """
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 

@@ -1,8 +1,8 @@
 """Friction laws: a signed coefficient of the sliding speed, or of the speed and a bristle state.
 
 ``coefficient(speed)`` is odd in the speed [m/s]. The friction force on the body sliding at that speed is
--coefficient(speed) * N, N the normal force [N]: it opposes the motion. Every law but LuGre is regularised: at rest it
-holds nothing, and a body on a slope creeps.
+-coefficient(speed) * N, N the normal force [N]: it opposes the motion. All laws without a bristle are regularised: their force
+at rest is zero, so that a body on a slope creeps.
 
 References
 ----------
@@ -21,7 +21,7 @@ from .pieces import Reals, ramp, saturate, step
 
 @runtime_checkable
 class FrictionLaw(Protocol):
-    """Protocol of friction laws for stops and clearance joints. Any object with these members will do."""
+    """Protocol of friction laws for stops and clearance joints."""
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed friction coefficient [1], odd in the sliding speed [m/s]; floats or arrays."""
@@ -29,7 +29,7 @@ class FrictionLaw(Protocol):
 
 @runtime_checkable
 class BristleLaw(Protocol):
-    """Protocol of friction laws with memory, for clearance joints: the law bends a bristle of deflection z [m]."""
+    """Protocol of friction laws with a bristle of deflection z [m] as memory, for clearance joints."""
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
         """Signed friction coefficient [1] at a sliding speed [m/s] and a bristle [m]."""
@@ -38,11 +38,11 @@ class BristleLaw(Protocol):
         """Bristle [m] after a time [s] at constant speed [m/s]; the same bristle for time 0."""
 
     def stored(self, bristle: Reals) -> Reals:
-        """Energy a bristle holds, per unit of normal force [J/N]."""
+        """Energy stored in a bristle, per unit of normal force [J/N]."""
 
 
 class Unbent(NamedTuple):
-    """Friction law without memory as one whose bristle never bends."""
+    """Friction law of the speed as a `BristleLaw` whose bristle is always 0."""
 
     law: FrictionLaw
 
@@ -60,7 +60,7 @@ class Unbent(NamedTuple):
 
 
 def remembering(friction: FrictionLaw | BristleLaw) -> BristleLaw:
-    """Return any friction law as one that bends a bristle."""
+    """Return any friction law as one with a bristle."""
     return friction if isinstance(friction, BristleLaw) else Unbent(friction)
 
 

@@ -1,7 +1,7 @@
-"""Contact laws F = K d^n (1 + chi d'/v0): one force, ten opinions on chi(e).
+"""Contact laws F = K d^n (1 + chi d'/v0), with ten published formulas for the hysteresis factor chi(e).
 
 Here d is the penetration depth, d' its rate, v0 the approach speed at contact onset and e the restitution asked for.
-What each law then delivers is another number: ``buckler.mbs.laws.delivered`` says which, docs/theory-contact.md tabulates it.
+The restitution that a law delivers differs from e: ``buckler.mbs.laws.delivered`` computes it, see docs/theory-contact.md.
 """
 
 import math
@@ -18,7 +18,7 @@ from .rebound import chi_exact, restitution
 
 @declared
 class HysteresisLaw(PowerLaw, Declared, ABC):
-    """F = K d^n (1 + chi(e) d'/v0), never below zero. A concrete law states chi(e) and nothing else."""
+    """F = K d^n (1 + chi(e) d'/v0), never below zero. A subclass defines chi(e) only."""
 
     stiffness: float = quantity("N/m^n", above=0, doc="K")
     restitution: float = quantity("1", low=0, high=1, doc="e asked for; above 0 where chi(e) has a pole at 0")
@@ -27,7 +27,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     pole_at_zero: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """Raise a ValueError if the hysteresis factor makes energy."""
+        """Raise a ValueError if the hysteresis factor is negative, so that energy would be created."""
         if self.pole_at_zero:
             Quantity("1", 0.0, 1.0, open_low=True).read("restitution", self.restitution)
         non_negative("chi", self.chi, "1")
@@ -100,7 +100,7 @@ class HerbertMcWhannell(HysteresisLaw):
 
 
 class LeeWang(HysteresisLaw):
-    """chi = 3 (1 - e) / 4. Half the damping of Hunt and Crossley: it always rebounds too fast.
+    """chi = 3 (1 - e) / 4. Half the damping of Hunt and Crossley: the rebound is always too fast.
 
     References
     ----------
@@ -117,7 +117,7 @@ class LeeWang(HysteresisLaw):
 
 
 class Gonthier(HysteresisLaw):
-    """chi = (1 - e^2) / e. The right pole at e = 0, a third too much damping as e -> 1.
+    """chi = (1 - e^2) / e. Exact pole at e = 0, a third too much damping as e -> 1.
 
     References
     ----------
@@ -187,7 +187,7 @@ class HuGuo(HysteresisLaw):
 
 
 class CarvalhoMartins(HysteresisLaw):
-    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit, and within 2e-4 of what is asked for from e = 0.5 up.
+    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit; delivers e to 2e-4 for e from 0.5.
 
     References
     ----------

@@ -1,14 +1,14 @@
-"""A pin in a bush with clearance: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
+"""Contact of a pin in a bush with clearance: kinematics and forces with exact moments, as functions of floats and arrays.
 
 Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
 bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit. The force on the
 pin is F = -(F_N n + mu F_N t) with t = (-n_y, n_x). The friction coefficient mu belongs to v_t, the speed at which the pin's
 surface slides over the bush's at P.
 
-What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
-bristle has bent at the mean of the sliding speed then and now.
+A contact has values of the last accepted step as `MEMORY`: a law takes its onset speed and its bristle from there. Since that
+step the bristle has bent at the mean of the sliding speeds then and now.
 
-The laws come as functions of the joint's row of numbers and of floats: `contact` compiles all of it once for all laws.
+Laws are functions of the joint's row of numbers and of floats: `contact` compiles this module once for all laws.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ Law = Callable[..., float]
 """Function of a joint's row of numbers and of its state."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
-"""Columns reported of each joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], direction of contact."""
+"""Columns of the report of a joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], normal of the contact."""
 MEMORY = ("onset", "bristle", "sliding", "since")
-"""Quantities of each joint at its last step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
+"""Quantities of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 PIN = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after places and arms of both ends."""
@@ -40,9 +40,9 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: the first of its coordinates (x, y, theta), or -1 for ground, and its reference configuration [m].
+    """One side of a joint: index of its first coordinate, of (x, y, theta), or -1 for ground; reference configuration [m].
 
-    `place` is that of the body's node, or of the point for ground; `arm` goes from the node to the joint's centre.
+    `place` is that of the body's node, or of the point for ground; `arm` leads from the node to the joint's centre.
     """
 
     offset: int
@@ -60,7 +60,7 @@ def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: A
 
 
 def meet(radius: float, gap: float, place: Both, speed: Both, spins: Both) -> tuple[Reals, ...]:
-    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (x, y) of the contact, of floats or arrays alike.
+    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (x, y) of the contact, for floats or arrays.
 
     Place [m] and speed [m/s] are those of the pin's centre in the bush, spins [rad/s] those of pin and bush.
     """
@@ -74,9 +74,9 @@ def meet(radius: float, gap: float, place: Both, speed: Both, spins: Both) -> tu
 
 
 def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
-    """Make the function that fills out[joint] with the `COLUMNS`, of joints with these laws.
+    """Make the function that fills out[joint] with the `COLUMNS`, for joints with these laws.
 
-    The three give normal force [N], friction coefficient and bent bristle [m] of a joint's row of numbers and its state.
+    The laws return normal force [N], friction coefficient and bristle [m] from a joint's row of numbers and its state.
     """
 
     def contact(numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...], t: float, past: Array) -> tuple[float, ...]:
@@ -103,7 +103,7 @@ def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
 
 
 def spread(rows: Array, q: Array, v: Array, places: Array, numbers: Array, out: Array) -> None:
-    """Fill out with generalised forces on the coordinates (x, y, theta of each node) of what is reported of the joints."""
+    """Compute generalised forces on the coordinates (x, y, theta of each node) from the report of the joints."""
     out[:] = 0.0
     for j in range(places.shape[0]):
         n, c = numbers[j], rows[j]

@@ -1,11 +1,11 @@
-"""Normal contact laws without a restitution of their own, and Hertzian stiffness from material and radii.
+"""Normal contact laws without a prescribed restitution, and Hertzian stiffness from material and radii.
 
 Depth [m] is positive in contact, rate [m/s] positive when penetrating, onset [m/s] > 0 is the approach speed at contact
 onset. A force pushes the bodies apart or is zero: no law here ever pulls.
 
 Hertzian stiffness is K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 +
 1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. This is the rule for spheres; studies of clearance joints use it for pins too.
-A pin that nearly fills its bush touches it over a wide arc: K d^1.5 then fails (K. L. Johnson, Contact Mechanics, Cambridge
+A pin that nearly fills its bush has contact over a wide arc: K d^1.5 then fails (K. L. Johnson, Contact Mechanics, Cambridge
 University Press (1985), doi 10.1017/CBO9781139171731).
 """
 
@@ -19,7 +19,7 @@ from .rebound import damping_ratio, require, restitution_linear
 
 
 class PowerLaw:
-    """The elastic part K d^n, shared by every law here."""
+    """Base of laws with the elastic part K d^n."""
 
     stiffness: float
     exponent: float
@@ -35,7 +35,7 @@ class PowerLaw:
 
 @declared
 class Hertz(PowerLaw, Declared):
-    """F = K d^1.5: elastic, gives back all it takes.
+    """F = K d^1.5: elastic, without losses.
 
     For K from material and radii see ``hertz_external`` and ``hertz_internal``.
 
@@ -53,7 +53,7 @@ class Hertz(PowerLaw, Declared):
     exponent: ClassVar[float] = 1.5  # type: ignore[misc]
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N]; neither rate nor onset matters."""
+        """Contact force [N]; independent of rate and onset speed."""
         return self.elastic(depth)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
@@ -63,10 +63,10 @@ class Hertz(PowerLaw, Declared):
 
 @declared
 class KelvinVoigt(PowerLaw, Declared):
-    """F = max(0, k d + c d'): spring and dashpot, allowed to push only.
+    """F = max(0, k d + c d'): spring and dashpot that do not pull.
 
-    The force jumps to c d' at onset. It is back at zero while the body is still inside; from there the body leaves
-    freely, so the restitution is that of ``restitution_linear``: it depends on the mass, and not on the speed.
+    The force jumps to c d' at onset. It returns to zero at a positive depth, and the body leaves freely from there. So the
+    restitution is that of ``restitution_linear``, which depends on the mass and not on the speed.
 
     References
     ----------
@@ -91,7 +91,7 @@ class KelvinVoigt(PowerLaw, Declared):
         return cls(stiffness, 2.0 * damping_ratio(restitution) * math.sqrt(stiffness * mass))
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] at depth [m] and rate [m/s]; onset does not matter."""
+        """Contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
         return (depth > 0.0) * ramp(self.stiffness * depth + self.damping * rate)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
@@ -122,13 +122,13 @@ class Impact(PowerLaw, Declared):
     exponent: float = quantity("1", low=1, high=3, doc="n; 1.5 for a Hertzian contact, 1 for a linear stop", default=1.5)
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] at depth [m] and rate [m/s]; onset does not matter."""
+        """Contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
         damping = step(depth, 0.0, 0.0, self.damping_depth, self.damping)
         return ramp(self.stiffness * ramp(depth) ** self.exponent + damping * rate)
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
-    """Return the effective modulus E* [Pa] of two bodies in contact; the second is like the first unless given.
+    """Return the effective modulus E* [Pa] of two bodies in contact; the second equals the first unless given.
 
     Parameters
     ----------

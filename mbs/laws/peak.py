@@ -1,6 +1,6 @@
-"""Largest force of an impact on a linear stop with hysteresis, free or with something pushing on behind the body.
+"""Largest force of an impact on a linear stop with hysteresis, free or with a constant force on the body.
 
-A mass m comes to F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(m/K) and S = v0 sqrt(K m); with w = d'/v0,
+A mass m meets the stop F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(m/K) and S = v0 sqrt(K m); with w = d'/v0,
 
     x dx = -w dw/(1 + chi w),     f = x (1 + chi w),                                (1)
 
@@ -9,7 +9,7 @@ chi w. The root is
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)),        (2)
 
-W the lower branch of Lambert's function. A constant push q S behind the mass adds q/y dx to (1). By it x^2/2 grows, to first
+W the lower branch of Lambert's function. A constant force q S on the mass adds q/y dx to (1). It increases x^2/2, to first
 order, by q I, with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
 
     F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
@@ -54,7 +54,7 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
 
 
 def _depth(w: Array, chi: Array) -> Array:
-    """Depth x(w) of the free impact: sqrt(2 E), E by Gauss's rule, which does not mind chi = 0."""
+    """Compute the depth x(w) of the free impact: sqrt(2 E), E by Gauss quadrature, which allows chi = 0."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = w + (1.0 - w) * node
@@ -63,7 +63,7 @@ def _depth(w: Array, chi: Array) -> Array:
 
 
 def _push_integral(w: Array, chi: Array) -> Array:
-    """Compute the integral I, with s = 1 - (1 - w) t^2 to take away the pole of 1/x at s = 1."""
+    """Compute the integral I, with s = 1 - (1 - w) t^2 to remove the pole of 1/x at s = 1."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = 1.0 - (1.0 - w) * node**2

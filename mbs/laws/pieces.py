@@ -1,4 +1,4 @@
-"""Protocol of normal contact laws, and small functions that laws are made of.
+"""Protocol of normal contact laws, and elementary functions for laws.
 
 ``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So one line of a law serves a Python float
 (without the overhead of a NumPy call), an array of any shape, and a compiler.
@@ -16,14 +16,14 @@ def ramp(x: Reals) -> Reals:
 
 
 def saturate(x: Reals) -> Reals:
-    """Hold x between -1 and 1, to one rounding error: x / max(1, |x|); odd, and x itself for |x| <= 1."""
+    """Clip x to [-1, 1], to one rounding error: x / max(1, |x|); odd, and x itself for |x| <= 1."""
     return x / (1.0 + ramp(abs(x) - 1.0))
 
 
 def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
     """ADAMS STEP: a cubic from h0 at x0 to h1 at x1, constant outside, with a continuous first derivative.
 
-    h0 + (h1 - h0) D^2 (3 - 2 D),  D = (x - x0) / (x1 - x0) held between 0 and 1.
+    h0 + (h1 - h0) D^2 (3 - 2 D),  D = (x - x0) / (x1 - x0) clipped to [0, 1].
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
 
 @runtime_checkable
 class NormalLaw(Protocol):
-    """Normal contact law of a stop or a clearance joint. Any object with these members will do.
+    """Protocol of normal contact laws for stops and clearance joints.
 
     Methods take floats or arrays that broadcast, and return the same.
     """
@@ -54,7 +54,7 @@ class NormalLaw(Protocol):
         """Contact force [N] >= 0, and 0 where depth <= 0."""
 
     def elastic(self, depth: Reals) -> Reals:
-        """Return the part of the force that gives its work back [N]."""
+        """Return the elastic part of the force [N]."""
 
     def potential(self, depth: Reals) -> Reals:
-        """Energy held by that part, the integral of ``elastic`` from 0 to depth [J]."""
+        """Energy stored in the elastic part: the integral of ``elastic`` from 0 to depth [J]."""

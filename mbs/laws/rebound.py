@@ -1,11 +1,11 @@
-"""Restitution: what a contact law delivers, and the damping that delivers what was asked for.
+"""Restitution of contact laws, and the damping that gives a prescribed restitution.
 
 A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) the depth drops out of
-m d'' = -F. For every K, n, m and v0 alike
+m d'' = -F. For all K, n, m and v0
 
     chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
 
-The law stays in pressure up to the very end (1 - chi e > 0), so clamping it at zero changes nothing in a free impact.
+The force is positive up to the end (1 - chi e > 0), so clipping it at zero changes nothing in a free impact.
 
 References
 ----------
@@ -23,15 +23,15 @@ import numpy as np
 from ..validate import non_negative, number, positive
 from .pieces import NormalLaw
 
-_LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
+_LONGEST = 1e6  # times elastic_depth / speed; a body that is still in contact then does not rebound
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
 
 
 def restitution(chi: float) -> float:
-    """Restitution delivered by F = K d^n (1 + chi d'/v0), any n.
+    """Compute the restitution delivered by F = K d^n (1 + chi d'/v0), any n.
 
     Solves the exact relation for y = chi e, written without cancellation as g(y) = -ln(1 - y) - y = chi - ln(1 + chi).
-    g is convex and rising, and the start lies above the root: Newton comes down to it without overshooting.
+    g is convex and increasing, and the start is above the root: Newton's method converges monotonically.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def restitution(chi: float) -> float:
 
 
 def chi_exact(e: float) -> float:
-    """Hysteresis factor that delivers restitution e exactly: the inverse of ``restitution``.
+    """Compute the hysteresis factor that delivers restitution e exactly: the inverse of ``restitution``.
 
     Parameters
     ----------
@@ -70,11 +70,11 @@ def chi_exact(e: float) -> float:
 
 
 def restitution_linear(damping_ratio: float) -> float:
-    """Restitution of a spring and dashpot that may push but not pull.
+    """Compute the restitution of a spring and dashpot that do not pull.
 
-    With zeta = c / (2 sqrt(k m)) and contact ending when the force, not the depth, comes back to zero:
+    With zeta = c / (2 sqrt(k m)), and contact until the force, not the depth, returns to zero:
     e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
-    It differs from exp(-pi zeta / sqrt(1 - zeta^2)), which lets the dashpot pull until the depth is zero.
+    It differs from exp(-pi zeta / sqrt(1 - zeta^2)), with which the dashpot pulls until the depth is zero.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def restitution_linear(damping_ratio: float) -> float:
 
 
 def damping_ratio(e: float) -> float:
-    """Damping ratio zeta at which ``restitution_linear`` delivers e.
+    """Compute the damping ratio zeta at which ``restitution_linear`` delivers e.
 
     Parameters
     ----------
@@ -103,21 +103,21 @@ def damping_ratio(e: float) -> float:
 
 
 def _root(falls: Callable[[float], float], highest: float) -> float:
-    """Zero of a function in [0, highest], to rounding."""
+    """Find the zero of a function in [0, highest], to rounding."""
     from scipy.optimize import brentq  # it takes a while to load, and few laws need it
 
     return float(brentq(falls, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
-    """Restitution a law delivers in a free impact.
+    """Compute the restitution that a law delivers in a free impact.
 
-    A law that knows the answer says so by a method ``delivered(mass, speed)``; for any other the impact is integrated.
+    It comes from the law's method ``delivered(mass, speed)``; if the law has none, the impact is integrated.
 
     Parameters
     ----------
     law : NormalLaw
-    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2); needed where the answer depends on it
+    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2); needed if the restitution depends on it
     speed : float > 0, m/s, approach speed; likewise
 
     Raises
@@ -132,7 +132,7 @@ def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = N
 
 
 def require(name: str, value: float | None, unit: str, law: object) -> float:
-    """Return the positive ``value``; raise ValueError if it was not given though the answer depends on it."""
+    """Return the positive ``value``; raise ValueError if it is missing."""
     if value is None:
         kind = type(law).__name__
         raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf) {unit}")
@@ -140,7 +140,7 @@ def require(name: str, value: float | None, unit: str, law: object) -> float:
 
 
 def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
-    """Depth, m, at which the elastic part K d^n has stopped a mass: K d^(n+1)/(n+1) = m v^2/2.
+    """Compute the depth, m, at which the elastic part K d^n stops a mass: K d^(n+1)/(n+1) = m v^2/2.
 
     Parameters
     ----------
@@ -148,14 +148,14 @@ def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
     mass : float
         Effective mass, kg, positive.
     speed : float
-        Of approach, m/s.
+        Approach speed, m/s.
     """
     n = law.exponent
     return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
 
 
 def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
-    """Duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
+    """Compute the duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
     2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step that
     resolves an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
@@ -172,7 +172,7 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
 
 
 def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
-    """Restitution found by integrating m d'' = -F from d = 0, d' = speed until the body is out again.
+    """Compute the restitution by integrating m d'' = -F from d = 0, d' = speed until the depth is zero again.
 
     Scaled by ``elastic_depth`` and the speed; accurate to about 1e-8.
 
@@ -184,12 +184,12 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
 
     Returns
     -------
-    float, speed out over speed in [1]
+    float, separation speed over approach speed [1]
 
     Raises
     ------
     RuntimeError
-        If the body is still inside after a million times depth over speed.
+        If the body is still in contact after a million times depth over speed.
     """
     from scipy.integrate import solve_ivp
 

@@ -1,8 +1,7 @@
-"""Laws as a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers of a row.
+"""Laws as rows of a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers.
 
-Each function is the equation of the law's class, which has its source. They are plain functions of floats that Numba compiles:
-`buckler.mbs.laws.contact` for Exudyn's joints, where rows are written, and `buckler.mbs.spectral.lawtable` for the
-compiled solver.
+Each function is the equation of the law's class, which has the source. They are plain functions of floats, compiled by
+`buckler.mbs.laws.contact` for Exudyn's joints and by `buckler.mbs.spectral.lawtable` for the compiled solver.
 """
 
 from __future__ import annotations
@@ -66,7 +65,7 @@ class Laws(NamedTuple):
 
 
 def power(x: float, n: float) -> float:
-    """x^n for x >= 0, quick for the usual exponents."""
+    """Return x^n for x >= 0, fast for the usual exponents."""
     if n == 1.5:
         return x * np.sqrt(x)
     if n == 1.0:
@@ -81,7 +80,7 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 
 
 def normal_force(s: Laws, law: int, depth: float, rate: float, onset: float) -> float:
-    """Force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
+    """Return the force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
     kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == POWER:
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
@@ -98,7 +97,7 @@ def stribeck(speed: float, p: Array) -> float:
 
 
 def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
-    """dz/dt of a bristle; zero for a law without."""
+    """Return dz/dt of a bristle; zero for a law without a bristle."""
     kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == LUGRE:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
@@ -109,7 +108,7 @@ def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
 
 
 def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) -> float:
-    """Bristle after a time at constant speed."""
+    """Return the bristle after a time at constant speed."""
     kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == LUGRE:
         level = stribeck(speed, p) / p[4]
@@ -120,7 +119,7 @@ def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) 
 
 
 def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
-    """Signed friction coefficient."""
+    """Return the signed friction coefficient."""
     kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == SMOOTH:
         return 0.0
