@@ -19,9 +19,9 @@ from .accuracy.refine import Answer, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
-from .functions import Looks, looking
+from .functions import EdgeMemory, use_memory
 from .functions.breaks import MOST, WIDTH
-from .functions.looking import SETTLED
+from .functions.edge_memory import SETTLED
 from .geometry import Array
 from .kinematics import exact
 from .mechanism import Mechanism
@@ -137,16 +137,16 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    looks = Looks()
-    with looking(looks):
+    memory = EdgeMemory()
+    with use_memory(memory):
         for name, element in Scene.of(mechanism).elements.items():
             element.check_run(duration, name)
     followed = forecast(progress)
-    runs = _Runs(mechanism, timeout, followed, looks)
+    runs = _Runs(mechanism, timeout, followed, memory)
     if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
         followed.runs = USUAL_RUNS
     try:
-        with looking(runs.looks):
+        with use_memory(runs.memory):
             if accuracy is None and solver is not None:
                 result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
             else:
@@ -166,8 +166,8 @@ def simulate(
 class _Runs:
     """All runs of one call; they share the time limit and a scene that is built once."""
 
-    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None, looks: Looks) -> None:
-        self.mechanism, self.timeout, self.progress, self.looks = mechanism, timeout, progress, looks
+    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None, memory: EdgeMemory) -> None:
+        self.mechanism, self.timeout, self.progress, self.memory = mechanism, timeout, progress, memory
         self.start, self.made = working_time(), list[Run]()
         self.scenes: dict[int | None, Any] = {}
 
@@ -178,7 +178,7 @@ class _Runs:
             run = self._once(mechanism, span, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
-            passed = self.looks.find_passed(run.record.time, run.record.user_functions())
+            passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
             stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
             if passed.many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):

@@ -26,7 +26,7 @@ class Check:
     def __call__(self, run: Run, result: Result) -> Iterator[str]:
         """Yield its sentences, name first."""
         if not self.idle(run, result):
-            yield from (f"{self.name}: {said}" for said in self.look(run, result))
+            yield from (f"{self.name}: {fault}" for fault in self.look(run, result))
 
 
 def check(name: str, idle: Idle = Check.idle) -> Callable[[Look], Check]:

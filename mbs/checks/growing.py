@@ -14,7 +14,7 @@ from ..statics.spectrum import spectrum
 
 DEGREE = 10
 """Degree of the strips: the error of their first three bending modes is a tenth of a per cent."""
-OF_ITS_OWN = 0.05
+BENDING_SHARE = 0.05
 """Least deflection of a strip from its chord, over the largest motion of a shape: less is a motion of the mechanism."""
 
 
@@ -46,7 +46,7 @@ class Growth:
             body: Any = self.scene.builder.bodies[name]
             made = self.record.mechanism.link(name)
             if made.body.meshed:
-                self._lay(q, name, body, k, forces.get(name, 0.0))
+                self._place_strip(q, name, body, k, forces.get(name, 0.0))
             else:
                 place, turned = motion.centre()[0][k], motion.turn(made.start)[0][k]
                 q[body.offset : body.offset + 3] = [*place, q[body.offset + 2] + turned]
@@ -55,30 +55,30 @@ class Growth:
                 q[offset : offset + 2] = self.record.links[link].point(point)[0][k]
         return q
 
-    def _lay(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
+    def _place_strip(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
         """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force."""
         link, motion = self.record.mechanism.link(name), self.record.links[name]
-        one, other = (motion.point(point)[0] for point in (link.start, link.end))
-        chords = other - one
+        start, end = (motion.point(point)[0] for point in (link.start, link.end))
+        chords = end - start
         chord, begun = chords[k], chords[0]
         turn = float(np.arctan2(begun[0] * chord[1] - begun[1] * chord[0], begun @ chord))
         c, s = np.cos(turn), np.sin(turn)
         strain, along = force / link.body.section.axial_stiffness, chord / np.linalg.norm(chord)
         origin = self.scene.q0[strip.elements[0].places[:2, 0]]
-        laid: dict[int, float] = {}
+        values: dict[int, float] = {}
         for element in strip.elements:
             x, y = self.scene.q0[element.places[:2]]
             x, y = x - origin[0] * _ends(x), y - origin[1] * _ends(y)
             stretch = strain * np.array([element.start, element.end])
-            turned = np.array([c * x - s * y + one[k, 0] * _ends(x), s * x + c * y + one[k, 1] * _ends(x)])
+            turned = np.array([c * x - s * y + start[k, 0] * _ends(x), s * x + c * y + start[k, 1] * _ends(x)])
             turned[:, :2] += along[:, None] * stretch
             for i in (0, 1):
-                laid |= dict(zip(element.places[i].tolist(), turned[i].tolist(), strict=True))
+                values |= dict(zip(element.places[i].tolist(), turned[i].tolist(), strict=True))
             if len(element.places) > 2:
-                laid |= dict(
+                values |= dict(
                     zip(element.places[2].tolist(), (self.scene.q0[element.places[2]] + turn * _ends(x)).tolist(), strict=True)
                 )
-        q[list(laid)] = list(laid.values())
+        q[list(values)] = list(values.values())
 
     def _bends(self, name: str, q: Array, shape: Array) -> bool:
         """Return True if a shape is one of a strip's bending."""
@@ -95,7 +95,7 @@ class Growth:
                 bent, float(np.abs(normal @ shape[element.places[:2, :2]] - line).max()), float(np.abs(inner).max(initial=0.0))
             )
         moves = np.abs(shape / self.scene.units * self.scene.length)
-        return bent > OF_ITS_OWN * float(moves.max())
+        return bent > BENDING_SHARE * float(moves.max())
 
 
 def _ends(values: Array) -> Array:

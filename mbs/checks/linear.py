@@ -41,8 +41,8 @@ def linear(run: Run, result: Result) -> Iterator[str]:
         history, section = record.links[name], record.mechanism.link(name).body.section
         length = record.mechanism.length(name)
         frequency = section.first_frequency(length)
-        pressed = _compression(run, result, name) / section.euler_load(length)
-        loaded = recent_mean(result.time, pressed, np.pi / (2 * frequency))
+        compression = _compression(run, result, name) / section.euler_load(length)
+        loaded = recent_mean(result.time, compression, np.pi / (2 * frequency))
         nearer = history.foreshortening() / length
         softer = np.abs(result.signals[f"{name}.deflection"] / length * loaded)
         for missing, what in (
@@ -51,8 +51,8 @@ def linear(run: Run, result: Result) -> Iterator[str]:
         ):
             k = int(np.argmax(missing))
             if missing[k] > LEFT_OUT:
-                said = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
-                yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {said}"
+                error = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
+                yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {error}"
         over = growth_exponent(result.time, frequency * np.sqrt(np.maximum(loaded - 1.0, 0.0))) > GROWTH
         if over.any():
             k = int(np.argmax(over))

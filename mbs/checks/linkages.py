@@ -58,8 +58,8 @@ def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     for k in np.flatnonzero(low):
         after = np.flatnonzero(~low[k:])
         j = k + int(after[0]) if len(after) else len(low) - 1
-        far = float(np.abs(places[j] - places[k]).max())
-        if jacobian.shape[1] == jacobian.shape[2] or j == k or has_other_branch(linkage, float(time[j]), places[j], far):
+        distance = float(np.abs(places[j] - places[k]).max())
+        if jacobian.shape[1] == jacobian.shape[2] or j == k or has_other_branch(linkage, float(time[j]), places[j], distance):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 
@@ -89,11 +89,11 @@ def _none(run: Run, _result: Result) -> str:
 
 
 @check("CONSTRAINTS", _none)
-def together(run: Run, _result: Result) -> Iterator[str]:
+def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     """Check that the residuals of all constraints are small."""
     linkage = Scene.of(run.record.mechanism).linkage
-    names, off = gaps(linkage, run.record)
-    k, row = np.unravel_index(int(np.argmax(np.abs(off))), off.shape)
-    gap = float(np.abs(off[k, row]))
+    names, residuals = gaps(linkage, run.record)
+    k, row = np.unravel_index(int(np.argmax(np.abs(residuals))), residuals.shape)
+    gap = float(np.abs(residuals[k, row]))
     if gap > GAP * max(1.0, linkage.size):
         yield f"'{names[row]}' is apart by {gap:.3g} m (or rad) at t = {run.record.time[k]:.4g} s"

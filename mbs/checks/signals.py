@@ -39,8 +39,8 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     energy = result.energy or run.ledger
     estimated = (error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS)
     allowed = max([BALANCE, *estimated])
-    through, unseen = put_through(run.record, energy, result.signals)
-    allowed += unseen
+    through, unresolved = put_through(run.record, energy, result.signals)
+    allowed += unresolved
     balance = float(np.abs(energy["error"]).max()) / through
     if not balance <= allowed:
         yield f"balance {balance:.2e} of the energy put through, allowed {allowed:g}"

@@ -12,7 +12,7 @@ from ..record.result import Result
 from ..record.run import Run
 from .check import Check
 from .linear import linear
-from .linkages import off_dead_centres, together
+from .linkages import check_constraints, off_dead_centres
 from .signals import check_balance, check_crossing, clock, finite, pushing, shallow
 from .unbuckled import check_buckled
 
@@ -20,7 +20,7 @@ READABLE: tuple[Check, ...] = (finite, clock)
 """Checks that must pass before the others are made."""
 CHECKS: tuple[Check, ...] = (
     *READABLE,
-    together,
+    check_constraints,
     check_balance,
     pushing,
     shallow,
@@ -44,8 +44,8 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
     if not result.status.finished:
         return
     for check in READABLE:
-        for said in check(run, result):
-            yield said
+        for fault in check(run, result):
+            yield fault
             return
     for check in CHECKS[len(READABLE) :]:
         yield from check(run, result)

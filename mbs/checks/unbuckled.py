@@ -30,9 +30,9 @@ AXIAL = 0.5
 """Share of axial strain in the end shortening above which a strip is not buckled."""
 POSES = 25
 """Number of times at which the tangent is computed, evenly over those at which a strip is compressed."""
-LESS = 0.9
+LESS_FORCE = 0.9
 """Share of the lesser force at two neighbouring ones of these times above which the lesser rate holds between them."""
-PRESSED = 0.01
+COMPRESSED = 0.01
 """Share of the Euler load below which no strip is checked."""
 
 
@@ -67,18 +67,18 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
     forces = {name: recent_mean(time, result.signals[f"{name}.axial_force"], period / 4) for name, period in periods.items()}
     unbent = {link.name: _unbent(record, result, link) for link in strips}
-    pressed = {
-        link.name: (-forces[link.name] > PRESSED * link.body.section.euler_load(record.links[link.name].length))
+    compressed = {
+        link.name: (-forces[link.name] > COMPRESSED * link.body.section.euler_load(record.links[link.name].length))
         & unbent[link.name]
         for link in strips
     }
-    if len(time) < 3 or not any(_may_grow(record, link, time, -forces[link.name] * pressed[link.name]) for link in strips):
+    if len(time) < 3 or not any(_may_grow(record, link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
-    seen = np.flatnonzero(np.any(list(pressed.values()), axis=0))
-    growth, rows = find_offer("growth")(record), np.unique(seen[np.linspace(0, len(seen) - 1, POSES).astype(int)])
+    samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
+    growth, rows = find_offer("growth")(record), np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
     found = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in rows]
     for name, force in forces.items():
-        rate = _between(rows, np.array([each[name] for each in found]), -force) * pressed[name]
+        rate = _between(rows, np.array([each[name] for each in found]), -force) * compressed[name]
         straight = growth_exponent(time, rate) > GROWTH
         if straight.any():
             k = int(np.argmax(straight))
@@ -96,12 +96,12 @@ def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
     return bool((growth_exponent(time, fastest) > GROWTH).any())
 
 
-def _between(rows: Array, rates: Array, pressing: Array) -> Array:
+def _between(rows: Array, rates: Array, compression: Array) -> Array:
     """Return rates at all samples from some: the lesser one of both neighbours, and zero at a smaller compression."""
-    at = np.searchsorted(rows, np.arange(len(pressing)), side="right")
+    at = np.searchsorted(rows, np.arange(len(compression)), side="right")
     before, after = np.maximum(at - 1, 0), np.minimum(at, len(rows) - 1)
-    least = np.minimum(pressing[rows[before]], pressing[rows[after]])
-    found: Array = np.where(pressing >= LESS * least, np.minimum(rates[before], rates[after]), 0.0)
+    least = np.minimum(compression[rows[before]], compression[rows[after]])
+    found: Array = np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0)
     return found
 
 

@@ -12,7 +12,7 @@ from .declared import RefusalError, declarations, known_kinds
 from .spec import Schema, Spec, did_you_mean, show
 
 GONE = {
-    ("Section", "mass"): "mass and inertia stand in a rigid body itself",
+    ("Section", "mass"): "mass and inertia belong to a rigid body itself",
     ("Belt", "stiffness"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft yields",
     ("Belt", "damping"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft has damping",
 }
@@ -35,13 +35,13 @@ class Part(Spec):
 
     def kinds_by_name(self) -> dict[str, type]:
         """Return the allowed classes, by name."""
-        return {key: kind for key, kind in known_kinds().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
+        return {key: kind for key, kind in known_kinds().items() if any(_is_kind_of(kind, base) for base in self.kinds)}
 
     def fits(self, given: object) -> bool:
         """Return True for an object of an allowed class, or a table of one."""
         if isinstance(given, Mapping):
             return "kind" not in given or given["kind"] in self.kinds_by_name()
-        return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
+        return not isinstance(given, type) and any(_is_kind_of(given, base) for base in self.kinds)
 
     def read(self, name: str, given: object) -> Any:
         """Return a part, built if the input is a table."""
@@ -75,10 +75,10 @@ class Part(Spec):
         """Explain why an object is not allowed."""
         if isinstance(given, type):
             return f"must be an instance{self.example and f', as {self.example}'}, not the class"
-        protocols = [wanted for wanted in self.kinds if _is_protocol(wanted)]
+        protocols = [base for base in self.kinds if _is_protocol(base)]
         if protocols and not isinstance(given, str | int | float | list | tuple | None):
-            wanted = min(protocols, key=lambda each: len(_missing(given, each)))
-            return f"must be a {wanted.__name__}; it lacks {', '.join(map(repr, _missing(given, wanted)))}"
+            nearest = min(protocols, key=lambda each: len(_missing(given, each)))
+            return f"must be a {nearest.__name__}; it lacks {', '.join(map(repr, _missing(given, nearest)))}"
         return f"must be {self.words}" + ("" if given is None else f"; this is a {type(given).__name__}")
 
 
@@ -93,11 +93,11 @@ def _missing(found: object, protocol: object) -> list[str]:
     return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
 
 
-def _stands_for(found: object, wanted: Any) -> bool:
+def _is_kind_of(found: object, base: Any) -> bool:
     """Return True if an object or a class is of a class, or has the members of a protocol."""
-    if _is_protocol(wanted):
-        return not _missing(found, wanted)
-    return issubclass(found, wanted) if isinstance(found, type) else isinstance(found, wanted)
+    if _is_protocol(base):
+        return not _missing(found, base)
+    return issubclass(found, base) if isinstance(found, type) else isinstance(found, base)
 
 
 # --- from tables to objects and back ------------------------------------------------------------------------------------
@@ -140,8 +140,8 @@ def _kind(name: str, given: dict[str, object], kinds: Mapping[str, type]) -> typ
     word = given.pop("kind", None)
     if word is not None:
         if not isinstance(word, str) or word not in kinds:
-            said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
-            raise ValueError(f"{name}.kind = {show(word)}: {said}")
+            reason = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
+            raise ValueError(f"{name}.kind = {show(word)}: {reason}")
         return kinds[word]
     sharing = [kind for kind in kinds.values() if set(given) & set(declarations(kind))]  # for the message, if it is one
     fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or sharing
@@ -176,8 +176,8 @@ def nameless(name: str, found: object) -> ValueError:
     return ValueError(f"{name}: {what} has no name in a file; take {advice}")
 
 
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, Mapping) or isinstance(other, Mapping):
-        return dict(one) == dict(other)
-    numbers = isinstance(one, int | float) and isinstance(other, int | float)
-    return one is other or ((numbers or type(one) is type(other)) and bool(one == other))
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, Mapping) or isinstance(b, Mapping):
+        return dict(a) == dict(b)
+    numbers = isinstance(a, int | float) and isinstance(b, int | float)
+    return a is b or ((numbers or type(a) is type(b)) and bool(a == b))

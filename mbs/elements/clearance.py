@@ -10,7 +10,7 @@ import numpy as np
 from ..declare import Quantity, declared, field, names, part, quantity
 from ..geometry import Array, cross, onsets
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
-from ..laws.friction import remembering
+from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, meet
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
@@ -137,7 +137,7 @@ class Clearance(Joint):
             power, half = getattr(ends, force) * getattr(ends, speed), getattr(middle, force) * getattr(middle, speed)
             return np.concatenate([[0.0], np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6)])
 
-        elastic, bent = self.law.potential(ends.depth), ends.normal * remembering(self.friction).stored(ends.bristle)
+        elastic, bent = self.law.potential(ends.depth), ends.normal * as_bristle_law(self.friction).stored(ends.bristle)
         yield Energy("held", "contact", elastic + bent)
         lost = work("normal", "rate") - (elastic - elastic[0])
         rubbed = work("tangential", "sliding") - (bent - bent[0])
@@ -205,7 +205,7 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
-    friction, mean, passed = remembering(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
+    friction, mean, passed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
     bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean, passed), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
     fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx

@@ -10,7 +10,7 @@ import numpy as np
 from ..declare import Declared, declared, direction, names, part, quantity
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
-from ..laws.friction import remembering
+from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE
 from .element import GROUND, Guided, Parts, Push, Recorded
 from .link import weight
@@ -168,7 +168,7 @@ class Guide(Guided):
             return self.friction.force(speed)
         assert self.friction is not None  # callers have checked that there is one
         normal, bristle = self._reaction_and_bristle(name, record)
-        return np.asarray(remembering(self.friction).coefficient(speed, bristle) * normal)
+        return np.asarray(as_bristle_law(self.friction).coefficient(speed, bristle) * normal)
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
         """True if the travel is negligible and steps are too long for the vibration on the bristles."""

@@ -102,7 +102,7 @@ def build(mechanism: Mechanism) -> EngineScene:
     connect(scene)
     _add_gravity(scene)
     scene.system.Assemble()
-    for group in scene.remembering:
+    for group in scene.with_memory:
         group.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene.system, scene.placed)

@@ -57,7 +57,7 @@ class ClearanceGroup:
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.latest = np.zeros(2)
         self.columns = np.empty((0, 3), dtype=int)
-        self.remembers = isinstance(friction, BristleLaw) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        self.has_memory = isinstance(friction, BristleLaw) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._before: Array | None = None
 
@@ -98,11 +98,11 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         chosen = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in chosen]
         group = ClearanceGroup(names, chosen, ends, nodes)
-        g = len(scene.remembering)
-        scene.remembering.append(group)
+        g = len(scene.with_memory)
+        scene.with_memory.append(group)
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in chosen)
-            scene.told.append(
+            scene.notes.append(
                 f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
                 "it is no plain arithmetic, or Numba is missing"
             )

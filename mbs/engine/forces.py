@@ -86,15 +86,15 @@ class FreeContact(StopContact):
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
         """Return depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
-        depth, rate, _ = self.look(q[self.columns], q_t[self.columns])
+        depth, rate, _ = self.depth(q[self.columns], q_t[self.columns])
         return depth, rate
 
-    def look(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
+    def depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
         """Compute the depth, its rate, and its derivatives by the element's coordinates."""
-        way, rate, slope = self.way(q, v, self.along)
-        return self.side * (way - self.reach), self.side * rate, [self.side * each for each in slope]
+        travel, rate, slope = self.travel(q, v, self.along)
+        return self.side * (travel - self.reach), self.side * rate, [self.side * each for each in slope]
 
-    def way(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
+    def travel(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
         """Compute the coordinate along a line that turns with the face, its rate, and its derivatives by the coordinates."""
         ax, ay = self.first.arm
         slope = [0.0] * len(q)
@@ -109,21 +109,21 @@ class FreeContact(StopContact):
             ux, uy = c * ux - s * uy, s * ux + c * uy
             px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
             wx, wy = wx - v[k], wy - v[k + 1]
-            swing = ux * py - uy * px
-            slope[k : k + 3] = [-ux, -uy, swing]
+            by_angle = ux * py - uy * px
+            slope[k : k + 3] = [-ux, -uy, by_angle]
         slope[:3] = [ux, uy, uy * bx - ux * by]
         rate = ux * wx + uy * wy
         if self.second.size:
-            rate += v[k + 2] * swing
+            rate += v[k + 2] * by_angle
         return ux * px + uy * py, rate, slope
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Engine callback: generalised forces on the element's coordinates, N and N m."""
-        depth, rate, slope = self.look(q, q_t)
+        depth, rate, slope = self.depth(q, q_t)
         force = self.force(depth, rate)
         if not (force and self.stop.rubs):
             return [-force * each for each in slope]
-        _, speed, along = self.way(q, q_t, (-self.along[1], self.along[0]))
+        _, speed, along = self.travel(q, q_t, (-self.along[1], self.along[0]))
         drag = float(self.stop.friction.coefficient(speed)) * force
         return [-force * across - drag * each for across, each in zip(slope, along, strict=True)]
 

@@ -43,11 +43,11 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     if not callable(function):
         return lambda _t, *_: function
     what = f"the function of '{name}'"
-    asked = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
+    watched = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
         """Call the function and check its value."""
-        value = asked(None, t, *arguments)
+        value = watched(None, t, *arguments)
         try:
             parts = (value,) if size == 1 else tuple(value)
             if len(parts) == size and all(map(isfinite, parts)):

@@ -12,7 +12,7 @@ from ..elements.guide import Guide, GuideFriction
 from ..elements.strut import StrutLaw, state
 from ..geometry import Array
 from ..laws import BristleLaw
-from ..laws.friction import remembering
+from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from ..record.record import BlockMotion, Record
 from . import System
@@ -80,7 +80,7 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
         if isinstance(guide.friction, GuideFriction):
             _add_friction(scene, guide, guide.friction)
         else:
-            _add_rubbing(scene, name, guide)
+            _add_reaction_friction(scene, name, guide)
 
 
 def _weight(scene: EngineScene, guide: Guide) -> float:
@@ -123,7 +123,7 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
     )
 
 
-class Rubbing:
+class ReactionFriction:
     """Friction of one guide from its lateral reaction, by the multipliers of the same Newton iteration.
 
     `memory` (1, 4) is that of joints with clearance, with the travel instead of the sliding speed; `has_memory` is true for a
@@ -131,9 +131,9 @@ class Rubbing:
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
-        self.scene, self.name, self.guide, self.law = scene, name, guide, remembering(guide.friction)  # type: ignore[arg-type]
+        self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
-        self.remembers = isinstance(guide.friction, BristleLaw)
+        self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
         self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
 
@@ -180,14 +180,14 @@ class Rubbing:
         return self.memory.copy()
 
 
-def _add_rubbing(scene: EngineScene, name: str, guide: Guide) -> None:
+def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     """Add friction by the guide's reaction; ValueError for a strut on the block, as there is no constraint then."""
     if guide.link in scene.strut_links:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
-    rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)
-    scene.remembering.append(rubbing)
-    scene.starts_smooth |= not rubbing.remembers
-    force = watch(scene, f"the friction law of the guide of '{guide.point}'", rubbing)
+    friction, g = ReactionFriction(scene, name, guide), len(scene.with_memory)
+    scene.with_memory.append(friction)
+    scene.starts_smooth |= not friction.has_memory
+    force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamper(
             markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=force

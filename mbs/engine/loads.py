@@ -138,12 +138,12 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         scene.system.AddObject(
             eii.ObjectConnectorSpringDamper(
-                markerNumbers=markers, referenceLength=load.free(scene.mechanism), **pull(scene, name, load)
+                markerNumbers=markers, referenceLength=load.free(scene.mechanism), **spring_parameters(scene, name, load)
             )
         )
 
 
-def pull(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
+def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
     """Return the engine's parameters of a spring: stiffness and damping, or a callback with the law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
@@ -160,7 +160,7 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
     """Add torsion springs between angles."""
     for name, load in loads.items():
         free = load.free_angle or 0.0
-        given = pull(scene, name, load)
+        given = spring_parameters(scene, name, load)
         if "springForceUserFunction" in given:
             law = given["springForceUserFunction"]  # the engine passes the angle without the offset
             given["springForceUserFunction"] = lambda s, t, i, value, *rest, law=law, free=free: law(s, t, i, value - free, *rest)
@@ -234,6 +234,6 @@ def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
         motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
-        asked = [watch(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)]
-        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=asked[0], offsetUserFunction_t=asked[1])
+        watched = [watch(scene, who, lambda _system, t, _item, _offset, f=f: f(t)) for f in (motion.position, motion.speed)]
+        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=watched[0], offsetUserFunction_t=watched[1])
     return int(scene.system.AddObject(item))

@@ -93,11 +93,11 @@ class History:
     memory: list[Array]
 
 
-class Remembering(Protocol):
+class WithMemory(Protocol):
     """Protocol of forces with a memory from one accepted step to the next."""
 
     memory: Array
-    remembers: bool
+    has_memory: bool
     latest: Array
     """Latest time of all calls, and number of calls since; infinite once there are too many."""
 

@@ -17,7 +17,7 @@ from ..solvers import Exudyn
 from . import System
 from .forces import StopContact
 from .guarded import describe_failure
-from .placed import History, Remembering, States
+from .placed import History, States, WithMemory
 from .scene import EngineScene
 
 CHECK_EVERY = 16
@@ -42,8 +42,8 @@ class Rows:
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.starts_smooth and count > 1:
             forces[0] = forces[1]
-        kept = iter(np.array(part) for part in zip(*self.memory, strict=True))
-        memory = [next(kept) if group.remembers else np.tile(group.memory, (count, 1, 1)) for group in scene.remembering]
+        recorded = iter(np.array(part) for part in zip(*self.memory, strict=True))
+        memory = [next(recorded) if group.has_memory else np.tile(group.memory, (count, 1, 1)) for group in scene.with_memory]
         time = np.array(self.time)
         for part in memory:
             part[:, :, SINCE] = time[:, None]
@@ -58,7 +58,7 @@ class Recorder:
     ) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = list(scene.stops.values())
-        self.groups: list[Remembering] = [group for group in scene.remembering if group.remembers]
+        self.groups: list[WithMemory] = [group for group in scene.with_memory if group.has_memory]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()
         self.deadline = perf_counter() + timeout if timeout else None

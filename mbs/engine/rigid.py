@@ -36,9 +36,9 @@ class PlacedRigid(Placed):
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         if self.own.any():
             arm = rotate(q[:, 2], self.own)
-            spin, swing = q_t[:, 2:3], q_tt[:, 2:3]
+            spin, spin_t = q_t[:, 2:3], q_tt[:, 2:3]
             q = np.column_stack([q[:, :2] + arm, q[:, 2]])
-            q_tt = np.column_stack([q_tt[:, :2] + swing * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
+            q_tt = np.column_stack([q_tt[:, :2] + spin_t * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
             q_t = np.column_stack([q_t[:, :2] + spin * rotate_left(arm), q_t[:, 2]])
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 

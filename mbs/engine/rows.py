@@ -36,12 +36,12 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     if pin is None:
         return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
-    held = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
+    added = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:
         ((_, turn),) = row.terms
         markers = [scene.turning(*end) for end in (turn.second, turn.first)]
-        held.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
-    return held
+        added.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
+    return added
 
 
 def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str) -> Reader:
@@ -49,8 +49,8 @@ def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str
 
     def read(run: History, _record: Record) -> Array:
         """Return a reaction over the run, from its multipliers."""
-        places = np.concatenate([scene.system.systemData.GetObjectLTGAE(part) for part in parts])
-        return (element.reactions(-run.multipliers[:, places]) or {})[channel]
+        columns = np.concatenate([scene.system.systemData.GetObjectLTGAE(part) for part in parts])
+        return (element.reactions(-run.multipliers[:, columns]) or {})[channel]
 
     return read
 

@@ -20,7 +20,7 @@ from ..scene.scene import Scene
 from ..scene.start import Start
 from . import System
 from .forces import StopContact, StrutSpring
-from .placed import History, Placed, Remembering, States
+from .placed import History, Placed, States, WithMemory
 
 Reader = Callable[[History, Record], Array]
 """Function that reads the channels of an element from a run: (times, columns)."""
@@ -45,11 +45,11 @@ class EngineScene:
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
-    remembering: list[Remembering] = field(default_factory=list)
+    with_memory: list[WithMemory] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
     starts_smooth: bool = False
-    told: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     readers: list[tuple[str, str, Reader]] = field(default_factory=list)
 

@@ -43,11 +43,11 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
             complaint = error
     if control.raised is not None:
         raise control.raised
-    if any(np.isinf(group.latest[1]) for group in scene.remembering):
+    if any(np.isinf(group.latest[1]) for group in scene.with_memory):
         return _divergence(control, "a step is rejected again and again, however short: look at the contact law")
-    told = control.failure or scene.stopped
-    if told is not None or finished:
-        return told
+    failure = control.failure or scene.stopped
+    if failure is not None or finished:
+        return failure
     if complaint is None or isinstance(complaint, exu.SolverError):
         return _divergence(control, "the smallest step did not help")
     return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
@@ -146,7 +146,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         failure = diagnose_stop(record) or failure
     if failure is None and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
-    return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.told])
+    return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])
 
 
 def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:

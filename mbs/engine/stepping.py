@@ -27,11 +27,10 @@ FORCE_ERROR = 1e-3
 """Local error allowed in a step of the force of a lasting contact, relative to the force."""
 OVERSHOT = 1e3
 """Error of a long step that ends inside a stop, in units of the limit: large enough to shrink it fivefold."""
-FIRST = 1e-3
-"""First step of a run, of the longest. After a kink of a drive such a step would err most: multipliers jump by the jump of the
-acceleration over the square of the step."""
-LANDED = 1.5
-"""A step that would leave less than half of itself up to a kink goes there."""
+FIRST_STEP = 1e-3
+"""First step of a run, over the longest."""
+LANDING = 1.5
+"""Distance of a kink, over the step, below which the step ends at the kink: no short step is left over."""
 STRIKING = 0.2
 """Change of the depth in the duration of an impact, over the depth, above which a contact is an impact and not at rest."""
 
@@ -89,21 +88,21 @@ class StepControl(Recorder):
         h = self.engine.it.currentStepSize
         if self.accelerations is None:  # no error is known at the start
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
-            self.engine.it.currentStepSize = max(MIN_STEP, FIRST * self.max_step)
+            self.engine.it.currentStepSize = max(MIN_STEP, FIRST_STEP * self.max_step)
             return
         self.accelerations = self.candidate
-        wanted = min(self.max_step, h * _factor(self.error))
+        step = min(self.max_step, h * _factor(self.error))
         for watched in self.watched:
-            wanted = min(wanted, watched.step_limit(q, q_t, wanted))
-        left = self._to_kink()
-        landing = left < LANDED * wanted
+            step = min(step, watched.step_limit(q, q_t, step))
+        time_to_kink = self._time_to_kink()
+        landing = time_to_kink < LANDING * step
         if landing:
-            wanted = left
-        if landing or not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
-            self.engine.it.currentStepSize = max(MIN_STEP, wanted)
+            step = time_to_kink
+        if landing or not 0.8 * h < step < 1.25 * h or step > self.max_step:
+            self.engine.it.currentStepSize = max(MIN_STEP, step)
             self.engine.conv.jacobianUpdateRequested = True  # it depends on the step size
 
-    def _to_kink(self) -> float:
+    def _time_to_kink(self) -> float:
         """Return the time to the next kink of a drive or load, s."""
         now = self.record.time[-1]
         if now >= self.kinks[0] - MIN_STEP:
@@ -119,25 +118,25 @@ class _StopWatch:
         self.mass, self.shortest = max(contact.mass, LIGHTEST), 0.0
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
-    def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
+    def step_limit(self, q: Array, q_t: Array, step: float) -> float:
         """Limit a step: short before the onset, resolving the impact, not limited in a contact at rest."""
         depth, speed = self.contact.state(q, q_t)
         gap = -depth
-        if not self.contact.touching and not 0 < gap < speed * wanted:
-            return wanted
-        lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+        if not self.contact.touching and not 0 < gap < speed * step:
+            return step
+        duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
         if not self.contact.touching:
-            return _landing(gap, speed, lasts / self.resolution, wanted)
-        self.shortest = lasts / self.resolution
-        if abs(speed) * lasts > STRIKING * abs(gap):
-            return min(wanted, self.shortest)
-        return min(wanted, max(self.shortest, _landing(-gap, -speed, self.shortest, wanted)))  # a slow release ends on a step too
+            return _landing(gap, speed, duration / self.resolution, step)
+        self.shortest = duration / self.resolution
+        if abs(speed) * duration > STRIKING * abs(gap):
+            return min(step, self.shortest)
+        return min(step, max(self.shortest, _landing(-gap, -speed, self.shortest, step)))  # also before a slow release
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force of a lasting contact, over its limit; a large one if a long step ended in contact."""
         if not self.contact.touching and self.contact.state(q, q)[0] > 0:
-            lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
-            return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
+            duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+            return OVERSHOT if h > 2 * duration / self.resolution else 0.0
         if self.contact.pressing == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
@@ -154,15 +153,15 @@ class _StrutWatch:
         self.accepted = 0.0
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
-    def step_limit(self, _places: Array, _q_t: Array, wanted: float) -> float:
+    def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
         """Limit a step: short before the kink when straightening, resolving the axial vibration of a straight strut."""
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         resolved = self.half_period / self.resolution
         if gap > 0:
-            return _landing(gap, speed, resolved, wanted)
-        ringing = abs(speed) * self.half_period > self.limit
-        return min(wanted, resolved) if ringing else wanted
+            return _landing(gap, speed, resolved, step)
+        vibrates = abs(speed) * self.half_period > self.limit
+        return min(step, resolved) if vibrates else step
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
         """Return the change of a straight strut's force in the step, over the Euler load: tiny displacements matter there."""
@@ -172,15 +171,15 @@ class _StrutWatch:
         return abs(now - before) / -self.spring.kink
 
 
-def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
+def _landing(gap: float, speed: float, shortest: float, step: float) -> float:
     """Limit a step towards a gap that closes at a speed: 0.9 of the way, until one of the shortest steps ends just past it.
 
     A long step that ends in contact would apply the first contact force over its whole length.
     """
     if speed <= 0:
-        return wanted
-    left = gap / speed
-    return min(wanted, 0.9 * left if left > shortest else left + 0.1 * shortest)
+        return step
+    time = gap / speed
+    return min(step, 0.9 * time if time > shortest else time + 0.1 * shortest)
 
 
 def _factor(error: float) -> float:

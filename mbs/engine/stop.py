@@ -29,14 +29,14 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     link, along = stop.body(mechanism), stop.across(mechanism)
     node, size, at = scene.placed[link].place_node(stop.point)
     first, second = End(node, size, at, np.subtract(mechanism.points[stop.point], at)), End()
-    yields = scene.placed[link].mobility(stop.point, along)
+    inverse_mass = scene.placed[link].mobility(stop.point, along)
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
         node, at = scene.placed[stop.carrier].contact_node(origin)
         second = End(node, 3, np.array(at))
-        yields += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
+        inverse_mass += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
     reach = stop.at - float(np.dot(along, second.place))
-    mass = 1 / yields if yields > 0 else inf
+    mass = 1 / inverse_mass if inverse_mass > 0 else inf
     return FreeContact(stop, face=face, side=side, mass=mass, first=first, second=second, along=along, reach=reach)
 
 
@@ -62,8 +62,8 @@ def _add_guided(scene: EngineScene, contact: StopContact) -> None:
         """Return the force along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
-    push_or_stop = watch(scene, f"the law of the stop of '{contact.stop.point}'", push)
-    add_torque(scene, scene.coordinate(contact.stop.point, 0), push_or_stop)
+    watched = watch(scene, f"the law of the stop of '{contact.stop.point}'", push)
+    add_torque(scene, scene.coordinate(contact.stop.point, 0), watched)
 
 
 def _add_free(scene: EngineScene, contact: FreeContact) -> None:

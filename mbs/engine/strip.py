@@ -119,7 +119,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     step = body.step
     inner = sorted((part, point) for point, part in cast(Mapping[str, float], link.carries).items())
     cuts = [0.0, *(part for part, _ in inner), 1.0]
-    counts = _shares(np.diff(cuts), body.count)
+    counts = _distribute(np.diff(cuts), body.count)
     edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
     stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
     curve = body.curve(chord)
@@ -132,12 +132,12 @@ def mesh(link: Link, chord: float) -> Mesh:
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
 
-def _shares(parts: Array, count: int) -> list[int]:
+def _distribute(parts: Array, count: int) -> list[int]:
     """Distribute `count` elements over parts of a strip by their lengths, with at least one each."""
-    shares = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
-    while shares.sum() < count:
-        shares[np.argmax(parts / shares)] += 1
-    return [int(n) for n in shares]
+    numbers = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
+    while numbers.sum() < count:
+        numbers[np.argmax(parts / numbers)] += 1
+    return [int(n) for n in numbers]
 
 
 def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:

@@ -24,7 +24,7 @@ PIECE = 1 / 200
 """Length of a piece, over the run, above which any run resolves it: its longest steps are a fortieth of the run."""
 MOST = 20_000
 """Most jumps and kinks that are located: each costs a run some steps, so that the search costs less than a tenth of it."""
-QUICK = 2000
+MOST_SMOOTH = 2000
 """Most edges of smooth pieces: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over those of its neighbours."""
@@ -38,13 +38,13 @@ MISFIT = 1e-3
 """Largest error of a polynomial over the range of the function, or over its integral in the run if that is stricter."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
-SAME = 1e-12
+ROUNDING = 1e-12
 """Relative difference of equal values, and of equal times over the run."""
 AT_ONCE = 64
 """Least number of arguments for which a call with arrays is tried."""
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time."""
-BESIDE = 2e-9
+JUMP_ERROR = 2e-9
 """Error of a jump that is predicted by the period, over the run: rounding of thousands of periods."""
 RECURRING = 20
 """Least number of jumps for the detection of a period."""
@@ -90,8 +90,8 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * whole), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _short(*piece))
-    smooth = [float(t) for t in islice(quick, QUICK + 1)]
-    capped = len(smooth) > QUICK
+    smooth = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
+    capped = len(smooth) > MOST_SMOOTH
     found = sorted({*sudden.tolist(), *([] if capped else smooth)})
     return Edges(tuple(t for t in found if 0 < t < duration), capped)
 
@@ -106,7 +106,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
         few = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
             whole = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *few.shape[1:]))
-            if np.allclose(whole[some], few, rtol=SAME, atol=SAME * np.abs(few).max()):
+            if np.allclose(whole[some], few, rtol=ROUNDING, atol=ROUNDING * np.abs(few).max()):
                 return whole.reshape(count, -1)
         except (Exception, SystemExit):  # it accepts numbers only
             pass
@@ -127,15 +127,15 @@ def others_of(function: Callable[..., object]) -> int:
 def _outstanding(values: Array) -> Array:
     """Find the samples whose second difference is much larger than those of neighbours at `REACHES`."""
     second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
-    about = np.pad(second, pad := max(REACHES), mode="edge")
+    padded = np.pad(second, pad := max(REACHES), mode="edge")
 
-    def largest(*places: int) -> Array:
+    def largest(*shifts: int) -> Array:
         """Return the largest of the values at these shifts from each sample."""
-        return np.asarray(reduce(np.maximum, (about[pad + k : pad + k + len(second)] for k in places)))
+        return np.asarray(reduce(np.maximum, (padded[pad + k : pad + k + len(second)] for k in shifts)))
 
     others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
-    stands = (second > OUTSTANDING * np.maximum(others, 1e-12)) & (second >= largest(*range(-2, 3)))
-    return np.flatnonzero(stands) + 1
+    outstanding = (second > OUTSTANDING * np.maximum(others, 1e-12)) & (second >= largest(*range(-2, 3)))
+    return np.flatnonzero(outstanding) + 1
 
 
 def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
@@ -182,7 +182,7 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
     """Complete periodic jumps, (times,): some pulses shorter than `WIDTH` lie between samples."""
     if len(jumps) < RECURRING:
         return jumps
-    side = BESIDE * duration / 2
+    side = JUMP_ERROR * duration / 2
     sizes = values_at(np.minimum(jumps + side, duration)) - values_at(np.maximum(jumps - side, 0.0))
     up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]
     if len(up) < RECURRING / 2:
@@ -200,7 +200,7 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
 
 def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Array]:
     """Locate the last times before jumps that are known to rounding; return them, and True for jumps; without the run's ends."""
-    side = BESIDE * duration
+    side = JUMP_ERROR * duration
     times = times[(times > side) & (times < duration - side)]
     if not len(times):
         return times, times > 0

@@ -22,7 +22,7 @@ class Piecewise(Given, Declared):
     """
 
     value: Callable[..., Any] = field(Callables(), "function of time, or of time and states, or a formula")
-    breaks: Sequence[float] = quantities("s", least=1, doc="times of its jumps and kinks")
+    breaks: Sequence[float] = quantities("s", least=1, doc="times of jumps and kinks")
     period: float | None = quantity("s", above=0, doc="after which they recur", default=None)
 
     def agree(self) -> None:

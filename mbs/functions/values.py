@@ -18,8 +18,8 @@ import numpy as np
 
 from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from ..declare.spec import Anything
+from .edge_memory import EdgeMemory, current_memory
 from .formulas import function_of, names_in, parse
-from .looking import Looks, looks_or
 
 TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
 SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
@@ -49,7 +49,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
     if found is not None:
         return tuple(t for t in found if 0 < t < duration) if duration < inf else found
-    return looks_or(Looks()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
+    return current_memory(EdgeMemory()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
 
 
 class Given:

@@ -14,8 +14,8 @@ class _Bristled(Declared):
     static: float = quantity("1", low="dynamic", doc="mu_s")
     dynamic: float = quantity("1", above=0, doc="mu_d")
     v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic")
-    bristle_stiffness: float = quantity("1/m", above=0, doc="s0: a stuck body gives way by mu/s0", default=1e5)
-    bristle_damping: float = quantity("s/m", low=0, doc="s1: lets the stuck body's vibration die", default=0.0)
+    bristle_stiffness: float = quantity("1/m", above=0, doc="s0: a stuck body moves by mu/s0", default=1e5)
+    bristle_damping: float = quantity("s/m", low=0, doc="s1: damps the vibration of a stuck body", default=0.0)
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def limit(self, speed: Reals) -> Reals:

@@ -55,9 +55,9 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
     names = function.__code__.co_names
     calls = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
-    held = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
+    cells = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
     calls["__name__"] = function.__module__
-    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, held)
+    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, cells)
     return (outer or jit)(plain)
 
 
@@ -99,12 +99,12 @@ def function_pointer(function: Callable[..., object], arguments: int) -> Pointer
         return _compile_pointer(made_by, arguments) or _call_back(function, arguments)
     if key not in _COMPILED:
         _COMPILED[key] = _compile_pointer(made_by, arguments)
-        while len(_COMPILED) > MOST:
+        while len(_COMPILED) > MOST_KEPT:
             del _COMPILED[next(iter(_COMPILED))]
     return _COMPILED[key] or _call_back(function, arguments)
 
 
-MOST = 256
+MOST_KEPT = 256
 """Number of functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
 _COMPILED: dict[Hashable, Pointer | None] = {}
 
@@ -115,7 +115,7 @@ def _value(thing: object, depth: int = 0) -> Hashable:
         used = {name: thing.__globals__[name] for name in _names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
         parts = [*used.items(), *cells, *(thing.__defaults__ or ())]
-        values = tuple(_value(part, depth + 1) for part in parts) if depth < DEEP else (None,)
+        values = tuple(_value(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)
         return None if None in values else (thing.__code__, *values)
     if isinstance(thing, tuple):
         values = tuple(_value(part, depth) for part in thing)
@@ -129,11 +129,11 @@ def _value(thing: object, depth: int = 0) -> Hashable:
             return None
         return type(thing), thing
     items = getattr(thing, "__dict__", {"": None}).items()
-    values = tuple(_value(each, depth + 1) for each in items) if depth < DEEP else (None,)
+    values = tuple(_value(each, depth + 1) for each in items) if depth < DEEPEST else (None,)
     return None if None in values else (type(thing), *values)
 
 
-DEEP = 8
+DEEPEST = 8
 """Largest depth of functions that call functions to which code and values are compared."""
 
 

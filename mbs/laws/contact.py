@@ -21,7 +21,7 @@ from ..process import has_compiler
 from . import journal
 from . import table as k
 from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
-from .friction import BristleLaw, FrictionLaw, remembering
+from .friction import BristleLaw, FrictionLaw, as_bristle_law
 from .journal import spread
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, Laws, bristle_after, friction, normal_force
@@ -124,7 +124,7 @@ def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
         """Return the normal force [N]."""
         return law.force(depth, rate, onset)
 
-    rubs = remembering(friction)
+    rubs = as_bristle_law(friction)
     functions = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
     report = journal.report_with(*functions)
     return Kernel(_bound(_forces, report), report, compiled=False)

@@ -41,7 +41,7 @@ class BristleLaw(Protocol):
         """Energy stored in a bristle, per unit of normal force [J/N]."""
 
 
-class Unbent(NamedTuple):
+class WithoutMemory(NamedTuple):
     """Friction law of the speed as a `BristleLaw` whose bristle is always 0."""
 
     law: FrictionLaw
@@ -59,9 +59,9 @@ class Unbent(NamedTuple):
         return 0.0 * bristle
 
 
-def remembering(friction: FrictionLaw | BristleLaw) -> BristleLaw:
+def as_bristle_law(friction: FrictionLaw | BristleLaw) -> BristleLaw:
     """Return any friction law as one with a bristle."""
-    return friction if isinstance(friction, BristleLaw) else Unbent(friction)
+    return friction if isinstance(friction, BristleLaw) else WithoutMemory(friction)
 
 
 def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:

@@ -80,7 +80,7 @@ class Builder:
     degree: int  # of the strips' polynomials
     bodies: dict[str, Body] = field(default_factory=dict)  # of each link, by name
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
-    told: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled or says the same
+    notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled or says the same
     q: list[float] = field(default_factory=list)
     masses: list[tuple[Array, Array]] = field(default_factory=list)
     weights: list[tuple[Array, Array]] = field(default_factory=list)
@@ -225,7 +225,7 @@ class Builder:
         self.law_numbers.append([*map(float, numbers), *[0.0] * (8 - len(numbers))])
         self.owners += list(pointers)
         if not all(p.compiled for p in pointers):
-            self.told.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
+            self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
         if key is not None:
             self._law_rows[key] = len(self.laws) - 1
         return len(self.laws) - 1
@@ -238,7 +238,7 @@ class Builder:
         else:
             functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
             if has_user_code(motion) and not all(p.compiled for p in functions):  # an integral of ours nobody can mend
-                self.told.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
+                self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions
             self.motions.append((k.CALLED, functions[0].address, functions[1].address))
             self.ramps.append((0.0, 0.0, 1.0))

@@ -9,7 +9,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from ..elements.stop import GRAZE, SLOWEST_ONSET
-from ..functions import looking, looks_or
+from ..functions import current_memory, use_memory
 from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
@@ -99,7 +99,7 @@ def once(
         "rejected": float(counts.rejected),
     }
 
-    notes, record = [*scene.source.remarks, *scene.told], record_of(scene, out)
+    notes, record = [*scene.source.remarks, *scene.notes], record_of(scene, out)
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 
 
@@ -162,7 +162,7 @@ def integrate(
 def _stops(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
     """Find times at which steps end: kinks of functions of time, with parts of the longest step between them, and the end."""
     pace = scene.tables.pace[0]
-    with looking(looks_or(scene.looks)):
+    with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / pace for t in scene.source.kinks(end * pace) if start < t / pace < end]
     if longest is not None:
         kinks = subdivide(kinks, longest, end / COARSEST)

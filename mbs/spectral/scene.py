@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
-from ..functions import Looks, locate
+from ..functions import EdgeMemory, locate
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
@@ -55,7 +55,7 @@ class CompiledScene:
     q0: Array  # coordinates at t = 0: links where the points are, strips stress-free, (n,)
     row_names: list[str]  # of the constraints' rows
     force_names: list[str]  # of the forces
-    told: list[str]  # sentences for the summary
+    notes: list[str]  # sentences for the result
     work: Work = field(repr=False)
 
     @classmethod
@@ -80,7 +80,7 @@ class CompiledScene:
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(dict.fromkeys(builder.told)), work_for(tables),
+            list(dict.fromkeys(builder.notes)), work_for(tables),
         )  # fmt: skip
         scene._begin()
         scene._hold_start()
@@ -97,9 +97,9 @@ class CompiledScene:
         return Scene.of(self.mechanism)
 
     @cached_property
-    def looks(self) -> Looks:
+    def edge_memory(self) -> EdgeMemory:
         """Edges of functions of time, found once for all runs of the scene that no call of `simulate` makes."""
-        return Looks()
+        return EdgeMemory()
 
     @property
     def length(self) -> float:

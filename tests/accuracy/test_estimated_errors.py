@@ -19,7 +19,7 @@ from buckler.mbs.accuracy.levels import KINDS
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind
-from buckler.mbs.functions import Looks, looking
+from buckler.mbs.functions import EdgeMemory, use_memory
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers import Closure
@@ -46,7 +46,7 @@ def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
     levels = KINDS[type(solver)](mechanism, duration, solver, (demand.asked if demand.asked > 0 else PLACE) / PLACE)
-    with looking(Looks()):
+    with use_memory(EdgeMemory()):
         return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 
 
