@@ -85,7 +85,7 @@ def test_what_a_function_uses_may_change(monkeypatch):
 
 
 def test_the_newest_functions_are_kept(monkeypatch):
-    monkeypatch.setattr(compiled, "MOST", 3)
+    monkeypatch.setattr(compiled, "MOST_KEPT", 3)
     monkeypatch.setattr(compiled, "_COMPILED", {})
 
     def made(k):
