@@ -97,7 +97,7 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
 
 
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
-    """Evaluate a function at columns of arguments, (times, components): by machine code if compiled, or with arrays if it accepts them."""
+    """Evaluate a function at columns of arguments, (times, components): by machine code, arrays or single calls."""
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
