@@ -30,9 +30,13 @@ def has_compiler() -> bool:
 
 
 class Stopwatch:
-    """Seconds that this process has spent compiling, which count neither as run time nor towards a time limit."""
+    """Seconds that this process has spent compiling, which count neither as run time nor towards a time limit.
+
+    It `runs` while something is compiled.
+    """
 
     seconds = 0.0
+    runs = False
 
 
 COMPILING = Stopwatch()
@@ -47,69 +51,57 @@ Progress = Callable[[float], None]
 """Function that is called with the fraction of a run that is done."""
 
 
+CTRL_C = "Ctrl-C"
+"""Text of the KeyboardInterrupt that follows a Ctrl-C that was noted."""
+
+
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended `simulate`; as it is a KeyboardInterrupt, a script ends unless it catches this.
+    """Ctrl-C ended a call; as it is a KeyboardInterrupt, a script ends unless it catches this.
 
     Attributes
     ----------
-    result : Result
-        The run that got farthest, without checks; its status is INTERRUPTED.
+    result : Result, or what the call returns
+        Best so far; of `simulate` the run that got farthest, without checks, whose status is INTERRUPTED.
     """
 
     def __init__(self, result: Any) -> None:
-        super().__init__(result.message)
+        super().__init__(getattr(result, "message", CTRL_C))
         self.result = result
 
 
-class TimeUpError(Exception):
-    """The time of `time_limit` is over."""
-
-
-@contextmanager
-def time_limit(seconds: float | None) -> Iterator[None]:
-    """Raise TimeUpError in the main thread after a time [s]; never without a number."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        """Raise TimeUpError, as a handler of the alarm."""
-        raise TimeUpError(f"--timeout {seconds:g}: the time is over")
-
-    if seconds is None:
-        yield
-        return
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-class _Handler:
-    """Signal handler that remembers Ctrl-C."""
+class CtrlC:
+    """Signal handler, its `note`, that remembers Ctrl-C; a second one raises KeyboardInterrupt at once."""
 
     def __init__(self) -> None:
         self.pressed = False
 
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        self.pressed = True
+    def __call__(self) -> bool:
+        """Return True if it came."""
+        return self.pressed
+
+    def note(self, number: int, frame: FrameType | None) -> None:
+        """Remember it; the compiler has no safe point at which it would be asked for."""
+        again, self.pressed = self.pressed, True
+        if again or COMPILING.runs:
+            raise KeyboardInterrupt(CTRL_C)
 
 
 @contextmanager
-def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Yield a function that returns True after Ctrl-C; always False in other threads, or where a caller has its own handler.
+def ctrl_c() -> Iterator[CtrlC]:
+    """Yield the handler of Ctrl-C, True after it; always False in other threads, or where a caller has its own handler.
 
     Python's default handler would raise a KeyboardInterrupt inside a callback, which the engine turns into a failed step. Nested
-    contexts use the function of the outer one.
+    contexts use the handler of the outer one.
     """
     here = threading.current_thread() is threading.main_thread()
     before = signal.getsignal(signal.SIGINT) if here else None
-    handler = before if isinstance(before, _Handler) else _Handler()
+    outer = getattr(before, "__self__", None)
+    handler = outer if isinstance(outer, CtrlC) else CtrlC()
     replaced = before is signal.default_int_handler
     if replaced:
-        signal.signal(signal.SIGINT, handler)
+        signal.signal(signal.SIGINT, handler.note)
     try:
-        yield lambda: handler.pressed
+        yield handler
     finally:
         if replaced:
             signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -27,7 +27,7 @@ from .kinematics import exact
 from .mechanism import Mechanism
 from .offers import find_offer
 from .process import Interrupted, Progress, ctrl_c, has_compiler, one_thread, working_time
-from .progress import USUAL_RUNS, Forecast, forecast
+from .progress import USUAL_RUNS, Forecast, Ticker, forecast
 from .record.errors import Status
 from .record.result import Result
 from .record.run import Run, shapes_at
@@ -142,6 +142,7 @@ def simulate(
         for name, element in Scene.of(mechanism).elements.items():
             element.check_run(duration, name)
     followed = forecast(progress)
+    ticker = Ticker(followed) if isinstance(followed, Forecast) else None
     runs = _Runs(mechanism, timeout, followed, memory)
     if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
         followed.runs = USUAL_RUNS
@@ -159,8 +160,8 @@ def simulate(
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.made) if runs.made else stop) from None
     finally:
-        if isinstance(followed, Forecast):
-            followed.close()
+        if ticker:
+            ticker.stop()
 
 
 class _Runs:

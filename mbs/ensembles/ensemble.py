@@ -13,17 +13,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from math import floor
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..progress import STOPS, TimeUpError, watch, watching
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
@@ -41,6 +41,8 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members in a task: enough to hide the cost of a task, few enough to keep all cores busy and to lose little at Ctrl-C."""
+LOOK = 0.2
+"""Time between two looks for Ctrl-C and for the limit of time [s]."""
 STATES_WITHIN = 3
 """Number of states that are interpolated within each implicit step of joints with clearance."""
 Curve = Callable[[Array], Array]
@@ -123,11 +125,13 @@ def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
     return refine_times(scene, joined, STATES_WITHIN) if len(joined.time) > 1 else joined
 
 
+@watch("members")
 def ensemble(
     mechanism: Mechanism | Sequence[Mechanism], duration: float, members: int = 1000, *, vary: Mapping[str, Any] | None = None,
     of: Sequence[str], curves: Mapping[str, Curve] | None = None, skip: int = 1, each: float | None = None,
     solver: Spectral | None = None, seed: int = 1,
-    executor: Executor | None = None, store: str | Path | None = None, progress: bool | None = None,
+    executor: Executor | None = None, store: str | Path | None = None, timeout: float | None = None,
+    progress: bool | None = None,
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with other numbers and other starts, and gather readings of each window of time.
 
@@ -160,8 +164,8 @@ def ensemble(
         Runs chunks of members; by default one thread for each core.
     store : path, optional
         File (.npz) of members that have run; the same call continues from it.
-    progress : bool, optional
-        A progress bar; by default where standard error is a terminal.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
@@ -186,7 +190,7 @@ def ensemble(
     _try_first(task)
     found = Ensemble.blank(drawn, tuple(of), edges, skip)
     found = found.resume(store) if store and Path(store).exists() else found
-    return _gather(task, found, executor, store, progress)
+    return _gather(task, found, executor, store)
 
 
 def _turn(mechanism: Mechanism, duration: float) -> float:
@@ -203,27 +207,29 @@ def _try_first(task: Task) -> None:
         raise ValueError(reason.partition(": ")[2])
 
 
-def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None, progress: bool | None) -> Ensemble:
+def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None) -> Ensemble:
     """Run the members that have not run; if interrupted, return the finished ones."""
     left = [k for k in range(len(task.members)) if not found.done[k]]
     chunks = [[left[k] for k in part] for part in split(len(left), CHUNK)]
-    bar = tqdm(total=len(left), unit="member", disable=None if progress is None else not progress)
     own = executor is None
     pool = executor or ThreadPoolExecutor(os.cpu_count())
-    futures: list[Future[list[tuple[int, Array, str]]]] = [pool.submit(task.run, chunk) for chunk in chunks]
+    running: set[Future[list[tuple[int, Array, str]]]] = {pool.submit(task.run, chunk) for chunk in chunks}
+    state = watching.get()
+    state.most = len(left)
     try:
-        for future in as_completed(futures):
-            for k, values, reason in future.result():
+        while running:
+            state.check()
+            ended, running = wait(running, LOOK, FIRST_COMPLETED)
+            for k, values, reason in (each for future in ended for each in future.result()):
                 found.add(k, values, reason)
-                bar.update()
-            if store:
+                state.count += 1
+            if store and ended:
                 found.save(store)
-    except KeyboardInterrupt:
-        for future in futures:
+    except STOPS as stop:
+        for future in running:
             future.cancel()
-        found = replace(found, interrupted=True)
+        found = replace(found, interrupted=not isinstance(stop, TimeUpError), timed_out=isinstance(stop, TimeUpError))
     finally:
-        bar.close()
         if own:
             pool.shutdown(cancel_futures=True)
     return found

@@ -51,6 +51,8 @@ class Ensemble:
         Reasons for which members failed; '' for the others.
     interrupted : bool
         True after Ctrl-C.
+    timed_out : bool
+        True where the time was over before all members ran.
     """
 
     members: Members
@@ -61,6 +63,7 @@ class Ensemble:
     done: Array
     said: list[str]
     interrupted: bool = False
+    timed_out: bool = False
 
     @classmethod
     def blank(cls, members: Members, readings: tuple[str, ...], edges: Array, skip: int) -> Ensemble:
@@ -85,7 +88,7 @@ class Ensemble:
         if failed:
             why, count = Counter(filter(None, self.said)).most_common(1)[0]
             found += f", {failed} of them failed, {count} by {why}"
-        return found + (" (interrupted)" if self.interrupted else "")
+        return found + (" (interrupted)" if self.interrupted else " (TIMED_OUT)" if self.timed_out else "")
 
     def of(self, reading: str, cell: int | None = None) -> Array:
         """Return values of a reading for the statistics, shape (members, windows): of members that did not fail.

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..progress import STOPS, watch, watching
 from ..solvers import Controlled, Spectral
 from ..validate import positive
 from .numbers import Family, Source
@@ -123,6 +124,7 @@ def _per(unit: str, by: str) -> str:
     return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"
 
 
+@watch("runs")
 def sensitivities(
     mechanism: Source,
     duration: float | None = None,
@@ -131,6 +133,8 @@ def sensitivities(
     of: str | Sequence[str] | Mapping[str, Reading],
     solver: Spectral | None = None,
     at: Mapping[str, float] | None = None,
+    timeout: float | None = None,
+    progress: bool | None = None,
 ) -> Sensitivities:
     """Compute derivatives of readings by numbers of a mechanism.
 
@@ -150,6 +154,8 @@ def sensitivities(
         Solver of the finer runs; by default with a tolerance of 1e-9.
     at : mapping of str to float, optional
         Arguments of the function that makes the mechanism.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Raises
     ------
@@ -171,6 +177,7 @@ def sensitivities(
     moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
     resting = {name: each for name, each in readings.items() if name not in moving}
     rows: list[Derivative] = []
+    watching.get().most = 2 + 4 * len(scales) if moving else inf
     for group, width in ((moving, MOVING), (resting, RESTING)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
@@ -193,7 +200,12 @@ class Neighbours(NamedTuple):
         """Compute derivatives of some readings; of each reading the largest first."""
         coarse = finer(solver, 1 / WIDER, -DEGREES if (solver.degree or 0) > DEGREES else 0)
         levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
-        slopes = {name: [side for level in levels for side in self.slopes(readings, name, *level)] for name in self.scales}
+        slopes, why = dict[str, list[Array]](), ""
+        try:
+            for name in self.scales:
+                slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
+        except STOPS as stop:
+            why = str(stop)
         start, rows = levels[0][2], []
         for i, reading in enumerate(readings):
             value, made = float(start.values[i]), []
@@ -201,6 +213,9 @@ class Neighbours(NamedTuple):
             for name, scale in self.scales.items():
                 about = Derivative(reading, name, value, self.family.values[name], start.units[i], self.family.units[name])
                 rounding = ROUNDING * abs(value) / (width * scale)
+                if name not in slopes:
+                    made.append(about._replace(note=why))
+                    continue
                 made.append(_derivative(about, scale, [float(side[i]) for side in slopes[name]], share, rounding))
             rows += sorted(made, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows

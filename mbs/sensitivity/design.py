@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..geometry import Array
-from ..process import TimeUpError
+from ..progress import STOPS, watch, watching
 from ..solvers import Spectral
 from ..units import unit_suffix
 from ..validate import positive, whole
@@ -56,6 +56,7 @@ class Design:
         return "\n".join([*lines, *([self.message] if self.message else [])])
 
 
+@watch("runs")
 def optimise(
     mechanism: Source,
     duration: float | None = None,
@@ -68,6 +69,8 @@ def optimise(
     start: Mapping[str, float] | None = None,
     starts: int = 8,
     budget: int = BUDGET,
+    timeout: float | None = None,
+    progress: bool | None = None,
 ) -> Design:
     """Choose numbers of a mechanism.
 
@@ -93,6 +96,8 @@ def optimise(
         That point, and points of a Halton sequence over the ranges; minima are sought from the best of them.
     budget : int
         Largest number of runs, those for derivatives among them; then the best design so far is returned, with `complete` False.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
@@ -118,6 +123,7 @@ def optimise(
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
     search = Search(family, used, minimise, wants, dict(free), span, solver or replace(STEADY, degree=8), budget)
+    watching.get().most = budget
     return _answer(search, [_first(free, start or {}), *others])
 
 
@@ -139,6 +145,8 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
     for _ in range(1 + CORRECTED):
         x = search.best()
         if x is None:
+            if search.stopped:
+                raise RunFailedError(f"{search.stopped}, before any run ended")
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
         if tried and point_of(x) == point_of(tried[-1][0]):
             break
@@ -157,8 +165,8 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
         step()
     except EnoughError:
         pass
-    except TimeUpError as error:
-        search.stopped = str(error)
+    except STOPS as stop:
+        search.stopped = str(stop)
 
 
 def _design(search: Search, x: Array, found: Array, fine: Array) -> Design:

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 
 from ..geometry import Array
 from ..offers import find_offer
-from ..process import TimeUpError
+from ..progress import STOPS, watch, watching
 from ..solvers import Spectral
 from ..units import unit_suffix
 from ..validate import whole
@@ -28,6 +28,8 @@ LEVEL = 0.95
 """Probability of an interval."""
 POLISHED = 2
 """Number of the best starts from which least squares are sought."""
+ROUNDS = 60
+"""Most evaluations of least squares from a start."""
 VAGUE = 0.5
 """Width of an interval over the range of a number above which the number is not identified."""
 TOGETHER = 0.95
@@ -99,6 +101,7 @@ class Fit:
         return find_offer("plot_fit")(self)
 
 
+@watch("runs")
 def fit(
     mechanism: Source,
     data: Experiment | Sequence[Experiment],
@@ -107,6 +110,8 @@ def fit(
     solver: Spectral | None = None,
     starts: int = 8,
     profiles: Sequence[str] = (),
+    timeout: float | None = None,
+    progress: bool | None = None,
 ) -> Fit:
     """Fit numbers of a mechanism to what was measured.
 
@@ -124,6 +129,8 @@ def fit(
         Points of a Halton sequence over the ranges; least squares are sought from the best of them.
     profiles : sequence of str
         Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Raises
     ------
@@ -143,11 +150,17 @@ def fit(
     problem = Problem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    best = _find_best(problem, starts)
-    if not problem.has_errors and not problem.stopped:
-        problem.weigh(best)
-        best = _solve(problem, best)
-    return _answer(problem, best, {name: _profile(problem, best, name) for name in profiles})
+    watching.get().most = len(problem.experiments) * (starts + (POLISHED + 1) * ROUNDS * (1 + 2 * len(problem.names)))
+    best, known = _find_best(problem, starts), dict[str, Profile]()
+    try:
+        if not problem.has_errors and not problem.stopped:
+            problem.weigh(best)
+            best = _solve(problem, best)
+        for name in profiles if not problem.stopped else ():
+            known[name] = _profile(problem, best, name)
+    except STOPS as stop:
+        problem.stopped = str(stop)
+    return _answer(problem, best, known)
 
 
 def _find_best(problem: Problem, starts: int) -> Array:
@@ -160,10 +173,10 @@ def _find_best(problem: Problem, starts: int) -> Array:
         alive.sort(key=lambda pair: pair[0])
         for _, x in alive[:POLISHED]:
             ends.append(_solve(problem, x))
-    except TimeUpError as error:
+    except STOPS as stop:
+        problem.stopped = str(stop)
         if not alive:
-            raise
-        problem.stopped = f"TIMED_OUT: {error}; these numbers are the best so far"
+            raise RunFailedError(f"{stop}, before any run ended") from None
         return ends[0] if ends else min(alive, key=lambda pair: pair[0])[1]
     if not alive:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
@@ -183,7 +196,7 @@ def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
     found = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
-        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=60,
+        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=ROUNDS,
     )  # fmt: skip
     return point(found.x)
 
@@ -218,10 +231,11 @@ def _answer(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
     intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, reach, strict=True)}
     correlation = covariance / np.outer(deviation, deviation)
     said = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
+    said = [f"{problem.stopped}: these numbers are the best so far", *said] if problem.stopped else said
     return Fit(
         dict(zip(names, map(float, values), strict=True)),
         intervals | {name: profile.interval() for name, profile in profiles.items()},
-        [problem.stopped, *said] if problem.stopped else said, correlation, problem.residual_sizes(best),
+        said, correlation, problem.residual_sizes(best),
         problem.predict(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
         {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
         problem.units, profiles,

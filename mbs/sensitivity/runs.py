@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextvars import ContextVar
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import has_compiler
-from ..record.errors import Status
+from ..progress import watching
 from ..record.run import Run
 from ..solvers import Controlled, Spectral
 from ..spectral.recording import record_of
@@ -23,8 +22,6 @@ from .curve import Smooth
 from .reading import RunFailedError, check, measure, statical
 
 Reading = str | Callable[[Mechanism], float]
-before_run: ContextVar[Callable[[], object]] = ContextVar("before_run", default=lambda: None)
-"""Function that is called before each run; a command counts and shows the runs with it."""
 
 
 class Readings(NamedTuple):
@@ -44,12 +41,12 @@ def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
     """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `asked` names, or all."""
-    before_run.get()()
+    watching.get().check()
+    watching.get().count += 1
     solver = replace(solver, method="implicit")
     scene = CompiledScene.of(mechanism, solver.degree)
-    out, failure, counts = integrate(scene, duration, solver)
-    if failure and failure[0] == Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    out, failure, counts = integrate(scene, duration, solver, watching.get().time_left)
+    watching.get().end_run(failure)
     if failure:
         raise RunFailedError(f"{failure[0]}: {failure[1]}")
     return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=asked)

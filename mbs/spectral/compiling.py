@@ -25,6 +25,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 
 from ..laws.compiled import compile_cached, compile_plain, stamp_of
 from ..process import COMPILING
+from ..progress import Ticker, Watch, is_interactive
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
@@ -34,32 +35,41 @@ TEXT = (
     "`buckler --compile` does it beforehand."
 )
 """Announcement of a compilation."""
+ALL = 215
+"""Functions that Numba compiles for a run of the implicit integrator, the inner ones among them."""
 WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Fast-math flags that let sums be reordered and made four at a time; NaN and infinity keep their meaning."""
 
 
 class Announcer(Listener):
-    """Announces on stderr that the solver's functions are compiled, once, and counts the seconds in `COMPILING`."""
+    """Announces on stderr that the solver's functions are compiled, once, how long it takes, and counts it in `COMPILING`."""
 
     def __init__(self) -> None:
-        self.announced, self._depth, self._begun = False, 0, 0.0
+        self.depth, self.begun, self.state = 0, 0.0, Watch("functions compiled", clock=perf_counter)
+        self.state.most, self.told = ALL, False
 
     def on_start(self, event: Event) -> None:
         """Note that Numba begins to compile a function, perhaps within another."""
         if not _is_ours(event):
             return
-        if not self.announced:
-            print(TEXT, file=sys.stderr)
-        if self._depth == 0:
-            self._begun = perf_counter()
-        self.announced, self._depth = True, self._depth + 1
+        if self.depth == 0:
+            if not self.state.count:
+                print(TEXT, file=sys.stderr)
+                self.state.start = perf_counter()
+            self.begun, COMPILING.runs = perf_counter(), True
+            self.ticker = Ticker(self.state, compiles=True, told=self.told) if is_interactive() else None
+        self.depth += 1
 
     def on_end(self, event: Event) -> None:
         """Count the time when Numba has compiled the outermost function."""
-        if _is_ours(event) and self._depth > 0:
-            self._depth -= 1
-            COMPILING.seconds += 0.0 if self._depth else perf_counter() - self._begun
+        if not _is_ours(event) or self.depth == 0:
+            return
+        self.depth, self.state.count = self.depth - 1, self.state.count + 1
+        if self.depth == 0:
+            COMPILING.seconds, COMPILING.runs = COMPILING.seconds + perf_counter() - self.begun, False
+            if self.ticker:
+                self.told = self.ticker.stop()
 
 
 def _is_ours(event: Event) -> bool:

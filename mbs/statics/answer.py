@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..offers import find_offer
+from ..process import CTRL_C
 from ..scene.scene import Scene
 from ..spectral.scene import CompiledScene, Place
 from ..validate import number, one_of, positive, whole
@@ -54,6 +55,10 @@ class Ending(StrEnum):
     """A path did not reach its end, or a search for a periodic motion used up its steps."""
     SLACK = "SLACK"
     """A rope would have to push."""
+    TIMED_OUT = "TIMED_OUT"
+    """The time was over; what there is by then is the answer."""
+    INTERRUPTED = "INTERRUPTED"
+    """Ctrl-C; what there is by then comes with the exception."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,11 @@ class Answer:
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: name, and value with unit."""
         raise NotImplementedError
+
+    def mark_stopped(self, why: str) -> Self:
+        """Mark an answer that Ctrl-C or the limit of time ended."""
+        status = Ending.INTERRUPTED if why == CTRL_C else Ending.TIMED_OUT
+        return replace(self, status=status, message="; ".join(filter(None, (why, self.message))))
 
     def __str__(self) -> str:
         """Return status, message and a line for each number."""
@@ -102,6 +112,7 @@ def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tupl
         "singular": f"it cannot be followed beyond {last:.6g}",
         "closed": "it came back to its start",
         "back": f"it turned and came back to {begun:.6g}",
+        "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
     known = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
     return known.get(ended, Ending.OK), sentences.get(ended, "")
@@ -171,7 +182,7 @@ class Equilibrium(Answer):
         """Return rows of the table: stability, error, and places of points."""
         out = [("stable", "yes" if self.stable else f"no, grows at {self.growth:.4g} 1/s"), ("error", f"{self.error:.1e}")]
         for link in self.scene.mechanism.links:
-            if not link.body.massless:
+            if not link.body.massless and np.isfinite(self.q).all():
                 for point in link.points:
                     at = self.point(link.name, point)
                     out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))

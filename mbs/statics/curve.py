@@ -17,13 +17,13 @@ from scipy.linalg import block_diag
 from scipy.optimize import brentq
 
 from ..geometry import Array
-from ..progress import after_step
+from ..progress import STOPS, watching
 from ..spectral.run import State
 from .algebra import solve
 from .answer import RISE
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
-from .problem import Problem, Rest, StaticsError, has_strips, prolong
+from .problem import ENDS, Problem, Rest, StaticsError, has_strips, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, off_from, values_of
 from .varied import Paced
 
@@ -158,7 +158,7 @@ class Curve:
         """Return the motion with errors, from finer steps, narrower differences and a higher degree."""
         values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
-        with suppress(StaticsError):
+        with suppress(*ENDS):
             curve, start, _ = self.finer(orbit)
             finer = curve.shooting.newton(curve.shooting.project(start), found.matrix)
             if finer.open <= CLOSED:
@@ -222,15 +222,15 @@ class Curve:
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
         self.shooting.left = SPENT
         while len(orbits) <= steps and ended == "steps":
-            after_step.get()()
             try:
+                watching.get().share = max(watching.get().share, (orbits[-1].parameter - self.begun) / self.span)
                 new = self.onto(orbits[-1], arc)
                 turned = self.turns(orbits[-1], new)
                 if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
                     raise StaticsError("a shorter step is needed")
                 found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
-            except SpentError:
-                ended = "spent"
+            except (SpentError, *STOPS) as error:
+                ended = "spent" if isinstance(error, SpentError) else "stopped"
                 break
             except StaticsError:
                 arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"

@@ -9,12 +9,13 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..progress import STOPS, watch
 from ..spectral.run import State
 from ..spectral.scene import CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
-from .problem import StaticsError, distance_between, has_strips, places, prolong
+from .problem import ENDS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, off_from, values_of
 
 FIRST = 8
@@ -70,9 +71,11 @@ class Periodic(Answer):
         return out
 
 
+@watch("periods integrated")
 def periodic(
-    mechanism: Mechanism, period: float, *, settle: int = 0, start: Periodic | None = None, degree: int | None = None
-) -> Periodic:
+    mechanism: Mechanism, period: float, *, settle: int = 0, start: Periodic | None = None, degree: int | None = None,
+    timeout: float | None = None, progress: bool | None = None,
+) -> Periodic:  # fmt: skip
     """Find a periodic motion and its stability.
 
     Parameters
@@ -86,6 +89,8 @@ def periodic(
         Motion near the one sought; by default the start of the mechanism.
     degree : int, optional
         Degree of the strips; by default it is raised until the error is below 1e-6.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
@@ -98,17 +103,20 @@ def periodic(
         If an argument is invalid.
     """
     shooting, state = prepare(mechanism, period, start, degree, settle)
-    scene = shooting.scene
     try:
-        found = shooting.search(shooting.onward(state, settle))
-        return _ladder(shooting, found, degree is not None)
-    except StaticsError as error:
-        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
-        none = np.empty((0, scene.size))
-        nothing = np.empty(0)
+        return _ladder(shooting, shooting.search(shooting.onward(state, settle)), degree is not None)
+    except ENDS as error:
+        none, nothing = np.empty((0, shooting.scene.size)), np.empty(0)
         return Periodic(
-            ending, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
+            *failure_of(error), shooting.scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
         )  # fmt: skip
+
+
+def failure_of(error: BaseException) -> tuple[Ending, str]:
+    """Return status and message of a search for a periodic motion that found none."""
+    if isinstance(error, STOPS):
+        return Ending.NOT_REACHED, "no periodic motion was found yet"
+    return Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED, str(error)
 
 
 def prepare(
@@ -139,7 +147,7 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
         )
         try:
             new = finer.search(start, found.matrix)
-        except StaticsError:  # the one before stands, with the error that was known of it
+        except ENDS:  # the one before stands, with the error that was known of it
             break
         sharper, changes, change = compare_multipliers(finer, start, new, values)
         large = changes[np.abs(sharper) > 0.1].max(initial=0.0)
@@ -174,7 +182,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     status = Ending.OK if error < 1e-4 and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
         said.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
-    if error >= 1e-4:
+    if 1e-4 <= error < np.inf:
         said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
     kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # after an event is a row of the moment after it

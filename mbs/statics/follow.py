@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,10 +11,10 @@ from ..declare import Vector
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..progress import after_step
+from ..progress import STOPS, watch, watching
 from ..spectral.start import slopes
 from ..validate import one_of
-from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
+from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check, check_way, ending
 from .arc import SAME, Arc, Step, next_arc
 from .critical import Critical, State, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -25,16 +26,19 @@ DEGREE = 12
 """First degree of strips."""
 STEPS = 250
 """Most steps, by default."""
+COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
+"""Sentence on a path whose refinement was stopped."""
 BESIDE = 1e-8
 """Offset of the parameter from a branching where paths leave it, over the range."""
 
 
+@watch("steps")
 @one_thread()
 def path(
     mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
     parameter: str | None = None, steps: int = STEPS, step: float = FIRST,
     longest: float = LONGEST, branch: Branch | None = None, branches: bool = False,
-    degree: int | None = None,
+    degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip
     """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
 
@@ -64,6 +68,8 @@ def path(
     degree : int, optional
         Degree of the strips; by default it is raised until critical points change by less than 1e-6. A body's `elements`
         apply to the engine only.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Raises
     ------
@@ -82,9 +88,13 @@ def path(
         problem = problem_over(mechanism, degree, load, drive, parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
+        except STOPS:
+            none = np.empty((0, problem.scene.size))
+            return Path(Ending.NOT_REACHED, "its start was not found yet", "stopped", problem.scene, np.empty(0), none, [])
         finally:
             problem.set(problem.drawn)
 
+    watching.get().most = 2 * steps
     return _ladder(run, degree)
 
 
@@ -102,8 +112,10 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
     """Refine the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
-    while has_strips(found.scene):
+    while has_strips(found.scene) and not watching.get().ended:
         finer = run(found.scene.degree + RISE)
+        if watching.get().ended:
+            return replace(found, message=COARSE)
         errors = _errors(found, finer)
         answer = found if fixed else finer
         worst = max((float(np.max(each, initial=0.0)) for each in errors.values()), default=0.0)
@@ -149,8 +161,10 @@ class _Follower:
         """Follow the path from the start, and the paths that leave it."""
         first = self.run(self._start(), None)
         if branches:
-            for point in [each for each in first.points if each.kind == "branching"]:
-                first.branches.extend(self.run(self._offset_load(point), self._unit(shape)) for shape in self._ways(point))
+            ways = ((each, way) for each in first.points if each.kind == "branching" for way in self._ways(each))
+            for point, shape in ways:
+                if not watching.get().ended:
+                    first.branches.append(self.run(self._offset_load(point), self._unit(shape)))
         return first
 
     def _start(self) -> Rest:
@@ -165,22 +179,29 @@ class _Follower:
 
     def run(self, rest: Rest, direction: Array | None) -> Path:
         """Follow the path from an equilibrium, or from a branching in a direction."""
-        rests, states = [rest], [state_at(self.problem, rest)]
-        points: list[Critical] = []
+        rests, states, points = [rest], [state_at(self.problem, rest)], list[Critical]()
+        try:
+            ended = self._follow(rests, states, points, direction)
+        except STOPS:
+            ended = "stopped"
+        return self._path(rests, states, points, ended)
+
+    def _follow(self, rests: list[Rest], states: list[State], points: list[Critical], direction: Array | None) -> str:
+        """Append equilibria, their stability and critical points to those of the start; return the reason of the end."""
+        rest = rests[0]
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
         direction = self.arc.direction(rest, None) if direction is None else direction
-        ended, last = "steps", None
+        last = None
         for _ in range(self.steps):
             turned = False
-            after_step.get()()
             try:
+                watching.get().step((rest.parameter - self.begun) / (self.to - self.begun))
                 done = self.arc.advance(rest, direction, arc)
             except StaticsError:
                 try:
                     done, turned = self.arc.corner(rest, direction), True
                 except StaticsError:
-                    ended = "singular"
-                    break
+                    return "singular"
             after = self.arc.direction(done.new, done.direction)
             if self.arc.reaches_over(done, after):
                 arc = 0.3 * done.arc
@@ -200,9 +221,8 @@ class _Follower:
             rests.append(rest)
             states.append(state)
             if why := self._over(done, rests, points, len(found)):
-                ended = why
-                break
-        return self._path(rests, states, points, ended)
+                return why
+        return "steps"
 
     def _offset_load(self, point: Critical) -> Rest:
         """Return the state of a branching at a slightly higher load, where the other shapes are no longer free."""

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import block_array
 
 from ..geometry import Array
+from ..progress import STOPS, watching
 from ..spectral.doors import carry, place
 from ..spectral.linear import Assembly
 from ..spectral.scene import CompiledScene, Place
@@ -33,6 +34,10 @@ BALANCED = 1e-8
 
 class StaticsError(ValueError):
     """Error of the statics: Newton's method does not converge, or a name is unknown."""
+
+
+ENDS = (StaticsError, *STOPS)
+"""Exceptions that end a search, after which the last state that was found stands."""
 
 
 class Rest(NamedTuple):
@@ -154,6 +159,7 @@ class Problem:
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
         """Take one damped step of Newton's method; return state and undamped size."""
+        watching.get().check()
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
         if fixed is None:
@@ -227,6 +233,7 @@ class Problem:
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
         """Compute the eigenvalues of small motions about a state; of many the lowest, and all that grow."""
+        watching.get().check()
         return spectrum(self.about(rest), count=count)
 
     def about(self, rest: Rest) -> Tangent:

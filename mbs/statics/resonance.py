@@ -8,12 +8,13 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
+from ..progress import watch
+from ..spectral.run import State
 from ..validate import positive
-from .answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending, parameters_at
+from .answer import FIRST, KEYS, LONGEST, Route, check_way, ending, parameters_at
 from .curve import KINDS, Curve
-from .cycles import Periodic, prepare
-from .problem import Problem, StaticsError
-from .shooting import SpentError
+from .cycles import Periodic, failure_of, prepare
+from .problem import ENDS, Problem
 from .varied import Paced, problem_over
 
 STEPS = 400
@@ -48,10 +49,11 @@ class Response(Route):
         return self.amplitude(link, point), [each.motion.amplitude(link, point) for each in self.points], "amplitude of "
 
 
+@watch("periods integrated")
 def response(
     mechanism: Mechanism, period: float, *, to: float, load: str | list[str] | None = None, parameter: str | None = None,
     settle: int = 0, start: Periodic | None = None, steps: int = STEPS, step: float = FIRST, longest: float = LONGEST,
-    degree: int | None = None,
+    degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Response:  # fmt: skip
     """Follow a periodic motion of a driven mechanism over its frequency, a load or any number, around its folds.
 
@@ -74,6 +76,8 @@ def response(
         Most steps.
     step, longest : float
         First and longest arc, of the parameter's way and of the motion's own size.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
@@ -99,16 +103,19 @@ def response(
     curve = Curve(shooting, problem, float(to), degree is not None)
     curve.at(problem.drawn)
     try:
-        first = shooting.search(shooting.onward(state, settle)).state
-        orbits, found, ended = curve.follow(first, int(steps), step, longest)
-        way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-        how = ending(ended, way[-1], curve.begun, curve.to, len(orbits) - 1)
-        errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
-        motions = [curve.motion(each) for each in orbits]
-        return Response(*how, ended, curve.shooting.scene, way, q, [each for each, _ in found], errors, motions)
-    except StaticsError as error:
-        nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
-        status = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
-        return Response(status, str(error), "singular", shooting.scene, nothing, none, [])
+        return _follow(curve, shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest)
+    except ENDS as error:
+        none = np.empty((0, shooting.scene.size))
+        return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), none, [])
     finally:
         curve.at(problem.drawn)
+
+
+def _follow(curve: Curve, first: State, steps: int, step: float, longest: float) -> Response:
+    """Follow a curve from a motion, and make the result."""
+    orbits, found, ended = curve.follow(first, steps, step, longest)
+    way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
+    errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
+    motions = [curve.motion(each) for each in orbits]
+    how = ending(ended, way[-1], curve.begun, curve.to, len(orbits) - 1)
+    return Response(*how, ended, curve.shooting.scene, way, q, [each for each, _ in found], errors, motions)

@@ -11,12 +11,13 @@ import numpy as np
 from ..elements import Rope
 from ..mechanism import Mechanism
 from ..process import one_thread
+from ..progress import STOPS, watch, watching
 from ..spectral import tables as k
 from ..spectral.scene import CompiledScene
 from ..validate import number
 from .algebra import solve
 from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omissions
-from .problem import BALANCED, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
+from .problem import BALANCED, ENDS, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
 
 MOVE = 0.1
 """Intended change in a step far from rest [lengths or rad]."""
@@ -43,8 +44,12 @@ class SlackError(StaticsError):
     """Error of a rope that would have to push."""
 
 
+@watch("steps")
 @one_thread()
-def equilibrium(mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None) -> Equilibrium:
+def equilibrium(
+    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None,
+    timeout: float | None = None, progress: bool | None = None,
+) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
 
     Loads grow from zero, from the stress-free start. Where the mechanism is free, or that branch ends, pseudo-transient
@@ -57,6 +62,8 @@ def equilibrium(mechanism: Mechanism, load: float = 1.0, *, degree: int | None =
         Factor of all forces, torques and gravity; springs, contacts and strips keep theirs.
     degree : int, optional
         Degree of the strips; by default it is raised until the error is below 1e-8 of the longest link.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
@@ -71,11 +78,14 @@ def equilibrium(mechanism: Mechanism, load: float = 1.0, *, degree: int | None =
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
     scene = CompiledScene.of(mechanism, degree)
-    problem = Problem(scene, loads_of(scene))
+    problem, watching.get().best = Problem(scene, loads_of(scene)), None
     try:
-        return _answer(problem, *find(problem, load), degree is not None)
-    except StaticsError as error:
-        return _make_failure(problem, error, load)
+        rest, said = find(problem, load)
+        return _answer(*_refine(problem, rest, degree is not None), said)
+    except ENDS as why:
+        if isinstance(why, StaticsError) or watching.get().best is None:
+            return _make_failure(problem, why, load)
+        return _answer(*watching.get().best)
     finally:
         problem.set(1.0)
 
@@ -83,9 +93,10 @@ def equilibrium(mechanism: Mechanism, load: float = 1.0, *, degree: int | None =
 def settle(problem: Problem, rest: Rest) -> Rest:
     """Find a stable equilibrium by pseudo-transient continuation; raise a RunsAwayError of a motion farther than `AWAY`."""
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
-    begun, kicks, way = rest, 0, 0.0
+    begun, kicks, way, watching.get().most = rest, 0, 0.0, STEPS
     away = AWAY * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
+        watching.get().step()
         new, span, moved = _step(problem, rest, span)
         way += moved
         if moved < 1e-3:
@@ -179,6 +190,8 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
     while done < 1.0:
         part = min(part, 1.0 - done)
         try:
+            watching.get().best = problem, rest, np.inf, f"this is the equilibrium at {done:.4g} of the load"
+            watching.get().step(done)
             new = problem.newton(rest._replace(parameter=load * (done + part)))
             near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
             keeps = near and problem.spectrum(new, 1).stable
@@ -198,6 +211,7 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
     error, before = 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, RISE)
+        watching.get().best = problem, rest, error or np.inf, f"strips of the degree {problem.scene.degree} may not be enough"
         try:
             new = finer.newton(guess)
         except StaticsError:
@@ -212,9 +226,8 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
     return problem, rest, error
 
 
-def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibrium:
-    """Make the result: equilibrium with error and stability."""
-    problem, rest, error = _refine(problem, rest, fixed)
+def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
+    """Make the result: equilibrium with error and stability; of a search that was stopped with that status."""
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
@@ -224,7 +237,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
     said = [message] if message else []
     said += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
     said += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
-    if status is Ending.INACCURATE:
+    if status is Ending.INACCURATE and error < np.inf:
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
@@ -234,7 +247,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
     )  # fmt: skip
 
 
-def _make_failure(problem: Problem, error: Exception, load: float) -> Equilibrium:
+def _make_failure(problem: Problem, error: BaseException, load: float) -> Equilibrium:
     """Make the result of a search that failed."""
     scene = problem.scene
     pairs = zip(scene.force_names, scene.tables.forces, strict=True)
@@ -245,6 +258,8 @@ def _make_failure(problem: Problem, error: Exception, load: float) -> Equilibriu
         message += f"; open: {', '.join(contacts)}" if contacts else ""
     elif isinstance(error, SlackError):
         status = Ending.SLACK
+    elif isinstance(error, STOPS):
+        message = "no equilibrium was found yet"
     message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
     nowhere = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)
     return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

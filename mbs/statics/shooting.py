@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
+from ..progress import watching
 from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
 from ..spectral.run import State, integrate, memory_at_end
@@ -118,11 +119,14 @@ class Shooting:
         solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
         ends = None if alone else self.shares * self.period
         every = 2 if alone and not self.struck else 1
-        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        watching.get().step()
+        left = watching.get().time_left
+        out, failure, counts = integrate(self.scene, self.period, solver, left, state=state, ends=ends, every=every)
         self.left -= int(counts.steps)
         if self.left <= 0:
             where = f"a motion of period {self.period:.6g} s"
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
+        watching.get().end_run(failure)
         if failure:
             raise StaticsError(f"{failure[0]}: {failure[1]}")
         self.onsets = int(counts.onsets)

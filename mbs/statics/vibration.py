@@ -9,10 +9,11 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
+from ..progress import STOPS, watch, watching
 from ..spectral.scene import CompiledScene
 from ..validate import whole
 from .answer import HIGHEST, PLACES, RISE, Answer, Ending, Equilibrium, check, list_omissions
-from .problem import Problem, Rest, StaticsError, has_strips, loads_of, moving
+from .problem import ENDS, Problem, Rest, has_strips, loads_of, moving
 from .rest import equilibrium
 from .spectrum import Spectrum
 
@@ -62,10 +63,12 @@ class Frequencies(Answer):
         return rows or [("nothing vibrates", "drives and joints hold all of it")]
 
 
+@watch("steps")
 @one_thread()
 def frequencies(
-    mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None
-) -> Frequencies:
+    mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None,
+    timeout: float | None = None, progress: bool | None = None,
+) -> Frequencies:  # fmt: skip
     """Compute natural frequencies of a mechanism with its drives held.
 
     Parameters
@@ -77,6 +80,8 @@ def frequencies(
         Number of lowest frequencies, rigid motions among them.
     degree : int, optional
         Degree of the strips; by default it is raised until all errors are below 1e-8, or rounding.
+    timeout, progress
+        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Raises
     ------
@@ -85,13 +90,20 @@ def frequencies(
     """
     check(mechanism, degree)
     whole("count", count, 1, 1000)
-    about = about or equilibrium(mechanism, degree=degree)
-    scene = about.scene
-    if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
-        nothing, shapes = np.empty(0), np.empty((scene.size, 0), complex)
-        return Frequencies(about.status, about.message, scene, about.q, nothing.astype(complex), shapes, nothing, [], False)
-    problem, rest = Problem(scene, loads_of(scene)), Rest(about.q, about.multipliers, about.load)
-    return _ladder(problem, rest, int(count), degree is not None)
+    try:
+        about = about or equilibrium(mechanism, degree=degree)
+        if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
+            return _nothing(about.scene, about.status, about.message)
+        problem, rest = Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load)
+        return _ladder(problem, rest, int(count), degree is not None)
+    except STOPS:
+        return _nothing(about.scene if about else CompiledScene.of(mechanism, degree), Ending.NOT_REACHED, "none was found yet")
+
+
+def _nothing(scene: CompiledScene, status: Ending, message: str) -> Frequencies:
+    """Make the answer without any frequency."""
+    nothing, shapes = np.empty(0), np.empty((scene.size, 0), complex)
+    return Frequencies(status, message, scene, scene.q0, nothing.astype(complex), shapes, nothing, [], False)
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
@@ -108,11 +120,12 @@ def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
     while has_strips(problem.scene):
         finer, state = problem.refine(rest, max(RISE, problem.scene.degree // 4))
         try:
+            watching.get().step()
             state = finer.newton(state)
-        except StaticsError:
-            errors = np.full(len(errors), np.inf)
+            new = _spectrum(finer, state)
+        except ENDS as error:
+            errors = errors if before < np.inf and isinstance(error, STOPS) else np.full(len(errors), np.inf)
             break
-        new = _spectrum(finer, state)
         length, kept = min(count, len(found.values), len(new.values)), found if fixed else new
         change = np.full(min(count, len(kept.values)), np.inf)
         change[:length] = np.abs(_eigenvalues(new)[:length] - _eigenvalues(found)[:length])

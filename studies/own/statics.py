@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf
@@ -29,7 +29,7 @@ from buckler.mbs.validate import number
 
 from ..kit.cli import Command
 from ..kit.report import Table
-from .verbs import Opened, count, file_command
+from .verbs import Opened, ask, file_command
 
 
 def _read_time(text: str) -> float:
@@ -68,28 +68,23 @@ def _declare_path(kind: str, parser: argparse.ArgumentParser) -> None:
     add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
 
 
-def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argparse.Namespace, file: Opened) -> int:
+def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: Opened) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
-    with count("steps"):
-        found = ask(file.mechanism, options)
+    if "to" in options:
+        if (options.plot or options.csv) and not options.point:
+            raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
+        options.to = _end(file.mechanism, options)
+    given = {name: getattr(options, name) for name in names if name in options}
+    found, stopped = ask(method, options, file.mechanism, **given)
+    if "to" in options and options.plot and len(found.parameter):
+        found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
+        print(f"drawn in {options.plot}", file=sys.stderr)
     if options.csv:
         options.csv.write_text("\n".join(_csv(found, options)) + "\n", encoding="utf-8")
     print(found)
     for each in getattr(found, "branches", ()):
         print(f"\n{each}")
-    return 0 if found.status == "OK" else 1
-
-
-def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
-    if (options.plot or options.csv) and not options.point:
-        raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
-    names = ("load", "drive", "parameter", "steps", "branches", "degree")
-    given = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
-    found: Any = mbs.response(mechanism, options.period, **given) if "period" in options else mbs.path(mechanism, **given)
-    if options.plot and len(found.parameter):
-        found.plot(*_point(options, mechanism)).figure.savefig(options.plot)
-        print(f"drawn in {options.plot}", file=sys.stderr)
-    return found
+    return stopped or int(found.status != "OK")
 
 
 def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
@@ -222,12 +217,12 @@ def compile_solver() -> int:
     return 0
 
 
-def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], object]) -> Command:
-    return file_command(partial(_declare, kind), partial(_answer, ask), runs=False)
+def _command(kind: str, method: Callable[..., object], *names: str) -> Command:
+    return file_command(partial(_declare, kind), partial(_answer, method, ("degree", *names)), runs=False)
 
 
-equilibrium = _command("equilibrium", lambda m, o: mbs.equilibrium(m, o.load, degree=o.degree))
-frequencies = _command("frequencies", lambda m, o: mbs.frequencies(m, count=o.count, degree=o.degree))
-periodic = _command("periodic", lambda m, o: mbs.periodic(m, o.period, degree=o.degree))
-path = _command("path", _path)
-response = _command("response", _path)
+equilibrium = _command("equilibrium", mbs.equilibrium, "load")
+frequencies = _command("frequencies", mbs.frequencies, "count")
+periodic = _command("periodic", mbs.periodic, "period")
+path = _command("path", mbs.path, "to", "load", "drive", "parameter", "steps", "branches")
+response = _command("response", mbs.response, "to", "period", "load", "parameter", "steps")

@@ -30,7 +30,7 @@ from ..kit.cli import add_repeated
 from ..kit.report import Table
 from ..kit.running import writable
 from ..kit.style import house_style, subplots
-from .verbs import VARIED, Opened, add_json, count, file_command, print_json, read_quantities, read_range, varied_numbers
+from .verbs import VARIED, Opened, add_json, ask, file_command, print_json, read_quantities, read_range, varied_numbers
 
 
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
@@ -46,8 +46,7 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
-    with count("runs"):
-        found = sensitivities(document, file.duration, by=by, of=readings)
+    found, stopped = ask(sensitivities, options, document, file.duration, by=by, of=readings)
     if options.json:
         print_json([row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows])
     else:
@@ -55,7 +54,7 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
         for reading in readings if found.spreads else ():
             parts = ", ".join(f"{path} {value:.3g}" for path, value in found.contributions(reading).items())
             print(f"{reading}: standard deviation {found.spread(reading):.4g}, of which {parts}")
-    return int(any(isnan(row.value) for row in found.rows))
+    return stopped or int(any(isnan(row.value) or row.note.startswith("timeout") for row in found.rows))
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
@@ -89,9 +88,8 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
         raise ValueError("--free: none; write for instance --free links.coupler.body.imperfection=-1mm:1mm")
     free = dict(read_range(file.document, text) for text in options.free)
     out = writable(options.out / f"{options.file.stem}-fit")
-    with count("runs"):
-        data = read_csv(options.data, options.signal, options.setting, options.start)
-        found = fitted(file.document, data, free=free, starts=options.starts)
+    data = read_csv(options.data, options.signal, options.setting, options.start)
+    found, stopped = ask(fitted, options, file.document, data, free=free, starts=options.starts)
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
     found.plot().savefig(figure := out / "fit.png")
@@ -99,7 +97,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
         print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
     else:
         print(f"{found}\ndata beside the fit: {figure}\nmechanism with these numbers: {mechanism}")
-    return 0
+    return stopped
 
 
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
@@ -120,16 +118,18 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
-    with count("runs"):
-        found = designed(file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
-                         starts=options.starts, budget=options.budget)  # fmt: skip
+    found, stopped = ask(
+        designed, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
+        starts=options.starts,
+        budget=options.budget,
+    )  # fmt: skip
     chosen = change(file.document, found.values)
     path = documents.write(chosen, writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         print_json(asdict(found))
     else:
         print(found, f"mechanism with these numbers: {path}", sep="\n")
-    return 0 if found.possible else 1
+    return stopped or int(not found.possible)
 
 
 sensitivity = file_command(_declare_sensitivity, _sensitivity)
@@ -158,8 +158,9 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
     out = writable(options.out / f"{options.file.stem}-ensemble")
-    found = run_ensemble(
-        file.mechanism, file.duration, options.members, vary=dict(_read_variation(file.document, text) for text in options.vary),
+    found, _ = ask(
+        run_ensemble, options, file.mechanism, file.duration, options.members,
+        vary=dict(_read_variation(file.document, text) for text in options.vary),
         of=readings, skip=options.skip, each=parse_quantity(options.each, "s") if options.each else None, seed=options.seed,
         store=options.store,
     )  # fmt: skip
@@ -170,7 +171,7 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
             print_json([_summary(found, reading) for reading in readings])
         else:
             print(f"{_table(found)}\nwritten to {out}")
-    return 130 if found.interrupted else int(found.failed.any())
+    return 130 if found.interrupted else int(found.timed_out or found.failed.any())
 
 
 def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:

@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from buckler.mbs.declare import Declaration, Quantity, Whole, declarations
 from buckler.mbs.declare.spec import Anything
@@ -18,8 +18,8 @@ from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
 from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
-from buckler.mbs.process import TimeUpError, time_limit
-from buckler.mbs.progress import after_step
+from buckler.mbs.process import Interrupted
+from buckler.mbs.progress import TimeUpError
 from buckler.mbs.sensitivity.numbers import standing
 from buckler.mbs.sensitivity.reading import RunFailedError, check
 from buckler.mbs.simulation import simulate
@@ -27,10 +27,12 @@ from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import Command, Parser, add_repeated
 from ..kit.parameters import Cases
-from ..kit.report import bar, to_json
+from ..kit.report import to_json
 from ..kit.running import Study, add_options
 from . import study
 from .study import Parameters, digest, solver_options, target_signals
+
+T = TypeVar("T")
 
 FIXED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers change only if they are named: whole numbers and places."""
@@ -227,12 +229,12 @@ def file_command(
         declare(parser)
 
     def answer_all(options: argparse.Namespace) -> int:
-        seconds = None if options.timeout is None else OPTIONS["timeout"].spec.read("--timeout", options.timeout)
+        if options.timeout is not None:
+            options.timeout = OPTIONS["timeout"].spec.read("--timeout", options.timeout)
         try:
-            with time_limit(seconds):
-                return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
+            return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
         except TimeUpError as error:
-            print(f"{options.file}: TIMED_OUT: {error}, and there is no answer yet", file=sys.stderr)
+            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)
             return 1
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
@@ -241,18 +243,13 @@ def file_command(
     return Command(declare_all, answer_all)
 
 
-@contextmanager
-def count(unit: str) -> Iterator[None]:
-    """Show the number of runs, or of steps of a curve, while they take long."""
-    from buckler.mbs.sensitivity.runs import before_run  # with the compiler, which `run --help` does not need
-
-    called = {"runs": before_run, "steps": after_step}[unit]
-    with bar(unit=f" {unit}") as shown:
-        token = called.set(shown.update)
-        try:
-            yield
-        finally:
-            called.reset(token)
+def ask(call: Callable[..., T], options: argparse.Namespace, *given: Any, **named: Any) -> tuple[T, int]:
+    """Return the answer of a call with --timeout and 0; after Ctrl-C its best so far and the exit status for that."""
+    try:
+        return call(*given, **named, timeout=options.timeout, progress=True), 0
+    except Interrupted as stop:
+        print(f"interrupted; the best so far: {stop}", file=sys.stderr)
+        return stop.result, 130
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

@@ -1,12 +1,9 @@
 """Designs against closed forms."""
 
-import itertools
-import os
-import signal
-
 import numpy as np
 import pytest
 from simulations import pushed, slim
+from stopping import stop_at
 
 from buckler.mbs import (
     Controlled,
@@ -21,8 +18,7 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.process import time_limit
-from buckler.mbs.sensitivity import runs
+from buckler.mbs.process import Interrupted
 from buckler.mbs.sensitivity.reading import RunFailedError
 from buckler.mbs.sensitivity.searching import parse_want
 
@@ -156,16 +152,15 @@ def test_command(tmp_path, capsys):
     assert main(argv=[*words, "--subject-to", "max(O.x) is small"]) == 2
 
 
-def test_a_search_whose_time_is_over_shows_its_best_so_far():
+def test_a_search_whose_time_is_over_shows_its_best_so_far(monkeypatch):
     asked = {"free": {K: (100.0, 180.0)}, "minimise": "max(O.x)"}
     whole = optimise(pushed(150.0), 0.4, **asked, starts=2)
-    limit = time_limit(3600.0)
-    with limit:
-        runs.before_run.set(lambda: os.kill(os.getpid(), signal.SIGALRM) if next(counted) == 2 else None)
-        counted = itertools.count()
-        found = optimise(pushed(150.0), 0.4, **asked, starts=2)
-    runs.before_run.set(lambda: None)
+    stop_at(monkeypatch, 5)
+    found = optimise(pushed(150.0), 0.4, **asked, starts=2, timeout=3600.0)
     assert whole.complete and not found.complete and found.runs < whole.runs
-    assert found.message == "--timeout 3600: the time is over: this is the best so far"
+    assert found.message == "timeout = 1 s is over: this is the best so far"
     assert 100 <= found.values[K] <= 180
-    assert signal.getsignal(signal.SIGALRM) is signal.SIG_DFL and signal.getitimer(signal.ITIMER_REAL)[0] == 0
+    stop_at(monkeypatch, 5, "Ctrl-C")
+    with pytest.raises(Interrupted) as stop:
+        optimise(pushed(150.0), 0.4, **asked, starts=2)
+    assert stop.value.result.values == found.values and stop.value.result.message == "Ctrl-C: this is the best so far"

@@ -1,9 +1,11 @@
 """Ensembles from the command line: table, figures and file, continued stores, interruption, wrong input."""
 
 import json
+from concurrent.futures import FIRST_COMPLETED, wait
 
 import numpy as np
 import pytest
+from stopping import stop_at
 
 from buckler.mbs.ensembles import ensemble as ensembles
 from buckler.studies.kit.cli import main
@@ -58,18 +60,17 @@ def test_lists_are_tabled_and_mapped_and_the_numbers_are_those_of_a_falling_bar(
 
 
 def test_ctrl_c_hands_over_what_is_there_and_the_same_command_goes_on(file, capsys, monkeypatch):
-    store = ["--store", str(file.parent / "kept.npz"), "--members", "40"]
+    def one(futures, *_):
+        return wait(futures, None, FIRST_COMPLETED)
 
-    def stop_after_one(futures):
-        yield next(iter(complete(futures)))
-        raise KeyboardInterrupt
-
-    complete = ensembles.as_completed
-    with monkeypatch.context() as patch:
-        patch.setattr(ensembles, "as_completed", stop_after_one)
-        assert asked(file, *store) == 130
-    said = capsys.readouterr()
-    assert "(interrupted)" in said.err and "min(B.vy)" in said.out
+    for by, status, word in (("timeout", 1, "(TIMED_OUT)"), ("Ctrl-C", 130, "(interrupted)")):
+        store = ["--store", str(file.parent / f"{by}.npz"), "--members", "40"]
+        with monkeypatch.context() as patch:
+            patch.setattr(ensembles, "wait", one)
+            stop_at(patch, 2, by)
+            assert asked(file, *store) == status
+        said = capsys.readouterr()
+        assert word in said.err and "min(B.vy)" in said.out
     assert asked(file, *store) == 0
     assert "40 of 40 members" in capsys.readouterr().err
 

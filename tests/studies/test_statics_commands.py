@@ -1,13 +1,11 @@
 """Statics from the command line: what is printed and filed, and how wrong input is told."""
 
 import re
-from contextlib import nullcontext
-from types import SimpleNamespace
 
 import pytest
 
+from buckler.mbs.progress import Watch
 from buckler.studies.kit.cli import EXAMPLES, main
-from buckler.studies.own import verbs
 
 COLUMN = """
 [points]
@@ -124,9 +122,8 @@ def test_wrong_input_is_told_in_a_line(file, words, said, capsys):
 
 
 def test_steps_of_a_path_are_counted(monkeypatch, capsys):
-    seen = []
-
-    monkeypatch.setattr(verbs, "bar", lambda unit: nullcontext(SimpleNamespace(update=lambda: seen.append(unit))))
+    seen, step = [], Watch.step
+    monkeypatch.setattr(Watch, "step", lambda watch, *now, **most: seen.append(watch.unit) or step(watch, *now, **most))
     assert main(argv=["path", str(EXAMPLES / "arch.toml"), "--to", "1"]) == 0
     steps = int(re.search(r"after (\d+) steps", capsys.readouterr().out)[1])
-    assert set(seen) == {" steps"} and len(seen) >= steps
+    assert set(seen) == {"steps"} and len(seen) >= steps

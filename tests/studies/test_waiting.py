@@ -4,12 +4,14 @@ import os
 import re
 import signal
 import threading
+import time
 
 import pytest
 from own_file import metrics
+from stopping import stop_at
 
 from buckler.mbs import Status
-from buckler.mbs.progress import Forecast, write_duration
+from buckler.mbs.progress import Forecast, Ticker, Watch, write_duration
 from buckler.studies.kit.cli import main
 
 
@@ -22,16 +24,32 @@ def clock(monkeypatch):
 
 
 def test_the_time_is_told_within_three_seconds(clock, capsys):
-    told = Forecast("arch", bar=False)
+    told = Forecast("arch")
     told.runs = (2, 5)
-    for step in range(1, 31):
+    ticker = Ticker(told)
+    for step in range(1, 21):
         clock[0] = 0.1 * step
         told(0.01 * step)  # ten seconds for this run
+    time.sleep(3.0)
+    ticker.stop()
     first = 10.0 - 2.0
     growth = [10 * 8 ** (k / 4) for k in range(1, 5)]
     said = capsys.readouterr().err
     span = f"{write_duration(first + growth[0])} to {write_duration(first + sum(growth))}"
     assert said == f"arch: about {span} more; this run takes 10 s, and finer ones tell its error\n"
+    assert told.line() == "arch run 1: 20 %"
+
+
+def test_a_call_tells_the_time_of_its_steps(clock):
+    state = Watch("steps", clock=lambda: clock[0])
+    for step in range(1, 21):
+        clock[0] = 0.1 * step
+        state.step()
+    assert state.text().startswith("20 steps so far; how many it takes is not known")
+    state.most = 100
+    assert state.text() == "at most 8 s for 100 steps"  # 0.1 s each
+    state.step(0.25)
+    assert state.text() == "about 6 s more at this rate, at most 8 s for 100 steps" and "25 % of the way" in state.line()
 
 
 def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):
@@ -45,10 +63,16 @@ def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):
 
 
 def test_a_command_without_an_answer_says_so(pendulum, capsys, monkeypatch):
-    monkeypatch.setattr("buckler.studies.own.verbs.open_file", lambda *_: os.kill(os.getpid(), signal.SIGALRM))
-    assert main(argv=["frequencies", "pendulum.json", "--timeout", "1h"]) == 1
-    said = "pendulum.json: TIMED_OUT: --timeout 3600: the time is over, and there is no answer yet\n"
-    assert capsys.readouterr().err == said
+    words = ["sensitivity", "pendulum.json", "--by", "gravity[1]", "--of", "min(A.y)", "--timeout", "1h"]
+    stop_at(monkeypatch, 1)
+    assert main(argv=words) == 1
+    assert "pendulum.json: TIMED_OUT: --timeout = 1 s is over, and there is no answer yet\n" in capsys.readouterr().err
+    stop_at(monkeypatch, 5)
+    assert main(argv=words) == 1
+    assert "timeout = 1 s is over" in capsys.readouterr().out
+    stop_at(monkeypatch, 5, "Ctrl-C")
+    assert main(argv=words) == 130
+    assert "Ctrl-C" in capsys.readouterr().out
 
 
 def test_ctrl_c_keeps_what_there_is_and_exits_130(pendulum, capsys):
