@@ -29,11 +29,11 @@ from ..solvers import Spectral
 from ..spectral.channels import Channels
 from ..spectral.dense import refine_times
 from ..spectral.output import Output
-from ..spectral.run import State, explicitly, integrate
+from ..spectral.run import RunState, explicitly, integrate
 from ..spectral.scene import CompiledScene
 from ..spectral.start import start_rates
 from ..spectral.statistics import Accumulator
-from ..spectral.tables import JOURNAL, KIND
+from ..spectral.tables import ForceKind, Forces
 from ..validate import one_of, positive, whole
 from .members import Members, split
 from .readings import Reading, columns, formulas_of, values_of
@@ -53,7 +53,7 @@ class PreparedMember(NamedTuple):
     """Compiled scene of a member, its initial state, the columns of its signals; True if its steps pass over impacts."""
 
     scene: CompiledScene
-    start: State
+    start: RunState
     channels: Channels
     loose: bool
 
@@ -82,7 +82,7 @@ class Task:
             names = dict.fromkeys(name for each in self.readings for name in each.signals if name not in self.curves)
             channels = Channels.of(scene, list(names))
             loose = steps_over_impacts(scene, self.solver)
-            prepared[source] = PreparedMember(scene, State(0.0, scene.q0, start_rates(scene), scene.memory()), channels, loose)
+            prepared[source] = PreparedMember(scene, RunState(0.0, scene.q0, start_rates(scene), scene.memory()), channels, loose)
         return prepared[source]
 
     def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
@@ -115,7 +115,8 @@ def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     States within the steps then supply the peaks; not with strips, whose force an interpolated shape makes too large.
     """
     tables = scene.tables
-    return not explicitly(scene, solver) and not len(tables.strips) and bool((tables.forces[:, KIND] == JOURNAL).any())
+    journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
+    return not explicitly(scene, solver) and not len(tables.strips) and journals
 
 
 def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:

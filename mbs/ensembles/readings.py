@@ -21,19 +21,19 @@ import numpy as np
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
 from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
-from ..spectral.statistics import ABOVE, LARGEST, LAST, ONSETS, SMALLEST, SQUARES, SUM, VARIATION, Accumulator
+from ..spectral.statistics import Accumulator, Statistic
 
-Statistic = Callable[[Array, Array], Array]
-STATISTICS: dict[str, Statistic] = {
-    "max": lambda of, _: of[..., LARGEST],
-    "min": lambda of, _: of[..., SMALLEST],
-    "mean": lambda of, length: of[..., SUM] / length,
-    "rms": lambda of, length: np.sqrt(of[..., SQUARES] / length),
-    "end": lambda of, _: of[..., LAST],
-    "impulse": lambda of, _: of[..., SUM],
-    "share": lambda of, length: of[..., ABOVE] / length,
-    "onsets": lambda of, _: of[..., ONSETS],
-    "variation": lambda of, _: of[..., VARIATION],
+Reduction = Callable[[Array, Array], Array]
+STATISTICS: dict[str, Reduction] = {
+    "max": lambda of, _: of[..., Statistic.LARGEST],
+    "min": lambda of, _: of[..., Statistic.SMALLEST],
+    "mean": lambda of, length: of[..., Statistic.INTEGRAL] / length,
+    "rms": lambda of, length: np.sqrt(of[..., Statistic.SQUARES] / length),
+    "end": lambda of, _: of[..., Statistic.LAST],
+    "impulse": lambda of, _: of[..., Statistic.INTEGRAL],
+    "share": lambda of, length: of[..., Statistic.ABOVE] / length,
+    "onsets": lambda of, _: of[..., Statistic.ONSETS],
+    "variation": lambda of, _: of[..., Statistic.VARIATION],
 }
 """Statistics by name, as functions of the accumulated sums of windows and their lengths [s]."""
 ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *OF_VALUES)}

@@ -11,14 +11,12 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ..geometry import Array
+from ..record.errors import LEVEL
 from .members import Members
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
-
-COVERED = 0.95
-"""Probability with which an interval covers the mean: a convention."""
 
 
 class Cell(NamedTuple):
@@ -116,7 +114,7 @@ class Ensemble:
     def interval(self, reading: str) -> tuple[float, float]:
         """Compute the 95 % confidence interval of the mean, by Student's distribution of the members' means."""
         values = self.of(reading)
-        half = float(stdtrit(max(len(values) - 1, 1), 0.5 + COVERED / 2)) * _error(values)
+        half = float(stdtrit(max(len(values) - 1, 1), 0.5 + LEVEL / 2)) * _error(values)
         return self.mean(reading) - half, self.mean(reading) + half
 
     def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import FunctionType
@@ -19,12 +20,11 @@ from .. import laws
 from ..geometry import Array
 from ..process import has_compiler
 from . import journal
-from . import table as k
 from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
 from .journal import spread
 from .pieces import NormalLaw
-from .table import CODES, NUMBERS, Laws, bristle_after, friction, normal_force
+from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
 Known = Mapping[type, tuple[int, tuple[str, ...]]]
 
@@ -39,20 +39,20 @@ class LawTable(Protocol):
 
 
 NORMAL_KINDS: Known = {
-    laws.HysteresisLaw: (k.POWER, ("stiffness", "exponent", "chi")),
-    laws.Hertz: (k.POWER, ("stiffness", "exponent")),
-    laws.KelvinVoigt: (k.VOIGT, ("stiffness", "damping")),
-    laws.Impact: (k.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
+    laws.HysteresisLaw: (NormalKind.POWER, ("stiffness", "exponent", "chi")),
+    laws.Hertz: (NormalKind.POWER, ("stiffness", "exponent")),
+    laws.KelvinVoigt: (NormalKind.VOIGT, ("stiffness", "damping")),
+    laws.Impact: (NormalKind.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
 }
 RUBBING = ("static", "dynamic", "v_stribeck", "exponent")
 FRICTION_KINDS: Known = {
-    laws.NoFriction: (k.SMOOTH, ()),
-    laws.Coulomb: (k.COULOMB, ("dynamic", "v_reg", "viscous")),
-    laws.AdamsFriction: (k.ADAMS, ("static", "dynamic", "v_s", "v_d")),
-    laws.Ambrosio: (k.AMBROSIO, ("dynamic", "v0", "v1")),
-    laws.Threlfall: (k.THRELFALL, ("dynamic", "v0")),
-    laws.Stribeck: (k.STRIBECK, (*RUBBING, "v_reg", "viscous")),
-    laws.LuGre: (k.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
+    laws.NoFriction: (FrictionKind.SMOOTH, ()),
+    laws.Coulomb: (FrictionKind.COULOMB, ("dynamic", "v_reg", "viscous")),
+    laws.AdamsFriction: (FrictionKind.ADAMS, ("static", "dynamic", "v_s", "v_d")),
+    laws.Ambrosio: (FrictionKind.AMBROSIO, ("dynamic", "v0", "v1")),
+    laws.Threlfall: (FrictionKind.THRELFALL, ("dynamic", "v0")),
+    laws.Stribeck: (FrictionKind.STRIBECK, (*RUBBING, "v_reg", "viscous")),
+    laws.LuGre: (FrictionKind.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
 }
 """Kind of the row of each law of this package, and names of its numbers; a missing exponent is 2."""
 
@@ -72,7 +72,7 @@ def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the normal law {type(law).__name__}"
-    return builder.add_law(key, k.NORMAL_CALLED, (), [function_pointer(law.force, 3)], about)
+    return builder.add_law(key, NormalKind.CALLED, (), [function_pointer(law.force, 3)], about)
 
 
 def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> int:
@@ -83,8 +83,8 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
     about = f"the friction law {type(law).__name__}"
     if isinstance(law, laws.BristleLaw):
         pointers = [function_pointer(law.coefficient, 2), function_pointer(law.after, 3)]
-        return builder.add_law(key, k.BRISTLE_CALLED, (), pointers, about)
-    return builder.add_law(key, k.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, 1)], about)
+        return builder.add_law(key, FrictionKind.BRISTLE_CALLED, (), pointers, about)
+    return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, 1)], about)
 
 
 GEOMETRY = journal.GAP + 1
@@ -93,8 +93,8 @@ FIRST = GEOMETRY + 2 * CODES
 LAST = FIRST + 2 * NUMBERS
 WIDTH = len(journal.COLUMNS)
 """Columns of the report."""
-NORMAL, FRICTION = range(2)
-"""Rows of the normal and of the friction law."""
+LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
+"""Rows of a joint's laws."""
 
 
 @dataclass(frozen=True)
@@ -166,15 +166,15 @@ def _laws_of(numbers: Array) -> Laws:
 
 
 def _normal(numbers: Array, depth: float, rate: float, onset: float) -> float:
-    return normal_force(_laws_of(numbers), NORMAL, depth, rate, onset)
+    return normal_force(_laws_of(numbers), LawRow.NORMAL, depth, rate, onset)
 
 
 def _friction(numbers: Array, speed: float, bristle: float) -> float:
-    return friction(_laws_of(numbers), FRICTION, speed, bristle)
+    return friction(_laws_of(numbers), LawRow.FRICTION, speed, bristle)
 
 
 def _bristle(numbers: Array, bristle: float, speed: float, time: float) -> float:
-    return bristle_after(_laws_of(numbers), FRICTION, bristle, speed, time)
+    return bristle_after(_laws_of(numbers), LawRow.FRICTION, bristle, speed, time)
 
 
 def _report(*_: object) -> None:

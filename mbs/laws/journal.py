@@ -32,7 +32,7 @@ MEMORY = ("onset", "bristle", "sliding", "since")
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 PIN = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after places and arms of both ends."""
-GAP = 9
+GAP = PIN + 1
 """Column of the clearance [m] in a joint's row of numbers."""
 TINY = 1e-300
 """Distance [m] added to that of the centres, so that a pin in the middle of its bush has a normal of 0."""

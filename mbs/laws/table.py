@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from ctypes import CFUNCTYPE, POINTER, c_double
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,12 +46,14 @@ else:
         return CFUNCTYPE(c_double, POINTER(c_double))(int(address))((c_double * len(given))(*given))
 
 
-POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
-"""Kinds of normal laws."""
-SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = range(9)
-"""Kinds of friction laws."""
-KIND, CALL, CALL_TOO = range(3)
-"""Columns of whole numbers of a law: kind, addresses of functions."""
+NormalKind = IntEnum("NormalKind", "POWER VOIGT IMPACT CALLED", start=0)
+"""Kinds of normal laws: those of this package, or a function by address."""
+FrictionKind = IntEnum(
+    "FrictionKind", "SMOOTH COULOMB ADAMS AMBROSIO THRELFALL STRIBECK LUGRE COEFFICIENT_CALLED BRISTLE_CALLED", start=0
+)
+"""Kinds of friction laws: those of this package, or functions by address of a coefficient, or of a bristle too."""
+LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
+"""Columns of whole numbers of a law or of a drive's motion: kind, addresses of functions."""
 CODES = 4
 """Columns of whole numbers of a law."""
 NUMBERS = 8
@@ -81,14 +84,14 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 
 def normal_force(s: Laws, law: int, depth: float, rate: float, onset: float) -> float:
     """Return the force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == POWER:
+    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+    if kind == NormalKind.POWER:
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
-    if kind == VOIGT:
+    if kind == NormalKind.VOIGT:
         return max(0.0, p[0] * depth + p[1] * rate)
-    if kind == IMPACT:
+    if kind == NormalKind.IMPACT:
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call(s.laws[law, CALL], (depth, rate, onset))
+    return call(s.laws[law, LawColumn.CALL], (depth, rate, onset))
 
 
 def stribeck(speed: float, p: Array) -> float:
@@ -98,45 +101,45 @@ def stribeck(speed: float, p: Array) -> float:
 
 def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
     """Return dz/dt of a bristle; zero for a law without a bristle."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == LUGRE:
+    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+    if kind == FrictionKind.LUGRE:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
-    if kind == BRISTLE_CALLED:
+    if kind == FrictionKind.BRISTLE_CALLED:
         short = 1e-9
-        return (call(s.laws[law, CALL_TOO], (bristle, speed, short)) - bristle) / short
+        return (call(s.laws[law, LawColumn.CALL_TOO], (bristle, speed, short)) - bristle) / short
     return 0.0
 
 
 def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) -> float:
     """Return the bristle after a time at constant speed."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == LUGRE:
+    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+    if kind == FrictionKind.LUGRE:
         level = stribeck(speed, p) / p[4]
         return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
-    if kind == BRISTLE_CALLED:
-        return call(s.laws[law, CALL_TOO], (bristle, speed, time))
+    if kind == FrictionKind.BRISTLE_CALLED:
+        return call(s.laws[law, LawColumn.CALL_TOO], (bristle, speed, time))
     return 0.0
 
 
 def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
     """Return the signed friction coefficient."""
-    kind, p = s.laws[law, KIND], s.law_numbers[law]
-    if kind == SMOOTH:
+    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+    if kind == FrictionKind.SMOOTH:
         return 0.0
-    if kind == COULOMB:
+    if kind == FrictionKind.COULOMB:
         return p[0] * min(max(speed / p[1], -1.0), 1.0) + p[2] * speed
-    if kind == ADAMS:
+    if kind == FrictionKind.ADAMS:
         x = min(max(speed / p[2], -1.0), 1.0)
         return 0.5 * x * (3.0 - x * x) * cubic_step(abs(speed), p[2], p[0], p[3], p[1])
-    if kind == AMBROSIO:
+    if kind == FrictionKind.AMBROSIO:
         return np.sign(speed) * p[0] * min(max((abs(speed) - p[1]) / (p[2] - p[1]), 0.0), 1.0)
-    if kind == THRELFALL:
+    if kind == FrictionKind.THRELFALL:
         return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
-    if kind == STRIBECK:
+    if kind == FrictionKind.STRIBECK:
         return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
-    if kind == LUGRE:
+    if kind == FrictionKind.LUGRE:
         rate = speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
         return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
-    if kind == COEFFICIENT_CALLED:
-        return call(s.laws[law, CALL], (speed,))
-    return call(s.laws[law, CALL], (speed, bristle))
+    if kind == FrictionKind.COEFFICIENT_CALLED:
+        return call(s.laws[law, LawColumn.CALL], (speed,))
+    return call(s.laws[law, LawColumn.CALL], (speed, bristle))

@@ -20,7 +20,7 @@ from ..functions.values import has_user_code
 from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
 from ..mechanism import Mechanism
-from . import tables as k
+from .tables import STATE, ForceKind, MarkerKind, MeasureKind, MotionKind
 
 Pair = tuple[float, float]
 GROUND = "ground"
@@ -148,21 +148,21 @@ class Builder:
             first, data = len(self.places), self.numbers(numbers)
             self.places += [int(p) for p in places]
             here = len(self.markers)
-            twin = self._frames.setdefault(offset, here) if kind == k.FRAME else here
+            twin = self._frames.setdefault(offset, here) if kind == MarkerKind.FRAME else here
             self.markers.append((kind, offset, size, first, len(places), data, twin if twin < here else -1))
             self._marker_rows[key] = len(self.markers) - 1
         return self._marker_rows[key]
 
     def ground(self, place: Pair) -> int:
         """A marker fixed at a place."""
-        return self.add_marker(k.GROUND, 0, 0, (), (*place, 0.0))
+        return self.add_marker(MarkerKind.GROUND, 0, 0, (), (*place, 0.0))
 
     def point(self, x: float, y: float, mass: float) -> int:
         """A free point with mass; returns its marker."""
         o = self.coordinates((x, y))
         self.mass((o, o + 1), mass * np.eye(2))
         self.weigh((o, o + 1), mass * np.array(self.mechanism.gravity))
-        return self.add_marker(k.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
+        return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
 
     def marker(self, link: str, point: str) -> int:
         """Marker of a point as part of a link, or of its place on the ground."""
@@ -171,20 +171,20 @@ class Builder:
     def angle_of(self, marker: int) -> float:
         """Angle of a marker at t = 0, rad."""
         kind, offset, size, first, _, data, _ = self.markers[marker]
-        if kind == k.GROUND:
+        if kind == MarkerKind.GROUND:
             return self.data[data + 2]
-        if kind == k.FRAME:
+        if kind == MarkerKind.FRAME:
             return self.q[offset + 2] + self.data[data + 2]
-        fields = [self.places[first + i * size : first + (i + 1) * size] for i in range(3 if kind == k.LINEAR else 2)]
-        if kind == k.LINEAR:
+        fields = [self.places[first + i * size : first + (i + 1) * size] for i in range(3 if kind == MarkerKind.LINEAR else 2)]
+        if kind == MarkerKind.LINEAR:
             return sum(self.data[data + 2 * size + i] * self.q[p] for i, p in enumerate(fields[2]))
         x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(field)) for field in fields)
         return atan2(y, x)
 
     def add_measure(self, kind: int, one: int, other: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b."""
-        one = self._without_angle(one) if kind != k.ANGLE else one
-        other = self._without_angle(other) if kind in (k.FIXED, k.DISTANCE) else other
+        one = self._without_angle(one) if kind != MeasureKind.ANGLE else one
+        other = self._without_angle(other) if kind in (MeasureKind.FIXED, MeasureKind.DISTANCE) else other
         self.measures.append((kind, one, other))
         self.directions.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
@@ -192,12 +192,12 @@ class Builder:
     def _without_angle(self, marker: int) -> int:
         """The same marker without its angle, where that depends on more coordinates than its place."""
         kind, _, size, first, _, data, _ = self.markers[marker]
-        if kind != k.CURVE:
+        if kind != MarkerKind.CURVE:
             return marker
         used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]
         x, y = ([self.places[first + field * size + i] for i in used] for field in (0, 1))
         value = [self.data[data + i] for i in used]
-        return self.add_marker(k.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
+        return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
         """Hold a sum of coefficients times measures, added one after the other, to a value (None: as at t = 0) and a motion."""
@@ -210,7 +210,7 @@ class Builder:
         """Hold two markers together."""
         if one != other:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
-                self.add_row(name, [(1.0, self.add_measure(k.FIXED, one, other, direction))], value=0.0)
+                self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, one, other, direction))], value=0.0)
 
     # --- laws, drives, forces -----------------------------------------------------------------------------------------
 
@@ -233,21 +233,21 @@ class Builder:
     def add_motion(self, motion: Ramp | Motion, name: str) -> int:
         """Add a drive's motion: a ramp of its speed, or functions of time."""
         if isinstance(motion, Ramp):
-            self.motions.append((k.RAMP, 0, 0))
+            self.motions.append((MotionKind.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
             functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
             if has_user_code(motion) and not all(p.compiled for p in functions):  # an integral of ours nobody can mend
                 self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions
-            self.motions.append((k.CALLED, functions[0].address, functions[1].address))
+            self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
             self.ramps.append((0.0, 0.0, 1.0))
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states, on what its marker's place, or turn, is from a column on."""
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
-        laws = [self.add_law(None, k.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
+        laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.coordinates([0.0] * len(initial))
         places = range(first, first + len(initial))
@@ -255,16 +255,16 @@ class Builder:
         self.rates |= dict(zip(places, initial, strict=True))
         self.units |= {i: max(1.0, abs(x)) for i, x in self.rates.items()}
         group = 1 + max((row[2] for row in self.elastic), default=-1)
-        self.elastic += [(i, k.STATE, group, -1, -1, -1, -1) for i in places]
-        states = [self.add_marker(k.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
+        self.elastic += [(i, STATE, group, -1, -1, -1, -1) for i in places]
+        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
         numbers = (column, load.law.size, len(initial), offset)
-        self.add_force(name, k.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
+        self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
         self, name: str, kind: int, one: int, other: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
-        one = self._without_angle(one) if kind == k.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
+        one = self._without_angle(one) if kind == ForceKind.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
         self.forces.append(Force(name, kind, one, other, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -25,11 +26,11 @@ from .markers import place_markers
 from .output import Output
 from .recording import record_of
 from .scene import CompiledScene
-from .tables import AX, COUNT, FASTEST, FIRST, FRICTION, LENGTH, SLIP, VALUE, VX, Instant, X
+from .tables import Instant, Markers, Memory, Report, State
 
-REPORT, MARKER, ACCELERATION, MULTIPLIER = range(4)
-"""Sources of a column."""
-PLAIN, MAGNITUDE, POSITIVE = range(3)
+Source = IntEnum("Source", "REPORT MARKER ACCELERATION MULTIPLIER", start=0)
+"""Sources of a column: report of a force, state of a marker, its acceleration, multiplier of a constraint."""
+Transform = IntEnum("Transform", "PLAIN MAGNITUDE POSITIVE", start=0)
 """Transforms of a column: none, its magnitude, its part above zero."""
 
 
@@ -38,10 +39,10 @@ def evaluate(tables, work, out, columns, scales, values):
     """Fill values (times, columns) from the rows of a run."""
     f, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
-        if columns[c, 0] == REPORT:
+        if columns[c, 0] == Source.REPORT:
             needed[columns[c, 1]] = True
     for i in range(out.time.size):
-        since = out.time[i] - out.memory[i, 0, FASTEST] if needed.size > 0 else 0.0
+        since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if needed.size > 0 else 0.0
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
         for k in range(needed.size):
@@ -49,21 +50,21 @@ def evaluate(tables, work, out, columns, scales, values):
                 add_one(tables, work, k, now, f)
         for c in range(columns.shape[0]):
             source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
-            if source == REPORT:
+            if source == Source.REPORT:
                 value = work.reports[index, component]
-            elif source == MARKER:
+            elif source == Source.MARKER:
                 value = work.state[index, component]
-            elif source == MULTIPLIER:
+            elif source == Source.MULTIPLIER:
                 value = now.lam[index]
             else:
-                value = work.state[index, AX + component]
-                first, count = tables.markers[index, FIRST], tables.markers[index, COUNT]
+                value = work.state[index, State.AX + component]
+                first, count = tables.markers[index, Markers.FIRST], tables.markers[index, Markers.COUNT]
                 for j in range(first, first + count):
                     value += work.slope[component, j] * out.a[i, tables.places[j]]
             value *= scales[c]
-            if transform == MAGNITUDE:
+            if transform == Transform.MAGNITUDE:
                 value = abs(value)
-            elif transform == POSITIVE:
+            elif transform == Transform.POSITIVE:
                 value = max(value, 0.0)
             values[i, c] = value
 
@@ -114,26 +115,27 @@ def _column(scene: CompiledScene, name: str) -> Column | None:
     return None
 
 
+JOINT = {
+    "normal_force": (Report.VALUE, Transform.PLAIN), "friction_force": (Report.FRICTION, Transform.PLAIN),
+    "penetration": (Report.LENGTH, Transform.POSITIVE), "sliding_speed": (Report.SLIP, Transform.PLAIN),
+}  # fmt: skip
+"""Signals of a joint with clearance, from its report."""
+STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Report.LENGTH, Transform.POSITIVE)}
+"""Signals of a stop, likewise."""
+
+
 def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
-    elements = scene.source.elements
     for k, name in enumerate(scene.force_names):
-        element = elements.get(name)
-        if isinstance(element, Clearance) and element.point == owner:
-            columns: dict[str, Column] = {
-                "normal_force": (REPORT, k, VALUE, PLAIN, 1.0), "friction_force": (REPORT, k, FRICTION, PLAIN, 1.0),
-                "penetration": (REPORT, k, LENGTH, POSITIVE, 1.0), "sliding_speed": (REPORT, k, SLIP, PLAIN, 1.0),
-            }  # fmt: skip
-            return columns.get(what)
-        if isinstance(element, Stop) and name == owner:
-            stop: dict[str, Column] = {
-                "contact_force": (REPORT, k, VALUE, MAGNITUDE, 1.0), "penetration": (REPORT, k, LENGTH, POSITIVE, 1.0),
-            }  # fmt: skip
-            return stop.get(what)
+        element = scene.source.elements.get(name)
+        joint = isinstance(element, Clearance) and element.point == owner
+        if joint or (isinstance(element, Stop) and name == owner):
+            found = (JOINT if joint else STOP).get(what)
+            return found and (Source.REPORT, k, *found, 1.0)
     return None
 
 
-PLACES = {"x": X, "y": X + 1, "vx": VX, "vy": VX + 1}
+PLACES = {"x": State.X, "y": State.Y, "vx": State.VX, "vy": State.VY}
 
 
 def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
@@ -141,7 +143,7 @@ def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
     links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
     if owner not in scene.mechanism.points or what not in PLACES or not links:
         return None
-    return (MARKER, scene.marker(links[0].name, owner), PLACES[what], PLAIN, 1.0)
+    return (Source.MARKER, scene.marker(links[0].name, owner), PLACES[what], Transform.PLAIN, 1.0)
 
 
 def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
@@ -162,12 +164,12 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
     if len(scene.builder.markers) > len(scene.tables.markers):
         scene.refresh()
     if what in PLACES:
-        return (MARKER, marker, PLACES[what], PLAIN, 1.0)
-    return (ACCELERATION, marker, ("ax", "ay").index(what), PLAIN, 1.0)
+        return (Source.MARKER, marker, PLACES[what], Transform.PLAIN, 1.0)
+    return (Source.ACCELERATION, marker, ("ax", "ay").index(what), Transform.PLAIN, 1.0)
 
 
 def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
     """Torque or force of a drive."""
     if what not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
         return None
-    return (MULTIPLIER, scene.row_names.index(owner), 0, PLAIN, -1.0) if owner in scene.row_names else None
+    return (Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.PLAIN, -1.0) if owner in scene.row_names else None

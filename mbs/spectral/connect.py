@@ -9,10 +9,10 @@ import numpy as np
 from ..elements.element import GROUND, Element, place
 from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import rotate
-from . import tables as k
 from .builder import Builder, Pair
 from .frame_body import FrameBody
 from .strut import StrutBody
+from .tables import MeasureKind
 
 NOWHERE = (0.0, 0.0)
 
@@ -32,11 +32,11 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
     """Yield coefficient and measure of the kernel; nothing for two places that are one."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
-        yield share, (k.ANGLE, a, b, NOWHERE)
+        yield share, (MeasureKind.ANGLE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Distance):
-        yield share, (k.DISTANCE, a, b, NOWHERE)
+        yield share, (MeasureKind.DISTANCE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Along):
-        kind = k.TURNING if measure.turns else k.FIXED
+        kind = MeasureKind.TURNING if measure.turns else MeasureKind.FIXED
         yield share, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
 
 

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-from ..laws.table import IMPACT
-from . import tables as col
+from ..laws.table import LawColumn, NormalKind
 from .compiling import draft
+from .tables import ForceKind, Forces, Memory, Report
 
 
 @draft
 def touches(tables, k):
     """Return True if force k is a contact."""
-    return tables.forces[k, col.KIND] == col.CONTACT or tables.forces[k, col.KIND] == col.JOURNAL
+    return tables.forces[k, Forces.KIND] == ForceKind.CONTACT or tables.forces[k, Forces.KIND] == ForceKind.JOURNAL
 
 
 @draft
 def begins_smoothly(tables, k):
     """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
-    law = tables.forces[k, col.LAW_OF]
-    return tables.laws[law, col.KIND] == IMPACT and tables.law_numbers[law, 1] > 1.0
+    law = tables.forces[k, Forces.LAW]
+    return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and tables.law_numbers[law, 1] > 1.0
 
 
 @draft
 def depth_of(tables, reports, k):
     """Depth of contact k, from its report."""
-    if tables.forces[k, col.KIND] == col.JOURNAL:
-        return reports[k, col.LENGTH]
-    side, face = tables.data[tables.forces[k, col.NUMBERS]], tables.data[tables.forces[k, col.NUMBERS] + 1]
-    return side * (reports[k, col.LENGTH] - face)
+    if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
+        return reports[k, Report.LENGTH]
+    side, face = tables.data[tables.forces[k, Forces.NUMBERS]], tables.data[tables.forces[k, Forces.NUMBERS] + 1]
+    return side * (reports[k, Report.LENGTH] - face)
 
 
 @draft
 def rate_of_depth(tables, reports, k):
     """Its rate."""
-    side = 1.0 if tables.forces[k, col.KIND] == col.JOURNAL else tables.data[tables.forces[k, col.NUMBERS]]
-    return side * reports[k, col.RATE]
+    side = 1.0 if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL else tables.data[tables.forces[k, Forces.NUMBERS]]
+    return side * reports[k, Report.RATE]
 
 
 @draft
@@ -100,10 +100,10 @@ def first_edge(tables, before, reports, h, landing, outside):
     first = 2.0
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        start, end = before[k, col.LENGTH] - edge, reports[k, col.LENGTH] - edge
+        start, end = before[k, Report.LENGTH] - edge, reports[k, Report.LENGTH] - edge
         side = -1.0 if start > 0.0 else 1.0
         if abs(start) > landing and abs(side * end + outside) > outside:
-            rates = side * before[k, col.RATE], side * reports[k, col.RATE]
+            rates = side * before[k, Report.RATE], side * reports[k, Report.RATE]
             first = min(first, crossing(h, side * start + outside, rates[0], side * end + outside, rates[1]))
     return first
 
@@ -112,8 +112,8 @@ def first_edge(tables, before, reports, h, landing, outside):
 def _past_edge(tables, reports, i):
     """Way that a measure has gone past edge i of its law, negative before it, and its speed."""
     k = int(tables.edges[i, 0])
-    rate = reports[k, col.RATE]
-    return (reports[k, col.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
+    rate = reports[k, Report.RATE]
+    return (reports[k, Report.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
 
 
 @draft
@@ -121,7 +121,7 @@ def reaches_edge(tables, before, reports, landing, near):
     """Return True if a measure has come as near to an edge of its law, and is about to pass it."""
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        if abs(before[k, col.LENGTH] - edge) > landing and -near <= _past_edge(tables, reports, i)[0] <= 0.0:
+        if abs(before[k, Report.LENGTH] - edge) > landing and -near <= _past_edge(tables, reports, i)[0] <= 0.0:
             return True
     return False
 
@@ -157,7 +157,7 @@ def lets_go(tables, before, reports, largest, share, landing):
     """
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
-            if reports[k, col.VALUE] == 0.0 and abs(before[k, col.VALUE]) > share * largest[k]:
+            if reports[k, Report.VALUE] == 0.0 and abs(before[k, Report.VALUE]) > share * largest[k]:
                 return True
             if (
                 abs(depth_of(tables, before, k)) <= landing
@@ -179,12 +179,12 @@ def remember_onset(tables, before, reports, k, m, controls, near):
     if new > -old >= 0.0:
         rate = rate_of_depth(tables, before, k)
     if new <= 0.0 or old <= 0.0:
-        m[col.ONSET] = max(rate, controls.floor, controls.graze * m[col.FASTEST])
+        m[Memory.ONSET] = max(rate, controls.floor, controls.graze * m[Memory.FASTEST])
     if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
-        if tables.forces[k, col.KIND] == col.CONTACT:
-            m[col.FASTEST] = max(m[col.FASTEST], m[col.ONSET])
+        if tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
+            m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
         return 1
-    return -1 if reports[k, col.VALUE] == 0.0 and before[k, col.VALUE] != 0.0 else 0
+    return -1 if reports[k, Report.VALUE] == 0.0 and before[k, Report.VALUE] != 0.0 else 0
 
 
 @draft

@@ -14,7 +14,7 @@ from .explicit import look
 from .output import Output
 from .scene import CompiledScene
 from .start import dormand_prince
-from .tables import BRISTLE
+from .tables import Memory
 
 BARE = 1e-9
 """Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""
@@ -35,7 +35,7 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     h = out.time[nxt] - out.time[step]
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
     memory = out.memory[step].copy()
-    memory[:, :, BRISTLE] += x[:, None] * (out.memory[nxt, :, BRISTLE] - memory[:, :, BRISTLE])
+    memory[:, :, Memory.BRISTLE] += x[:, None] * (out.memory[nxt, :, Memory.BRISTLE] - memory[:, :, Memory.BRISTLE])
     places, way = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = np.where(h[:, None] > 0, way / h[:, None], out.v[step])

@@ -9,7 +9,7 @@ from .kernel import changes_at, forces, rows_at
 from .lawtable import AFTER
 from .radau import renew_heavy
 from .samples import dense, write_after_jump
-from .tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE, Instant
+from .tables import ForceKind, Forces, Instant, Memory, Report
 
 FORGETS = 0.8
 """Share of its largest force that a contact keeps from step to step."""
@@ -65,16 +65,16 @@ def remember(tables, work, state, controls, counts):
     near = 2.0 * outside(state, controls)
     changed = reaches_edge(tables, state.before, work.reports, landing(state, controls), near)
     for k in range(tables.forces.shape[0]):
-        kind, m = tables.forces[k, KIND], state.memory[k]
+        kind, m = tables.forces[k, Forces.KIND], state.memory[k]
         copy(m, state.old[k])
-        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, VALUE]))
+        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, Report.VALUE]))
         if touches(tables, k):
             event = remember_onset(tables, state.before, work.reports, k, m, controls, near)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1
-        if kind == JOURNAL or kind == SEAT:
-            m[BRISTLE], m[SLIDING] = work.reports[k, BENT], work.reports[k, SLIP]
+        if kind == ForceKind.JOURNAL or kind == ForceKind.SEAT:
+            m[Memory.BRISTLE], m[Memory.SLIDING] = work.reports[k, Report.BENT], work.reports[k, Report.SLIP]
     return changed
 
 

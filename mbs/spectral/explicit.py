@@ -17,9 +17,9 @@ from .fronts import factor, solve
 from .kernel import add_modal, change_at, couple_modes, renew_mass, renew_rows, row_at, row_times
 from .lawtable import AFTER, bristle_rate
 from .markers import place_marker
-from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
+from .output import Ended
 from .strips import add_strips
-from .tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP, Instant
+from .tables import ForceKind, Forces, Instant, Memory, Report
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
 WEIGHTS = np.array(
@@ -61,7 +61,7 @@ def rates_at(model, t, y, out):
     n, r = flight.force.size, flight.lam.size
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
-        flight.memory[k, BRISTLE] = y[2 * n + k]
+        flight.memory[k, Memory.BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
         place_marker(tables, work, m, q, v, False)
     for i in range(n):
@@ -92,10 +92,10 @@ def rates_at(model, t, y, out):
     for k in range(r):
         flight.lam[k] = flight.right[n + k]
     for k in range(tables.forces.shape[0]):
-        kind, law = tables.forces[k, KIND], tables.forces[k, FRICTION_OF]
+        kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
-        if law >= 0 and (kind == SEAT or (kind == JOURNAL and work.reports[k, LENGTH] > 0.0)):
-            out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, SLIP])
+        if law >= 0 and (kind == ForceKind.SEAT or (kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0)):
+            out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
 
 @jit
@@ -107,8 +107,8 @@ def look(model, out):
         for j in range(n):
             flight.trial[j], flight.trial[n + j] = out.q[i, j], out.v[i, j]
         for k in range(model.tables.forces.shape[0]):
-            flight.memory[k, ONSET] = out.memory[i, k, ONSET]
-            flight.trial[2 * n + k] = out.memory[i, k, BRISTLE]
+            flight.memory[k, Memory.ONSET] = out.memory[i, k, Memory.ONSET]
+            flight.trial[2 * n + k] = out.memory[i, k, Memory.BRISTLE]
         rates_at(model, out.time[i], flight.trial, flight.rates[1])
         for j in range(n):
             out.a[i, j] = flight.rates[1, n + j]
@@ -187,7 +187,7 @@ def _try(model, clock, h, last, controls, counts):
         if not error < 1e300:
             flight.rates[1:] = 0.0
         if clock.wanted < controls.shortest:
-            counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
+            counts.status = Ended.UNDERFLOW if error < 1e300 else Ended.NOT_FINITE
         return False
     landing = max(1e-3 * controls.tolerance, 1e-12) * flight.units.max()
     first = first_onset(model.tables, flight.before, model.work.reports, h, landing, 0.0, controls.located)
@@ -231,7 +231,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
         rates_at(model, clock.time, flight.y, flight.rates[0])
         copy(model.work.reports, flight.before)
         _write(flight, out, counts, clock.time, clock.time)
-    while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < out.time.size:
+    while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
         stop = _next_stop(clock, controls, stops)
         h = min(clock.wanted, controls.longest)
         reach = 1.0 if clock.held > 0.0 else 1.0001  # not beyond an onset, which would be stepped over again
@@ -239,7 +239,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
             h = stop - clock.time
         last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.budget:
-            counts.status = TOO_MANY
+            counts.status = Ended.TOO_MANY
         if not _try(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
@@ -265,7 +265,7 @@ def _remember(tables, work, flight, controls, counts):
                 counts.onsets += 1
             elif event < 0:
                 flight.new[2 * n + k] = 0.0
-        m[SLIDING] = work.reports[k, SLIP]
+        m[Memory.SLIDING] = work.reports[k, Report.SLIP]
     return changed
 
 
@@ -280,4 +280,5 @@ def _write(flight, out, counts, t, before):
     copy(flight.lam, out.lam[i])
     for k in range(flight.memory.shape[0]):
         m = out.memory[i, k]
-        m[ONSET], m[BRISTLE], m[SLIDING], m[FASTEST] = flight.memory[k, ONSET], flight.y[2 * n + k], 0.0, t
+        m[Memory.ONSET], m[Memory.BRISTLE] = flight.memory[k, Memory.ONSET], flight.y[2 * n + k]
+        m[Memory.SLIDING], m[Memory.FASTEST] = 0.0, t

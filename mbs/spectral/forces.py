@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.table import call
-from . import tables as col
+from ..laws.table import LawColumn, call
 from .compiling import draft, inline
 from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope, slopes_along, value_along
 from .markers import (
@@ -24,36 +23,37 @@ from .markers import (
     rate_of,
 )  # fmt: skip
 from .stateful import add_stateful, bend_stateful
+from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 
 @draft
 def _pressing(tables, work, k, now):
     """Force that the friction of force k follows: a constraint's own, or that of the contact before it; 0 of other forces."""
-    row = tables.forces[k, col.ROW_OF]
+    row = tables.forces[k, Forces.ROW]
     if row >= 0:
         return now.lam[row]
-    return work.reports[tables.forces[k, col.B], col.VALUE] if tables.forces[k, col.KIND] == col.SEAT else 0.0
+    return work.reports[tables.forces[k, Forces.B], Report.VALUE] if tables.forces[k, Forces.KIND] == ForceKind.SEAT else 0.0
 
 
 @inline
 def _along(tables, work, k, now, f):
     """A force along a measure."""
-    number, grad, reaction = tables.forces[k, col.A], work.grad, _pressing(tables, work, k, now)
+    number, grad, reaction = tables.forces[k, Forces.A], work.grad, _pressing(tables, work, k, now)
     value, rate = measure(tables, work, number, grad)
     force = tables.factors[k] * value_along(tables, k, now, value, rate, reaction)
     out = work.reports[k]
-    out[col.VALUE], out[col.LENGTH], out[col.RATE], out[col.SLIP] = force, value, rate, rate
-    if tables.forces[k, col.KIND] == col.SEAT:
-        out[col.BENT] = rubbing(tables, tables.forces[k, col.FRICTION_OF], rate, now.memory[k], now.since)[1]
+    out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
+    if tables.forces[k, Forces.KIND] == ForceKind.SEAT:
+        out[Report.BENT] = rubbing(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
     add_gradient(tables, work, number, grad, force, f)
 
 
 @draft
 def _bend_along(tables, work, k, now, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
-    number, grad, hess, reaction = tables.forces[k, col.A], work.grad, work.hess, _pressing(tables, work, k, now)
-    a, b, factor = tables.measures[number, col.A], tables.measures[number, col.B], tables.factors[k]
-    force = work.reports[k, col.VALUE]
+    number, grad, hess, reaction = tables.forces[k, Forces.A], work.grad, work.hess, _pressing(tables, work, k, now)
+    a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
+    force = work.reports[k, Report.VALUE]
     value, rate = measure(tables, work, number, grad)
     curve(tables, work, number, grad, hess)
     by_value, by_rate = slopes_along(tables, k, now, value, rate, reaction)
@@ -69,14 +69,13 @@ def _bend_along(tables, work, k, now, mass):
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.sway[j]) + force * hess[i, j]
     add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
     add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), work.stiff, 0)
-    add_geometric(
-        tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), work.stiff, tables.markers[a, col.COUNT]
-    )
+    across = tables.markers[a, Markers.COUNT]
+    add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), work.stiff, across)
     if by_rate != 0.0:
         add_pair(tables, work, (a, b, 0), c, -1.0, work.slope, work.damp)
         add_pair(tables, work, (a, b, 0), c, -1.0, work.drift, work.stiff)
-    if tables.forces[k, col.KIND] == col.SEAT and reaction != 0.0:
-        if tables.forces[k, col.ROW_OF] >= 0:
+    if tables.forces[k, Forces.KIND] == ForceKind.SEAT and reaction != 0.0:
+        if tables.forces[k, Forces.ROW] >= 0:
             _add_cross(tables, work, k, number, grad, -force / reaction, mass)
         else:
             _follow_contact(tables, work, k, now, force / reaction)
@@ -85,9 +84,9 @@ def _bend_along(tables, work, k, now, mass):
 @draft
 def _follow_contact(tables, work, k, now, share):
     """Add derivatives of friction along a face by the markers through its contact's force, of which it is a share."""
-    contact, number, grad, h, c = tables.forces[k, col.B], tables.forces[k, col.A], work.grad, work.by_place, work.by_rate
-    across, factor = tables.forces[contact, col.A], share * tables.factors[contact]
-    a, b = tables.measures[across, col.A], tables.measures[across, col.B]
+    contact, number, grad, h, c = tables.forces[k, Forces.B], tables.forces[k, Forces.A], work.grad, work.by_place, work.by_rate
+    across, factor = tables.forces[contact, Forces.A], share * tables.factors[contact]
+    a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
     value, rate = measure(tables, work, across, grad)
     curve(tables, work, across, grad, work.hess)
     by_value, by_rate = slopes_along(tables, contact, now, value, rate, 0.0)
@@ -121,36 +120,39 @@ def touch(tables, work, k, mem, since, out):
 
     e = r_pin - r_bush, n = e/|e|; both bodies feel the force at the pin's surface r_pin + R n, so that force and moment balance.
     """
-    a, b, number = work.state[tables.forces[k, col.A]], work.state[tables.forces[k, col.B]], tables.forces[k, col.NUMBERS]
+    a, b = work.state[tables.forces[k, Forces.A]], work.state[tables.forces[k, Forces.B]]
+    number = tables.forces[k, Forces.NUMBERS]
     radius, gap = tables.data[number], tables.data[number + 1]
-    ex, ey, ux, uy = a[col.X] - b[col.X], a[col.Y] - b[col.Y], a[col.VX] - b[col.VX], a[col.VY] - b[col.VY]
+    ex, ey, ux, uy = a[State.X] - b[State.X], a[State.Y] - b[State.Y], a[State.VX] - b[State.VX], a[State.VY] - b[State.VY]
     e = np.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
     depth, rate = e - gap, nx * ux + ny * uy
-    sliding = nx * uy - ny * ux + a[col.SPIN] * radius - b[col.SPIN] * (e + radius)
-    out[col.VALUE], out[col.FRICTION], out[col.BENT], out[col.FX], out[col.FY] = 0.0, 0.0, 0.0, nx, ny
-    out[col.LENGTH], out[col.RATE], out[col.SLIP] = depth, rate, sliding
+    sliding = nx * uy - ny * ux + a[State.SPIN] * radius - b[State.SPIN] * (e + radius)
+    out[Report.VALUE], out[Report.FRICTION], out[Report.BENT], out[Report.FX], out[Report.FY] = 0.0, 0.0, 0.0, nx, ny
+    out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = depth, rate, sliding
     if depth > 0.0:
-        out[col.VALUE] = normal_force(tables, tables.forces[k, col.LAW_OF], depth, rate, mem[col.ONSET])
-        coefficient, out[col.BENT] = rubbing(tables, tables.forces[k, col.FRICTION_OF], sliding, mem, since)
-        out[col.FRICTION] = coefficient * out[col.VALUE]
+        out[Report.VALUE] = normal_force(tables, tables.forces[k, Forces.LAW], depth, rate, mem[Memory.ONSET])
+        coefficient, out[Report.BENT] = rubbing(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
+        out[Report.FRICTION] = coefficient * out[Report.VALUE]
     elif since < 0.0:
-        out[col.BENT] = mem[col.BRISTLE]
+        out[Report.BENT] = mem[Memory.BRISTLE]
 
 
 @inline
 def _push_of_pin(tables, k, number, out):
     """Pin's radius, eccentricity, friction's force, and all force on the pin, of a contact that is closed."""
-    nx, ny, push, drag = out[col.FX], out[col.FY], tables.factors[k] * out[col.VALUE], tables.factors[k] * out[col.FRICTION]
-    return tables.data[number], out[col.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
+    nx, ny = out[Report.FX], out[Report.FY]
+    push, drag = tables.factors[k] * out[Report.VALUE], tables.factors[k] * out[Report.FRICTION]
+    return tables.data[number], out[Report.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
 
 
 @inline
 def _journal(tables, work, k, mem, since, f):
     """A pin in a bush."""
-    ma, mb, number, out = tables.forces[k, col.A], tables.forces[k, col.B], tables.forces[k, col.NUMBERS], work.reports[k]
+    ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
+    number = tables.forces[k, Forces.NUMBERS]
     touch(tables, work, k, mem[k], since, out)
-    if out[col.LENGTH] <= 0.0:
+    if out[Report.LENGTH] <= 0.0:
         return
     radius, e, drag, fx, fy = _push_of_pin(tables, k, number, out)
     add_force(tables, work, ma, fx, fy, -radius * drag, f)
@@ -160,23 +162,25 @@ def _journal(tables, work, k, mem, since, f):
 @draft
 def _bend_journal(tables, work, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
-    ma, mb, number, out = tables.forces[k, col.A], tables.forces[k, col.B], tables.forces[k, col.NUMBERS], work.reports[k]
-    if out[col.LENGTH] <= 0.0:
+    ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
+    number = tables.forces[k, Forces.NUMBERS]
+    if out[Report.LENGTH] <= 0.0:
         return
-    factor, tx, ty = tables.factors[k], -out[col.FY], out[col.FX]
-    (radius, e, drag, fx, fy), nx, ny = _push_of_pin(tables, k, number, out), out[col.FX], out[col.FY]
-    push = factor * out[col.VALUE]
-    by_depth, by_rate = normal_slopes(tables, tables.forces[k, col.LAW_OF], out[col.LENGTH], out[col.RATE], mem[k, col.ONSET])
+    factor, tx, ty = tables.factors[k], -out[Report.FY], out[Report.FX]
+    (radius, e, drag, fx, fy), nx, ny = _push_of_pin(tables, k, number, out), out[Report.FX], out[Report.FY]
+    push = factor * out[Report.VALUE]
+    law = tables.forces[k, Forces.LAW]
+    by_depth, by_rate = normal_slopes(tables, law, out[Report.LENGTH], out[Report.RATE], mem[k, Memory.ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * rubbing_slope(tables, tables.forces[k, col.FRICTION_OF], out[col.SLIP], mem[k], since)
-    sway = (work.state[ma, col.VX] - work.state[mb, col.VX]) * tx + (work.state[ma, col.VY] - work.state[mb, col.VY]) * ty
+    by_slide = push * rubbing_slope(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
+    sway = (work.state[ma, State.VX] - work.state[mb, State.VX]) * tx + (work.state[ma, State.VY] - work.state[mb, State.VY]) * ty
     h, c = work.by_place, work.by_rate
     for j in range(6):
         # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        slide_x = -out[col.RATE] * across / e - work.state[mb, col.SPIN] * along
+        slide_x = -out[Report.RATE] * across / e - work.state[mb, State.SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
         push_x = factor * (by_depth * along + by_rate * sway * across / e)
         push_v = factor * by_rate * along
@@ -194,42 +198,42 @@ def _bend_journal(tables, work, k, q, mem, since):
     add_pair(tables, work, (ma, mb, 0), c, -1.0, work.slope, work.damp)
     add_pair(tables, work, (ma, mb, 0), c, -1.0, work.drift, work.stiff)
     add_geometric(tables, work, ma, q, (-fx, -fy, radius * drag), work.stiff, 0)
-    add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), work.stiff, tables.markers[ma, col.COUNT])
+    add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), work.stiff, tables.markers[ma, Markers.COUNT])
 
 
 @draft
 def _moment(tables, work, k, push_x, push_y):
     """Moment of a push about its marker, where its line of action stays in the plane."""
-    a, number = tables.forces[k, col.A], tables.forces[k, col.NUMBERS]
-    rx, ry = tables.data[number + 4] - work.state[a, col.X], tables.data[number + 5] - work.state[a, col.Y]
+    a, number = tables.forces[k, Forces.A], tables.forces[k, Forces.NUMBERS]
+    rx, ry = tables.data[number + 4] - work.state[a, State.X], tables.data[number + 5] - work.state[a, State.Y]
     return tables.data[number + 3] * (rx * push_y - ry * push_x)
 
 
 @inline
 def _push(tables, work, k, t, f):
     """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
-    a, b, number = tables.forces[k, col.A], tables.forces[k, col.B], tables.forces[k, col.NUMBERS]
-    law = tables.forces[k, col.LAW_OF]
+    a, b, number = tables.forces[k, Forces.A], tables.forces[k, Forces.B], tables.forces[k, Forces.NUMBERS]
+    law = tables.forces[k, Forces.LAW]
     px, py = tables.data[number], tables.data[number + 1]
     if law >= 0:
-        px, py = call(tables.laws[law, col.CALL], (t,)), call(tables.laws[law, col.CALL_TOO], (t,))
-    angle = work.state[b, col.TURN] - tables.data[number + 2]
+        px, py = call(tables.laws[law, LawColumn.CALL], (t,)), call(tables.laws[law, LawColumn.CALL_TOO], (t,))
+    angle = work.state[b, State.TURN] - tables.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)
-    work.reports[k, col.VALUE], work.reports[k, col.FX], work.reports[k, col.FY] = np.sqrt(fx * fx + fy * fy), fx, fy
+    work.reports[k, Report.VALUE], work.reports[k, Report.FX], work.reports[k, Report.FY] = np.sqrt(fx * fx + fy * fy), fx, fy
     add_force(tables, work, a, fx, fy, _moment(tables, work, k, fx, fy), f)
 
 
 @draft
 def _bend_push(tables, work, k, q):
     """Derivatives of a force at a marker."""
-    a, b, fx, fy = tables.forces[k, col.A], tables.forces[k, col.B], work.reports[k, col.FX], work.reports[k, col.FY]
+    a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
     h = work.by_place
     add_geometric(tables, work, a, q, (-fx, -fy, -_moment(tables, work, k, fx, fy)), work.stiff, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
-    held = tables.data[tables.forces[k, col.NUMBERS] + 3]
+    held = tables.data[tables.forces[k, Forces.NUMBERS] + 3]
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -held * fy, held * fx
     add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
@@ -238,12 +242,12 @@ def _bend_push(tables, work, k, q):
 @inline
 def add_one(tables, work, k, now, f):
     """Add force k; see `add_forces`."""
-    kind = tables.forces[k, col.KIND]
-    if kind == col.JOURNAL:
+    kind = tables.forces[k, Forces.KIND]
+    if kind == ForceKind.JOURNAL:
         _journal(tables, work, k, now.memory, now.since, f)
-    elif kind == col.PUSH:
+    elif kind == ForceKind.PUSH:
         _push(tables, work, k, tables.pace[0] * now.time, f)
-    elif kind == col.STATEFUL:
+    elif kind == ForceKind.STATEFUL:
         add_stateful(tables, work, k, tables.pace[0] * now.time, f)
     else:
         _along(tables, work, k, now, f)
@@ -260,13 +264,13 @@ def add_forces(tables, work, now, f):
 def bend_forces(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):
-        kind, block = tables.forces[k, col.KIND], tables.rows.shape[0] + k
+        kind, block = tables.forces[k, Forces.KIND], tables.rows.shape[0] + k
         clear_block(tables, work, block)
-        if kind == col.JOURNAL:
+        if kind == ForceKind.JOURNAL:
             _bend_journal(tables, work, k, now.q, now.memory, now.since)
-        elif kind == col.PUSH:
+        elif kind == ForceKind.PUSH:
             _bend_push(tables, work, k, now.q)
-        elif kind == col.STATEFUL:
+        elif kind == ForceKind.STATEFUL:
             bend_stateful(tables, work, k, tables.pace[0] * now.time, now.q)
         else:
             _bend_along(tables, work, k, now, mass)

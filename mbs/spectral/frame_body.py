@@ -11,8 +11,8 @@ import numpy as np
 from ..elements import Link, Modal
 from ..geometry import Array
 from ..modal.planar import STATIONS, PlanarModel
-from . import tables as k
 from .builder import Attached, Builder
+from .tables import MarkerKind, MeasureKind
 
 
 @dataclass
@@ -39,7 +39,7 @@ class FrameBody:
         local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         o = self.offset
-        return builder.add_marker(k.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
+        return builder.add_marker(MarkerKind.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Rates for unit rates of the start (x, y) and of the angle."""
@@ -83,8 +83,8 @@ def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
         o = builder.coordinates((0.0,))
         builder.angles(o)
         builder.mass((o,), np.array([[each.inertia]]))
-        own = builder.add_marker(k.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
-        builder.add_row(name, [(1.0, builder.add_measure(k.ANGLE, own, marker))])
+        own = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
+        builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, own, marker))])
 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:

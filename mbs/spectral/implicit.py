@@ -20,7 +20,7 @@ from .forces import add_forces
 from .kernel import forces, rows_at
 from .markers import place_markers
 from .newton import SLOW, newton
-from .output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
+from .output import Ended
 from .radau import REAL, deformation, error_of, follow_units, integrate, predict, put_back, renew_heavy
 from .samples import (
     JUMP,
@@ -32,7 +32,7 @@ from .samples import (
     write_between,
 )
 from .strips import MIXED, PLAIN, elastic_stresses
-from .tables import VALUE, Instant
+from .tables import Instant, Report
 
 ORDER = 0.25
 """One over the order of the local error."""
@@ -112,10 +112,11 @@ def _error(model, t, h, controls, least):
         for k in range(tables.forces.shape[0]):
             if touches(tables, k):
                 deep = error_of_depth(tables, state, work.reports, h, k, least, NOISE * state.whole.max())
-                push = max(abs(state.before[k, VALUE]), abs(state.shifted[k, VALUE]), LIGHT * state.largest[k], 1e-300)
+                before, shifted = state.before[k, Report.VALUE], state.shifted[k, Report.VALUE]
+                push = max(abs(before), abs(shifted), LIGHT * state.largest[k], 1e-300)
                 error = max(error, deep / allowed)
                 if deep > 0.0:
-                    error = max(error, abs(work.reports[k, VALUE] - state.shifted[k, VALUE]) / (push * HARDER * allowed))
+                    error = max(error, abs(work.reports[k, Report.VALUE] - shifted) / (push * HARDER * allowed))
         copy(state.shifted, work.reports)
     return error
 
@@ -169,7 +170,7 @@ def _try(model, clock, h, at, controls, counts):
     if ratio > 1.0:
         clock.wanted, clock.previous, clock.grow = 0.5 * h, 0.0, 1.0
         if clock.wanted < shortest:
-            counts.status = UNDERFLOW if np.isfinite(state.residual.sum()) else NOT_FINITE
+            counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
     clock.error = _error(model, at, h, controls, near)
     part = first_onset(tables, state.before, work.reports, h, near, outside(state, controls), True)
@@ -238,11 +239,11 @@ def run_implicit(model, clock, controls, stops, out, counts):
         _begin(model, clock.time, controls.tolerance)
         write(state, out, counts, clock.time, clock.time)
     mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
-    while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
+    while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
         stop = _next_stop(model, clock, controls, stops, out, counts)
         h = _length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.budget:
-            counts.status = TOO_MANY
+            counts.status = Ended.TOO_MANY
         last = h >= stop - clock.time
         at = stop * (1.0 - 4e-16) if last else clock.time + h  # just before a drive's kink
         if not _try(model, clock, h, at, controls, counts):

@@ -22,7 +22,7 @@ from .markers import (
     put_gradient,
 )  # fmt: skip
 from .strips import add_strips, bend_strips
-from .tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, WIDTH, A, B
+from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, RowColumn
 
 
 @inline
@@ -217,28 +217,28 @@ def tangents(tables, work, now, mass, damp, stiff):
 @inline
 def row_at(tables, work, r, t, residual, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
-    grad, at, total = work.grad, tables.blocks[r, MEMBERS], 0.0
-    first, drive, count = tables.rows[r, LEAD], tables.rows[r, MOTION_OF], tables.rows[r, TERMS]
+    grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
+    first, drive, count = tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
     travel, rate = 0.0, 0.0
     if drive >= 0:
         travel, rate = motion(tables, drive, t)
     for k in range(first, first + count):
         value, _ = measure(tables, work, k, grad)
-        total += tables.directions[k, SHARE] * value
-        at = put_gradient(tables, work, k, grad, tables.directions[k, SHARE], jacobian, at)
+        total += tables.directions[k, Directions.SHARE] * value
+        at = put_gradient(tables, work, k, grad, tables.directions[k, Directions.SHARE], jacobian, at)
     residual[r], speed[r] = total - tables.values[r] - travel, rate
-    if count == 1 and tables.measures[first, KIND] == ANGLE:
+    if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
         residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
 @inline
 def change_at(tables, work, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
-    first, drive, grad = tables.rows[r, LEAD], tables.rows[r, MOTION_OF], work.grad
+    first, drive, grad = tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.MOTION], work.grad
     change[r] = second_rate(tables, drive, t, side) if drive >= 0 else 0.0
-    for k in range(first, first + tables.rows[r, TERMS]):
+    for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
         measure(tables, work, k, grad)
-        change[r] -= tables.directions[k, SHARE] * bias_of(tables, work, k, grad, work.hess)
+        change[r] -= tables.directions[k, Directions.SHARE] * bias_of(tables, work, k, grad, work.hess)
 
 
 @draft
@@ -262,8 +262,8 @@ def changes_at(tables, work, t, side, change):
 @draft
 def row_times(tables, r, jacobian, v):
     """Row r of G times v."""
-    first, total = tables.blocks[r, MEMBERS], 0.0
-    for i in range(first, first + tables.blocks[r, WIDTH] - 1):
+    first, total = tables.blocks[r, BlockColumn.MEMBERS], 0.0
+    for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
         total += jacobian[i] * v[tables.members[i]]
     return total
 
@@ -272,8 +272,8 @@ def row_times(tables, r, jacobian, v):
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
-        first, push = tables.blocks[r, MEMBERS], lam[r]
-        for i in range(first, first + tables.blocks[r, WIDTH] - 1):
+        first, push = tables.blocks[r, BlockColumn.MEMBERS], lam[r]
+        for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
             out[tables.members[i]] += jacobian[i] * push
 
 
@@ -294,13 +294,17 @@ def add_multipliers(tables, work, q, lam, stiff):
     for r in range(tables.rows.shape[0]):
         clear_block(tables, work, r)
         at = 0
-        for k in range(tables.rows[r, LEAD], tables.rows[r, LEAD] + tables.rows[r, TERMS]):
-            a, b, push = tables.measures[k, A], tables.measures[k, B], lam[r] * tables.directions[k, SHARE]
+        for k in range(tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.LEAD] + tables.rows[r, RowColumn.TERMS]):
+            a, b, push = (
+                tables.measures[k, Measures.A],
+                tables.measures[k, Measures.B],
+                lam[r] * tables.directions[k, Directions.SHARE],
+            )
             measure(tables, work, k, grad)
             if curve(tables, work, k, grad, hess):
                 add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)
             add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.stiff, at)
-            at += tables.markers[a, COUNT]
+            at += tables.markers[a, Markers.COUNT]
             add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.stiff, at)
-            at += tables.markers[b, COUNT]
+            at += tables.markers[b, Markers.COUNT]
         add_entries(tables, r, work.stiff, stiff)

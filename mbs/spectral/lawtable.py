@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws import table
-from ..laws.table import BRISTLE_CALLED, LUGRE, call
-from . import tables as col
+from ..laws.table import FrictionKind, LawColumn, call
 from .compiling import compile_below, draft
+from .tables import ForceKind, Forces, Memory, MotionKind
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
 bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
 AFTER = 1e-6
 """Step [s] of the difference that gives a drive's acceleration just after a time: short beside any motion."""
-BEFORE = -1e-6
+BEFORE = -AFTER
 """Step [s] of the difference that gives a drive's acceleration just before a time."""
 
 
@@ -29,12 +29,12 @@ def normal_slopes(tables, law, depth, rate, onset):
 @draft
 def rubbing(tables, law, speed, mem, since):
     """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
-    kind = tables.laws[law, col.KIND]
-    if kind != LUGRE and kind != BRISTLE_CALLED:
+    kind = tables.laws[law, LawColumn.KIND]
+    if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
         return friction(tables, law, speed, 0.0), 0.0
-    bristle = mem[col.BRISTLE]
+    bristle = mem[Memory.BRISTLE]
     if since >= 0.0:
-        bristle = bristle_after(tables, law, mem[col.BRISTLE], 0.5 * (mem[col.SLIDING] + speed), since)
+        bristle = bristle_after(tables, law, mem[Memory.BRISTLE], 0.5 * (mem[Memory.SLIDING] + speed), since)
     return friction(tables, law, speed, bristle), bristle
 
 
@@ -48,28 +48,28 @@ def rubbing_slope(tables, law, speed, mem, since):
 @draft
 def motion(tables, k, t):
     """Travel of drive k at time t, and its speed."""
-    kind, pace = tables.motions[k, col.KIND], tables.pace[0]
+    kind, pace = tables.motions[k, LawColumn.KIND], tables.pace[0]
     t = pace * t
-    if kind == col.RAMP:
+    if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         r, slope = min(t, duration), (end - start) / duration
         return start * r + 0.5 * slope * r * r + end * (t - r), pace * (start + slope * r)
-    if kind == col.STEADY:
+    if kind == MotionKind.STEADY:
         return 0.0, 0.0
-    return call(tables.motions[k, col.CALL], (t,)), pace * call(tables.motions[k, col.CALL_TOO], (t,))
+    return call(tables.motions[k, LawColumn.CALL], (t,)), pace * call(tables.motions[k, LawColumn.CALL_TOO], (t,))
 
 
 @draft
 def second_rate(tables, k, t, side):
     """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
-    kind, pace = tables.motions[k, col.KIND], tables.pace[0]
+    kind, pace = tables.motions[k, LawColumn.KIND], tables.pace[0]
     t = pace * t
-    if kind == col.RAMP:
+    if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         return pace * pace * (end - start) / duration if t < duration else 0.0
-    if kind == col.STEADY:
+    if kind == MotionKind.STEADY:
         return 0.0
-    speed, h = tables.motions[k, col.CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
+    speed, h = tables.motions[k, LawColumn.CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
     return pace * pace * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
@@ -110,52 +110,54 @@ def motor(t, speed, p, address):
 def value_along(tables, k, now, value, rate, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
     t, mem = tables.pace[0] * now.time, now.memory[k]
-    kind, number = tables.forces[k, col.KIND], tables.forces[k, col.NUMBERS]
+    kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == col.LINE_SPRING:
+    if kind == ForceKind.LINE_SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
-    if kind == col.CONTACT:
+    if kind == ForceKind.CONTACT:
         depth = p[0] * (value - p[1])
         if depth <= 0.0:
             return 0.0
-        return -p[0] * normal_force(tables, tables.forces[k, col.LAW_OF], depth, p[0] * rate, mem[col.ONSET])
-    if kind == col.DRY:
+        return -p[0] * normal_force(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
+    if kind == ForceKind.DRY:
         return -dry(rate, p)
-    if kind == col.SEAT:
-        return -rubbing(tables, tables.forces[k, col.FRICTION_OF], rate, mem, now.since)[0] * abs(reaction)
-    if kind == col.STRUT:
-        return -strut(value, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL])
-    if kind == col.GIVEN:
-        address = tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0
+    if kind == ForceKind.SEAT:
+        return -rubbing(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
+    if kind == ForceKind.STRUT:
+        return -strut(value, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL])
+    if kind == ForceKind.GIVEN:
+        address = tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL] if tables.forces[k, Forces.LAW] >= 0 else 0
         return p[0] if address == 0 else call(address, (t,))
-    if kind == col.MOTOR:
-        return motor(t, rate, p, tables.laws[tables.forces[k, col.LAW_OF], col.CALL] if tables.forces[k, col.LAW_OF] >= 0 else 0)
+    if kind == ForceKind.MOTOR:
+        return motor(
+            t, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL] if tables.forces[k, Forces.LAW] >= 0 else 0
+        )
     if p[0] == 1.0:  # a spring's law
-        return -call(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], (value - p[2], rate))
-    return call(tables.laws[tables.forces[k, col.LAW_OF], col.CALL], (t, value - p[2], rate))
+        return -call(tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL], (value - p[2], rate))
+    return call(tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL], (t, value - p[2], rate))
 
 
 @draft
 def slopes_along(tables, k, now, value, rate, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     mem = now.memory[k]
-    kind, number = tables.forces[k, col.KIND], tables.forces[k, col.NUMBERS]
+    kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == col.LINE_SPRING:
+    if kind == ForceKind.LINE_SPRING:
         return -p[0], -p[1]
-    if kind == col.CONTACT:
+    if kind == ForceKind.CONTACT:
         depth = p[0] * (value - p[1])
         if depth <= 0.0:
             return 0.0, 0.0
-        by_depth, by_rate = normal_slopes(tables, tables.forces[k, col.LAW_OF], depth, p[0] * rate, mem[col.ONSET])
+        by_depth, by_rate = normal_slopes(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
         return -by_depth, -by_rate
-    if kind == col.GIVEN:
+    if kind == ForceKind.GIVEN:
         return 0.0, 0.0
-    if kind == col.SEAT:
-        return 0.0, -rubbing_slope(tables, tables.forces[k, col.FRICTION_OF], rate, mem, now.since) * abs(reaction)
-    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == col.MOTOR else 1e-3)
-    if kind == col.STRUT or kind == col.LAW:
-        hv = 1e-6 * max(abs(value), 1e-3) if kind == col.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
+    if kind == ForceKind.SEAT:
+        return 0.0, -rubbing_slope(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
+    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)
+    if kind == ForceKind.STRUT or kind == ForceKind.LAW:
+        hv = 1e-6 * max(abs(value), 1e-3) if kind == ForceKind.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
         by_value = (
             value_along(tables, k, now, value + hv, rate, reaction) - value_along(tables, k, now, value - hv, rate, reaction)
         ) / (2.0 * hv)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import tables as col
 from .compiling import draft, inline
+from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, Measures, State
 
 
 @inline
 def _place_frame(tables, work, m, q, v, drifts):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
-    o, size, first = tables.markers[m, col.OFFSET], tables.markers[m, col.SIZE], tables.markers[m, col.FIRST]
-    d = tables.markers[m, col.DATA]
+    o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
+    d = tables.markers[m, Markers.DATA]
     lx, ly, angle, rx, ry, turn = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2], 0.0, 0.0, 0.0
     for k in range(size):
         px, py, pa = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], tables.data[d + 5 + 3 * k]
@@ -20,16 +20,16 @@ def _place_frame(tables, work, m, q, v, drifts):
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
     p, j, dj, spin = work.state[m], work.slope, work.drift, v[o + 2]
-    twin = tables.markers[m, col.TWIN]
+    twin = tables.markers[m, Markers.TWIN]
     if twin >= 0:
-        p[col.COS], p[col.SIN] = work.state[twin, col.COS], work.state[twin, col.SIN]
+        p[State.COS], p[State.SIN] = work.state[twin, State.COS], work.state[twin, State.SIN]
     else:
-        p[col.COS], p[col.SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
-    c, sn = p[col.COS], p[col.SIN]
+        p[State.COS], p[State.SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
+    c, sn = p[State.COS], p[State.SIN]
     ax, ay, ux, uy = c * lx - sn * ly, sn * lx + c * ly, c * rx - sn * ry, sn * rx + c * ry
-    p[col.X], p[col.Y], p[col.TURN] = q[o] + ax, q[o + 1] + ay, angle
-    p[col.VX], p[col.VY], p[col.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
-    p[col.AX], p[col.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
+    p[State.X], p[State.Y], p[State.TURN] = q[o] + ax, q[o + 1] + ay, angle
+    p[State.VX], p[State.VY], p[State.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
+    p[State.AX], p[State.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
     j[0, first + 2], j[1, first + 2] = -ay, ax
     if drifts:
         dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
@@ -43,19 +43,19 @@ def _place_frame(tables, work, m, q, v, drifts):
 @inline
 def _place_linear(tables, work, m, q, v):
     """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
-    size, first, d = tables.markers[m, col.SIZE], tables.markers[m, col.FIRST], tables.markers[m, col.DATA]
+    size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     for row in range(3):
         value, rate = 0.0, 0.0
         for i in range(size):
             k, n = tables.places[first + row * size + i], tables.data[d + row * size + i]
             value, rate = value + n * q[k], rate + n * v[k]
-        work.state[m, row], work.state[m, col.VX + row] = value, rate
+        work.state[m, row], work.state[m, State.VX + row] = value, rate
 
 
 @inline
 def _place_curve(tables, work, m, q, v):
     """Place x = sum N_i x_i, y likewise; the angle is that of (x', y'), the one nearest to what it was last."""
-    size, first, d = tables.markers[m, col.SIZE], tables.markers[m, col.FIRST], tables.markers[m, col.DATA]
+    size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     p, j, dj = work.state[m], work.slope, work.drift
     x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(size):
@@ -63,12 +63,12 @@ def _place_curve(tables, work, m, q, v):
         x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
         ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
     square = ux * ux + uy * uy
-    p[col.X], p[col.Y], p[col.VX], p[col.VY] = x, y, vx, vy
+    p[State.X], p[State.Y], p[State.VX], p[State.VY] = x, y, vx, vy
     angle = np.arctan2(uy, ux)
-    p[col.TURN] = angle + 2.0 * np.pi * np.floor((p[col.TURN] - angle) / (2.0 * np.pi) + 0.5)
-    p[col.SPIN] = (ux * ry - uy * rx) / square
+    p[State.TURN] = angle + 2.0 * np.pi * np.floor((p[State.TURN] - angle) / (2.0 * np.pi) + 0.5)
+    p[State.SPIN] = (ux * ry - uy * rx) / square
     hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
-    p[col.TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
+    p[State.TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
     for i in range(size):
         n, dn = tables.data[d + i], tables.data[d + size + i]
         j[0, first + i], j[1, first + size + i] = n, n
@@ -79,12 +79,12 @@ def _place_curve(tables, work, m, q, v):
 @inline
 def place_marker(tables, work, m, q, v, drifts):
     """State of marker m and its derivatives at coordinates q and rates v; those of its rates, for tangents, if `drifts`."""
-    kind = tables.markers[m, col.KIND]
-    if kind == col.FRAME:
+    kind = tables.markers[m, Markers.KIND]
+    if kind == MarkerKind.FRAME:
         _place_frame(tables, work, m, q, v, drifts)
-    elif kind == col.LINEAR:
+    elif kind == MarkerKind.LINEAR:
         _place_linear(tables, work, m, q, v)
-    elif kind == col.CURVE:
+    elif kind == MarkerKind.CURVE:
         _place_curve(tables, work, m, q, v)
 
 
@@ -98,8 +98,8 @@ def place_markers(tables, work, q, v):
 @inline
 def add_force(tables, work, m, push_x, push_y, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
-    first = tables.markers[m, col.FIRST]
-    for i in range(first, first + tables.markers[m, col.COUNT]):
+    first = tables.markers[m, Markers.FIRST]
+    for i in range(first, first + tables.markers[m, Markers.COUNT]):
         out[tables.places[i]] += push_x * work.slope[0, i] + push_y * work.slope[1, i] + turning * work.slope[2, i]
 
 
@@ -107,9 +107,9 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
 def add_geometric(tables, work, m, q, push, out, at):
     """Add to out, from row and column `at` on, the second derivatives of push . (x, y, angle) of a marker."""
     fx, fy, turning = push
-    kind, first, size = tables.markers[m, col.KIND], tables.markers[m, col.FIRST], tables.markers[m, col.SIZE]
-    d = tables.markers[m, col.DATA]
-    if kind == col.FRAME:
+    kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
+    d = tables.markers[m, Markers.DATA]
+    if kind == MarkerKind.FRAME:
         t = at + 2
         out[t, t] += -fx * work.slope[1, first + 2] + fy * work.slope[0, first + 2]
         for k in range(size):
@@ -117,7 +117,7 @@ def add_geometric(tables, work, m, q, push, out, at):
             h = -fx * work.slope[1, i] + fy * work.slope[0, i]
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
-    elif kind == col.CURVE and turning != 0.0:
+    elif kind == MarkerKind.CURVE and turning != 0.0:
         ux, uy = 0.0, 0.0
         for i in range(size):
             dn = tables.data[d + size + i]
@@ -147,53 +147,54 @@ def _row_times(work, i, h, row, column, factor):
 @inline
 def measure(tables, work, k, grad):
     """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
-    kind, pa, pb = tables.measures[k, col.KIND], work.state[tables.measures[k, col.A]], work.state[tables.measures[k, col.B]]
-    if kind == col.ANGLE:
+    kind, a, b = tables.measures[k, Measures.KIND], tables.measures[k, Measures.A], tables.measures[k, Measures.B]
+    pa, pb = work.state[a], work.state[b]
+    if kind == MeasureKind.ANGLE:
         for i in range(6):
             grad[i] = 0.0
         grad[2], grad[5] = 1.0, -1.0
-        return pa[col.TURN] - pb[col.TURN], pa[col.SPIN] - pb[col.SPIN]
-    ex, ey = pa[col.X] - pb[col.X], pa[col.Y] - pb[col.Y]
+        return pa[State.TURN] - pb[State.TURN], pa[State.SPIN] - pb[State.SPIN]
+    ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
     dx, dy = tables.directions[k, 0], tables.directions[k, 1]
     grad[2], grad[5] = 0.0, 0.0
-    if kind == col.DISTANCE:
+    if kind == MeasureKind.DISTANCE:
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
         dx, dy = ex / length, ey / length
-    elif kind == col.TURNING:
-        c, sn = np.cos(pb[col.TURN]), np.sin(pb[col.TURN])
+    elif kind == MeasureKind.TURNING:
+        c, sn = np.cos(pb[State.TURN]), np.sin(pb[State.TURN])
         dx, dy = c * dx - sn * dy, sn * dx + c * dy
         grad[5] = dx * ey - dy * ex
     grad[0], grad[1], grad[3], grad[4] = dx, dy, -dx, -dy
-    return dx * ex + dy * ey, dx * (pa[col.VX] - pb[col.VX]) + dy * (pa[col.VY] - pb[col.VY]) + grad[5] * pb[col.SPIN]
+    return dx * ex + dy * ey, dx * (pa[State.VX] - pb[State.VX]) + dy * (pa[State.VY] - pb[State.VY]) + grad[5] * pb[State.SPIN]
 
 
 @draft
 def curve(tables, work, k, grad, hess):
     """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
-    kind, pa = tables.measures[k, col.KIND], work.state[tables.measures[k, col.A]]
-    pb, dx, dy = work.state[tables.measures[k, col.B]], grad[0], grad[1]
+    kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
+    pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     for i in range(6):
         for j in range(6):
             hess[i, j] = 0.0
-    value = dx * (pa[col.X] - pb[col.X]) + dy * (pa[col.Y] - pb[col.Y])
-    if kind == col.DISTANCE:
+    value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])
+    if kind == MeasureKind.DISTANCE:
         hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
         for a in range(0, 6, 3):
             for b in range(0, 6, 3):
                 sign = 1.0 if a == b else -1.0
                 hess[a, b], hess[a, b + 1] = sign * hxx, sign * hxy
                 hess[a + 1, b], hess[a + 1, b + 1] = sign * hxy, sign * hyy
-    elif kind == col.TURNING:
+    elif kind == MeasureKind.TURNING:
         hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
         hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
-    return kind == col.DISTANCE or kind == col.TURNING
+    return kind == MeasureKind.DISTANCE or kind == MeasureKind.TURNING
 
 
 @inline
 def add_gradient(tables, work, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
-    add_force(tables, work, tables.measures[k, col.A], factor * grad[0], factor * grad[1], factor * grad[2], out)
-    add_force(tables, work, tables.measures[k, col.B], factor * grad[3], factor * grad[4], factor * grad[5], out)
+    add_force(tables, work, tables.measures[k, Measures.A], factor * grad[0], factor * grad[1], factor * grad[2], out)
+    add_force(tables, work, tables.measures[k, Measures.B], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
 @inline
@@ -203,10 +204,10 @@ def put_gradient(tables, work, k, grad, factor, out, at):
     Returns the place after them.
     """
     for side in range(2):
-        m = tables.measures[k, col.A + side]
+        m = tables.measures[k, Measures.A + side]
         fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
-        first = tables.markers[m, col.FIRST]
-        for i in range(tables.markers[m, col.COUNT]):
+        first = tables.markers[m, Markers.FIRST]
+        for i in range(tables.markers[m, Markers.COUNT]):
             out[at] = fx * work.slope[0, first + i] + fy * work.slope[1, first + i] + turning * work.slope[2, first + i]
             at += 1
     return at
@@ -221,15 +222,15 @@ def add_pair(tables, work, pair, slopes, factor, right, out):
     """
     start = pair[2]
     for i in range(2):
-        one, to = pair[i], start + i * tables.markers[pair[0], col.COUNT]
-        first = tables.markers[one, col.FIRST]
+        one, to = pair[i], start + i * tables.markers[pair[0], Markers.COUNT]
+        first = tables.markers[one, Markers.FIRST]
         for j in range(2):
-            other, across = pair[j], start + j * tables.markers[pair[0], col.COUNT]
-            begin = tables.markers[other, col.FIRST]
-            for m in range(tables.markers[one, col.COUNT]):
+            other, across = pair[j], start + j * tables.markers[pair[0], Markers.COUNT]
+            begin = tables.markers[other, Markers.FIRST]
+            for m in range(tables.markers[one, Markers.COUNT]):
                 tx, ty, ta = _row_times(work, first + m, slopes, 3 * i, 3 * j, factor)
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
-                    for n in range(tables.markers[other, col.COUNT]):
+                    for n in range(tables.markers[other, Markers.COUNT]):
                         k = begin + n
                         out[to + m, across + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
@@ -237,7 +238,7 @@ def add_pair(tables, work, pair, slopes, factor, right, out):
 @draft
 def clear_block(tables, work, block):
     """Make room for a block's entries."""
-    m = tables.blocks[block, col.WIDTH]
+    m = tables.blocks[block, BlockColumn.WIDTH]
     for i in range(m):
         for j in range(m):
             work.stiff[i, j] = 0.0
@@ -257,20 +258,20 @@ def add_entries(tables, block, entries, values):
 @inline
 def rate_of(work, one, other, k):
     """Component k of the six rates of markers a and b."""
-    return work.state[one, col.VX + k] if k < 3 else work.state[other, col.VX + k - 3]
+    return work.state[one, State.VX + k] if k < 3 else work.state[other, State.VX + k - 3]
 
 
 @inline
 def bias_of(tables, work, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
-    a, b, total = tables.measures[k, col.A], tables.measures[k, col.B], 0.0
+    a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
-        total += grad[i] * work.state[a, col.AX + i] + grad[3 + i] * work.state[b, col.AX + i]
-    if tables.measures[k, col.KIND] in (col.TURNING, col.DISTANCE) and curve(tables, work, k, grad, hess):
+        total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]
+    if tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE) and curve(tables, work, k, grad, hess):
         for i in range(6):
             for j in range(6):
                 total += rate_of(work, a, b, i) * hess[i, j] * rate_of(work, a, b, j)
     return total
 
 
-assert (col.GROUND, col.FIXED) == (0, 0)
+assert (MarkerKind.GROUND, MeasureKind.FIXED) == (0, 0)

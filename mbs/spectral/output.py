@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import namedtuple
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +16,8 @@ from .tables import Tables, Work
 Record = Any
 """A record, whose fields are read by name."""
 
-OK, UNDERFLOW, NOT_FINITE, TOO_MANY = range(4)
-"""Status of a run."""
+Ended = IntEnum("Ended", "OK UNDERFLOW NOT_FINITE TOO_MANY", start=0)
+"""Status of a run: fine; steps too short, states not finite, too many steps."""
 
 
 def _record(**kinds: str) -> np.dtype[np.void]:

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from . import tables as k
 from .builder import Builder, Force, Row
-from .tables import Tables
+from .tables import ForceKind, MeasureKind, Pushed, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -53,16 +52,18 @@ def _blocks(builder: Builder) -> list[Block]:
     forces = [
         Block([*_places(builder, a), *_of_force(builder, force, b), *([n + force.row] if force.row >= 0 else [])])
         for force in builder.forces
-        for a, b in [builder.measures[force.a][1:] if force.kind < k.JOURNAL else (force.a, force.b)]
+        for a, b in [builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)]
     ]
-    strips = [Block(builder.places[at : at + (3 if kind == k.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips]
+    strips = [
+        Block(builder.places[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips
+    ]
     modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
 
 
 def _of_force(builder: Builder, force: Force, marker: int) -> list[int]:
     """Coordinates that move a force's second marker; of one with states all of theirs, from the first on."""
-    count = int(force.numbers[k.STATES]) if force.kind == k.STATEFUL else 1
+    count = int(force.numbers[Pushed.STATES]) if force.kind == ForceKind.STATEFUL else 1
     return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
@@ -75,7 +76,7 @@ def _row_block(builder: Builder, row: Row, unknown: int) -> Block:
         begin, middle = len(unknowns), len(unknowns) + len(_places(builder, a))
         unknowns += [*_places(builder, a), *_places(builder, b)]
         whole, one, other = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
-        parts += [(whole, whole)] if kind in (k.TURNING, k.DISTANCE) else [(one, one), (other, other)]
+        parts += [(whole, whole)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(one, one), (other, other)]
     every, last = slice(0, len(unknowns)), slice(len(unknowns), None)
     return Block([*unknowns, unknown], (*parts, (every, last), (last, every)))
 

@@ -12,7 +12,6 @@ from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
 from ..record.record import BlockMotion, Record, RigidMotion
-from . import tables as col
 from .compiling import copy, jit
 from .forces import add_forces
 from .frame_body import FrameBody
@@ -21,7 +20,7 @@ from .motion import Piece, SpectralStrip
 from .output import Output
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import Instant
+from .tables import ForceKind, Forces, Instant, Markers, Memory, Pushed, Report, State
 
 
 @jit
@@ -33,13 +32,13 @@ def follow(tables, work, out, traces, reports):
         for m in range(tables.markers.shape[0]):
             for c in range(6):
                 traces[i, m, c] = work.state[m, c]
-            first, count = tables.markers[m, col.FIRST], tables.markers[m, col.COUNT]
+            first, count = tables.markers[m, Markers.FIRST], tables.markers[m, Markers.COUNT]
             for c in range(3):
-                total = work.state[m, col.AX + c]
+                total = work.state[m, State.AX + c]
                 for j in range(first, first + count):
                     total += work.slope[c, j] * out.a[i, tables.places[j]]
                 traces[i, m, 6 + c] = total
-        since = out.time[i] - out.memory[i, 0, col.FASTEST] if out.memory.shape[1] > 0 else 0.0
+        since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if out.memory.shape[1] > 0 else 0.0
         add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
         copy(work.reports, reports[i])
 
@@ -120,14 +119,14 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})
-        if kind in (col.JOURNAL, col.SEAT):
+        if kind in (ForceKind.JOURNAL, ForceKind.SEAT):
             found["memory"] = out.memory[:, i]
-        elif kind == col.CONTACT:
-            found["force"] = np.abs(reports[:, i, [col.VALUE]])
-        elif kind == col.STATEFUL:
-            first = scene.tables.markers[scene.tables.forces[i, col.B], col.OFFSET]
-            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, col.NUMBERS] + col.STATES]))
+        elif kind == ForceKind.CONTACT:
+            found["force"] = np.abs(reports[:, i, [Report.VALUE]])
+        elif kind == ForceKind.STATEFUL:
+            first = scene.tables.markers[scene.tables.forces[i, Forces.B], Markers.OFFSET]
+            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, Forces.NUMBERS] + Pushed.STATES]))
             found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
         else:
-            found["value"] = reports[:, i, [col.VALUE]]
+            found["value"] = reports[:, i, [Report.VALUE]]
     return channels

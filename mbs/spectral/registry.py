@@ -16,20 +16,20 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from ..offers import extensions
-from . import tables as k
 from .basis import gauss
 from .builder import Body, Builder
 from .connect import NOWHERE, connect, marker_at, marker_of, turned_back
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
 from .strut import add_strut
+from .tables import ForceKind, MeasureKind, State, StripKind
 
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
     """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
-    builder.add_force(name, k.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
+    builder.add_force(name, ForceKind.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
 
 
 def add_guide(builder: Builder, name: str, guide: Guide) -> None:
@@ -40,12 +40,12 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     if friction is None:
         return
     a, b = builder.marker(guide.link, guide.point), builder.marker(GROUND, guide.point)
-    along = builder.add_measure(k.FIXED, a, b, guide.along)
+    along = builder.add_measure(MeasureKind.FIXED, a, b, guide.along)
     if isinstance(friction, FrictionLaw | BristleLaw):
-        builder.add_force(name, k.SEAT, along, friction=add_friction(builder, friction), row=row)
+        builder.add_force(name, ForceKind.SEAT, along, friction=add_friction(builder, friction), row=row)
         return
     numbers = (friction.dynamic, friction.static_offset, friction.viscous, friction.regularisation, friction.stribeck)
-    builder.add_force(name, k.DRY, along, numbers=numbers)
+    builder.add_force(name, ForceKind.DRY, along, numbers=numbers)
 
 
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
@@ -60,14 +60,14 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     def measure(line: tuple[float, float]) -> int:
         """Add the way along a line that turns with the face."""
         if stop.carrier == GROUND:
-            return builder.add_measure(k.FIXED, a, b, line)
-        return builder.add_measure(k.TURNING, a, b, turned_back(builder, b, line))
+            return builder.add_measure(MeasureKind.FIXED, a, b, line)
+        return builder.add_measure(MeasureKind.TURNING, a, b, turned_back(builder, b, line))
 
     law = add_normal(builder, stop.law)
-    contact = builder.add_force(name, k.CONTACT, measure(across), law=law, numbers=(side, start + face))
+    contact = builder.add_force(name, ForceKind.CONTACT, measure(across), law=law, numbers=(side, start + face))
     if stop.rubs:
         friction = add_friction(builder, stop.friction)
-        builder.add_force(name, k.SEAT, measure((-across[1], across[0])), contact, friction=friction)
+        builder.add_force(name, ForceKind.SEAT, measure((-across[1], across[0])), contact, friction=friction)
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
@@ -75,17 +75,18 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
-        builder.add_stateful(name, load, a, k.X, 0.0)
+        builder.add_stateful(name, load, a, State.X, 0.0)
         return
     b = builder.ground(NOWHERE) if turns is None else marker_at(builder, turns)
     line = [] if load.through is None else [1.0, *load.through]
     law, numbers = -1, [0.0, 0.0]
     if callable(load.value):
         parts = [function_pointer(each, 1) for each in numbers_of(load.value, ["t"], 2)]
-        law = builder.add_law(None, k.GIVEN, (), parts, f"the function of {name}")
+        law = builder.add_law(None, ForceKind.GIVEN, (), parts, f"the function of {name}")
     else:
         numbers = [float(x) for x in load.value]
-    builder.add_force(name, k.PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b), *line])
+    numbers = [*numbers, 0.0 if turns is None else builder.angle_of(b), *line]
+    builder.add_force(name, ForceKind.PUSH, a, b, law=law, numbers=numbers)
 
 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
@@ -98,67 +99,69 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
             marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
             if any(load.force):
                 b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
-                builder.add_force(name, k.PUSH, marker, b, numbers=[*(length * each for each in load.force), turn])
+                builder.add_force(name, ForceKind.PUSH, marker, b, numbers=[*(length * each for each in load.force), turn])
             if load.moment:
-                measure = builder.add_measure(k.ANGLE, marker, ground)
-                builder.add_force(name, k.GIVEN, measure, numbers=(length * load.moment,))
+                measure = builder.add_measure(MeasureKind.ANGLE, marker, ground)
+                builder.add_force(name, ForceKind.GIVEN, measure, numbers=(length * load.moment,))
 
 
 def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, or a function of time, angle since t = 0 and speed, and of states."""
     marker = marker_at(builder, load.at(builder.mechanism))
     if load.states is not None:
-        builder.add_stateful(name, load, marker, k.TURN, builder.angle_of(marker))
+        builder.add_stateful(name, load, marker, State.TURN, builder.angle_of(marker))
         return
-    measure = builder.add_measure(k.ANGLE, marker, builder.ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
     if not callable(load.value):
-        builder.add_force(name, k.GIVEN, measure, numbers=(float(load.value),))
+        builder.add_force(name, ForceKind.GIVEN, measure, numbers=(float(load.value),))
         return
-    law = builder.add_law(None, k.LAW, (), [function_pointer(numbers_of(load.value, TURN)[0], 3)], f"the function of {name}")
-    builder.add_force(name, k.LAW, measure, law=law, numbers=(0.0, 0.0, builder.angle_of(marker)))
+    pointer = function_pointer(numbers_of(load.value, TURN)[0], 3)
+    law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}")
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(0.0, 0.0, builder.angle_of(marker)))
 
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, its voltage constant or given in time."""
     marker = marker_at(builder, load.at(builder.mechanism))
-    measure = builder.add_measure(k.ANGLE, marker, builder.ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
     law, voltage = -1, 0.0
     if callable(load.voltage):
         law = builder.add_law(
-            None, k.GIVEN, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
+            None, ForceKind.GIVEN, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
         )
     else:
         voltage = float(load.voltage)
     numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
-    builder.add_force(name, k.MOTOR, measure, law=law, numbers=numbers)
+    builder.add_force(name, ForceKind.MOTOR, measure, law=law, numbers=numbers)
 
 
 def add_spring(builder: Builder, name: str, load: Spring) -> None:
     """Add a spring and damper between two points, linear or with a law."""
     a, b = (marker_at(builder, holder_reference(builder.mechanism, at)) for at in (load.a, load.b))
-    add_line(builder, name, load, builder.add_measure(k.DISTANCE, a, b), load.free(builder.mechanism))
+    add_line(builder, name, load, builder.add_measure(MeasureKind.DISTANCE, a, b), load.free(builder.mechanism))
 
 
 def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
     """Add the force of a spring along a measure: -k (l - l0) - c l', or less that of its law of (l - l0, l')."""
     if load.law is None:
-        builder.add_force(name, k.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
+        builder.add_force(name, ForceKind.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
-    row = builder.add_law(None, k.LAW, (), [function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)], f"the law of {name}")
-    builder.add_force(name, k.LAW, measure, law=row, numbers=(1.0, 0.0, free))
+    pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
+    row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
+    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
     """Add a spring and damper on the angle of `second` from `first`."""
     first, second = (marker_at(builder, at) for at in load.ends(builder.mechanism))
     free = builder.angle_of(second) - builder.angle_of(first) + (load.free_angle or 0.0)
-    add_line(builder, name, load, builder.add_measure(k.ANGLE, second, first), free)
+    add_line(builder, name, load, builder.add_measure(MeasureKind.ANGLE, second, first), free)
 
 
 BODIES: dict[str, Callable[[Builder, Link], Body]] = {
     "Rigid": add_rigid,
-    "Beam": partial(add_strip, kind=k.REISSNER),
-    "Cable": partial(add_strip, kind=k.KIRCHHOFF),
+    "Beam": partial(add_strip, kind=StripKind.REISSNER),
+    "Cable": partial(add_strip, kind=StripKind.KIRCHHOFF),
     "Modal": add_modal,
     "Strut": add_strut,
 }

@@ -24,7 +24,7 @@ from .output import DormandPrince, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, dormand_prince, radau_state, start_rates
-from .tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
+from .tables import ForceKind, Memory, State
 
 CLOSE = 1e-4
 """Last Newton step, of the local error allowed at the tolerance `CLOSE_AT`. What is left adds up, with steps and with speeds
@@ -63,7 +63,7 @@ def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene |
         return " ".join(str(refusal).split())
 
 
-class State(NamedTuple):
+class RunState(NamedTuple):
     """A state from which to go on: time, coordinates, rates, memories of forces, and angles of markers, which count whole turns.
 
     Without angles it is one at the start.
@@ -79,7 +79,7 @@ class State(NamedTuple):
 def memory_at_end(out: Output) -> Array:
     """Memories of forces from which a run goes on where another ended; of rows, which keep times in that place, onset speeds."""
     memory = out.memory[-1].copy()
-    memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
+    memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
 
 
@@ -115,7 +115,7 @@ def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | No
 
 def integrate(
     scene: CompiledScene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    state: State | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
+    state: RunState | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
@@ -123,8 +123,8 @@ def integrate(
     One step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only
     the last row is kept then, and explicit steps do not end at onsets that have no kink.
     """
-    state = state or State(0.0, scene.q0, start_rates(scene), scene.memory())
-    scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
+    state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
+    scene.work.state[:, State.TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
@@ -171,7 +171,7 @@ def _stops(scene: CompiledScene, start: float, end: float, longest: float | None
 
 
 def _method(
-    scene: CompiledScene, solver: Spectral, state: State, rest: Balance
+    scene: CompiledScene, solver: Spectral, state: RunState, rest: Balance
 ) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
     """Choose the integrator that suits a scene; return it with what it works on and its shortest step over the end."""
     if explicitly(scene, solver):
@@ -191,7 +191,8 @@ def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
     if solver.method != "chosen":
         return solver.method == "explicit"
     kinds = s.forces[:, 0]
-    loose = not len(s.strips) and bool((kinds == JOURNAL).any()) and not np.isin(kinds, (STRUT, SEAT, DRY, STATEFUL)).any()
+    stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.SEAT, ForceKind.DRY, ForceKind.STATEFUL)).any()
+    loose = not len(s.strips) and bool((kinds == ForceKind.JOURNAL).any()) and not stiff
     return loose and not scene.source.is_stiffly_damped
 
 
@@ -210,14 +211,14 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
 
 def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status, str] | None:
     status = counts.status
-    if status == output.UNDERFLOW:
+    if status == output.Ended.UNDERFLOW:
         return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"
-    if status == output.NOT_FINITE:
+    if status == output.Ended.NOT_FINITE:
         return (
             Status.NOT_FINITE,
             f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew",
         )
-    if status == output.TOO_MANY:
+    if status == output.Ended.TOO_MANY:
         return Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
     return None
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .compiling import copy, draft
 from .radau import lagrange, size_of
-from .tables import BRISTLE, FASTEST, ONSET, SLIDING
+from .tables import Memory
 
 STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
@@ -28,7 +28,7 @@ def write(state, out, counts, t, before):
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
     _write_memory(state, out, row, before)
     for k in range(state.old.shape[0]):
-        out.memory[row, k, ONSET] = state.memory[k, ONSET]
+        out.memory[row, k, Memory.ONSET] = state.memory[k, Memory.ONSET]
     counts.samples += 1
 
 
@@ -66,7 +66,8 @@ def _write_memory(state, out, row, before):
     """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
     for k in range(state.old.shape[0]):
         m = out.memory[row, k]
-        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = state.old[k, ONSET], before, state.old[k, BRISTLE], state.old[k, SLIDING]
+        m[Memory.ONSET], m[Memory.FASTEST] = state.old[k, Memory.ONSET], before
+        m[Memory.BRISTLE], m[Memory.SLIDING] = state.old[k, Memory.BRISTLE], state.old[k, Memory.SLIDING]
 
 
 @draft

@@ -20,7 +20,6 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from . import doors
-from . import tables as k
 from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
@@ -29,7 +28,7 @@ from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import StrutBody, find_hosts, join_strut
-from .tables import Instant, Tables, Work, work_for
+from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, work_for
 
 DEGREE = 8
 """Degree of a strip's polynomials where none is given."""
@@ -169,7 +168,7 @@ class CompiledScene:
     def memory(self) -> Array:
         """Memories of forces at the start, shape (forces, 4): see `tables`."""
         out = np.zeros((len(self.tables.forces), 4))
-        out[:, k.ONSET] = out[:, k.FASTEST] = SLOWEST_ONSET
+        out[:, Memory.ONSET] = out[:, Memory.FASTEST] = SLOWEST_ONSET
         return out
 
     def assemble(
@@ -204,10 +203,10 @@ class CompiledScene:
 
     def edges(self) -> Array:
         """Forces with values of their measures at which runs before this one found edges of their laws, (edges, 2)."""
-        rows = {self.force_names[row]: row for row in np.flatnonzero(self.tables.forces[:, k.KIND] == k.LAW)}
+        rows = {self.force_names[row]: row for row in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
         for name, values in locate([*rows]).items():
-            places = values + self.tables.data[self.tables.forces[rows[name], k.NUMBERS] + 2]
+            places = values + self.tables.data[self.tables.forces[rows[name], Forces.NUMBERS] + 2]
             found.append(np.column_stack([np.full(len(places), float(rows[name])), places]))
         return np.concatenate(found)
 
@@ -227,9 +226,9 @@ class CompiledScene:
     def turns(self, q: Array) -> Array:
         """Angles of markers, rad, after coordinates q, (times, coordinates), from t = 0 on, that turn by less than pi each."""
         self._begin()
-        for each in q if (self.tables.markers[:, k.KIND] == k.CURVE).any() else q[-1:]:
+        for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
             doors.place(self.tables, self.work, each, np.zeros(self.size))
-        return self.work.state[:, k.TURN].copy()
+        return self.work.state[:, State.TURN].copy()
 
     def measure(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
@@ -247,7 +246,7 @@ class CompiledScene:
         """Give the rows held as at t = 0 their values."""
         for r, row in enumerate(self.builder.rows):
             if row.value is None:
-                row.value = sum(self.builder.directions[i][k.SHARE] * self.measure(i, self.q0) for i in row.measures)
+                row.value = sum(self.builder.directions[i][Directions.SHARE] * self.measure(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
 
     def refresh(self) -> None:
@@ -262,8 +261,8 @@ class CompiledScene:
 
     def _begin(self) -> None:
         """Count turns from the start: half a turn and minus half a turn are the same direction."""
-        for m in np.flatnonzero(self.tables.markers[:, k.KIND] == k.CURVE):
-            self.work.state[m, k.TURN] = self.builder.angle_of(int(m))
+        for m in np.flatnonzero(self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE):
+            self.work.state[m, State.TURN] = self.builder.angle_of(int(m))
 
 
 def _elements_of(mechanism: Mechanism) -> dict[str, Element]:

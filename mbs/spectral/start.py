@@ -12,7 +12,7 @@ from .frame_body import FrameBody
 from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import BRISTLE, ROW_OF, Tables
+from .tables import Forces, Memory, Tables
 
 ROUNDING = 1e-12
 
@@ -69,7 +69,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
         acceleration, new = scene.accelerate(q, out.force, out.change)
         done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
         lam = new
-        if done or not (scene.tables.forces[:, ROW_OF] >= 0).any():  # no force depends on a constraint's own
+        if done or not (scene.tables.forces[:, Forces.ROW] >= 0).any():  # no force depends on a constraint's own
             break
     return Balance(acceleration, lam)
 
@@ -120,7 +120,7 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     apart = _modal_links_are_free(scene.tables)
     n, r, k, s, z = len(q), len(lam), len(memory), scene.tables, np.zeros
     e = scene.constant_fronts if apart else scene.heavy_fronts
-    y = np.concatenate([q, v, memory[:, BRISTLE]])
+    y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
     flight = DormandPrinceState(
         y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),

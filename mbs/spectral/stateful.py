@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..laws.table import call
+from ..laws.table import LawColumn, call
 from .compiling import draft
 from .markers import add_force, add_geometric
-from .tables import CALL, COUNT, FIRST, FX, FY, LAW_OF, NUMBERS, SPIN, STATES, TURN, VALUE, VX, A, B, X
+from .tables import Forces, Markers, Pushed, Report, State
 
 SMALL = 1e-3
 """Least size of a law's argument in difference quotients."""
@@ -25,53 +25,55 @@ SMALL = 1e-3
 @draft
 def _counts(tables, k):
     """First column of the marker that force k pushes, number of columns, number of states."""
-    number = tables.forces[k, NUMBERS]
-    return int(tables.data[number]), int(tables.data[number + 1]), int(tables.data[number + STATES])
+    number = tables.forces[k, Forces.NUMBERS]
+    return int(tables.data[number]), int(tables.data[number + Pushed.COUNT]), int(tables.data[number + Pushed.STATES])
 
 
 @draft
 def _value(tables, work, k, r, count):
     """Component r of the force, or the rate of a state; what its law is a function of stands in work.element."""
     factor = tables.factors[k] if r < count else 1.0
-    return factor * call(tables.laws[tables.forces[k, LAW_OF] + r, CALL], work.element)
+    return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.element)
 
 
 @draft
 def _of(tables, k, first, count, component):
     """Marker of a coordinate that the law sees or pushes, its column there, and where it stands in the force's block."""
-    a, state = tables.forces[k, A], component - count
+    a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0
-    return tables.forces[k, B] + state, TURN, tables.markers[a, COUNT] + state * tables.markers[tables.forces[k, B], COUNT]
+    b = tables.forces[k, Forces.B]
+    return b + state, State.TURN, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
 
 
 @draft
 def _fill(tables, work, k, t):
     """Put what the law of force k is a function of into work.element: time, places, their rates, states."""
     first, count, states = _counts(tables, k)
-    a, b, given = tables.forces[k, A], tables.forces[k, B], work.element
+    a, b, given = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.element
     given[0] = t
     for i in range(count):
-        given[1 + i], given[1 + count + i] = work.state[a, X + first + i], work.state[a, VX + first + i]
-    given[1] -= tables.data[tables.forces[k, NUMBERS] + 3]
+        given[1 + i], given[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
+    given[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + Pushed.OFFSET]
     for i in range(states):
-        given[1 + 2 * count + i] = work.state[b + i, SPIN]
+        given[1 + 2 * count + i] = work.state[b + i, State.SPIN]
 
 
 @draft
 def add_stateful(tables, work, k, t, f):
     """The force, and the rates of its states."""
     _, count, states = _counts(tables, k)
-    a, out = tables.forces[k, A], work.reports[k]
+    a, out = tables.forces[k, Forces.A], work.reports[k]
     _fill(tables, work, k, t)
-    out[FX], out[FY] = 0.0, 0.0
-    out[VALUE] = _value(tables, work, k, 0, count)
+    out[Report.FX], out[Report.FY] = 0.0, 0.0
+    out[Report.VALUE] = _value(tables, work, k, 0, count)
     if count > 1:
-        out[FX], out[FY] = out[VALUE], _value(tables, work, k, 1, count)
-        out[VALUE] = np.sqrt(out[FX] * out[FX] + out[FY] * out[FY])
-    add_force(tables, work, a, out[FX], out[FY], out[VALUE] if count == 1 else 0.0, f)
+        out[Report.FX], out[Report.FY] = out[Report.VALUE], _value(tables, work, k, 1, count)
+        out[Report.VALUE] = np.sqrt(out[Report.FX] * out[Report.FX] + out[Report.FY] * out[Report.FY])
+    add_force(tables, work, a, out[Report.FX], out[Report.FY], out[Report.VALUE] if count == 1 else 0.0, f)
     for i in range(states):
-        f[tables.places[tables.markers[tables.forces[k, B] + i, FIRST]]] += _value(tables, work, k, count + i, count)
+        marker = tables.forces[k, Forces.B] + i
+        f[tables.places[tables.markers[marker, Markers.FIRST]]] += _value(tables, work, k, count + i, count)
 
 
 @draft
@@ -91,14 +93,22 @@ def bend_stateful(tables, work, k, t, q):
             given[1 + c] = x - h
             slope = (slope - _value(tables, work, k, r, count)) / (2.0 * h)
             mr, row, down = _of(tables, k, first, count, r)
-            for i in range(tables.markers[mr, COUNT]):
-                push = slope * work.slope[row, tables.markers[mr, FIRST] + i]
-                for j in range(tables.markers[mc, COUNT]):
-                    at = tables.markers[mc, FIRST] + j
+            for i in range(tables.markers[mr, Markers.COUNT]):
+                push = slope * work.slope[row, tables.markers[mr, Markers.FIRST] + i]
+                for j in range(tables.markers[mc, Markers.COUNT]):
+                    at = tables.markers[mc, Markers.FIRST] + j
                     if place:
                         work.stiff[down + i, across + j] -= push * work.slope[column, at]
                     else:
                         work.damp[down + i, across + j] -= push * work.slope[column, at]
                         work.stiff[down + i, across + j] -= push * work.drift[column, at]
         given[1 + c] = x
-    add_geometric(tables, work, tables.forces[k, A], q, (-out[FX], -out[FY], -out[VALUE] if count == 1 else 0.0), work.stiff, 0)
+    add_geometric(
+        tables,
+        work,
+        tables.forces[k, Forces.A],
+        q,
+        (-out[Report.FX], -out[Report.FY], -out[Report.VALUE] if count == 1 else 0.0),
+        work.stiff,
+        0,
+    )

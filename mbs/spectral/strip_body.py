@@ -13,11 +13,11 @@ from ..elements import Link, Profile, Section
 from ..elements.beam import Flexible
 from ..geometry import Array
 from ..scene.start import Start
-from . import tables as k
 from .basis import basis, fit, gauss
 from .builder import Attached, Builder
 from .frame_body import add_block, line_of
 from .motion import Piece, kirchhoff, reissner
+from .tables import MarkerKind, MeasureKind, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 
@@ -47,12 +47,12 @@ class StripBody:
         x = np.clip((arc - element.start) / element.jacobian - 1.0, -1.0, 1.0)
         degree = element.degree
         value = basis(degree, x)[0]
-        if self.kind == k.KIRCHHOFF:
+        if self.kind == StripKind.KIRCHHOFF:
             slope = basis(degree, x, 1)[0] / element.jacobian
-            return builder.add_marker(k.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
+            return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
         used = np.flatnonzero(np.abs(value) > 1e-15)
         places = element.places[:, used].ravel().tolist()
-        return builder.add_marker(k.LINEAR, 0, len(used), places, np.tile(value[used], 3))
+        return builder.add_marker(MarkerKind.LINEAR, 0, len(used), places, np.tile(value[used], 3))
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Rates for unit rates of the start (x, y) and of the angle."""
@@ -81,7 +81,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     start, _, chord, angle = line_of(builder, link)
     line, arc, fractions = shape_of(link, chord)
     breaks = sorted({0.0, 1.0, *fractions.values()})
-    fields = 3 if kind == k.REISSNER else 2
+    fields = 3 if kind == StripKind.REISSNER else 2
     degree = builder.degree if len(breaks) == 2 else max(3, builder.degree - 2)
     elements, first, rigid = [], len(builder.q), []
     c, s = np.cos(angle), np.sin(angle)
@@ -111,9 +111,9 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
     for i, element in enumerate(elements):
         _tabulate(builder, body, element)
-        if i and kind == k.KIRCHHOFF:
+        if i and kind == StripKind.KIRCHHOFF:
             a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
-            builder.add_row(f"{link.name}.slope", [(1.0, builder.add_measure(k.ANGLE, a, b))])
+            builder.add_row(f"{link.name}.slope", [(1.0, builder.add_measure(MeasureKind.ANGLE, a, b))])
     for each in builder.attached.get(link.name, ()):
         _attach(builder, body, each, link.name)
     return body
@@ -147,7 +147,7 @@ def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) ->
         """Return the coefficients of a field of the line in this element."""
         return fit(degree, lambda x: line(left + (right - left) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
 
-    return np.array([of(i) for i in range(3 if kind == k.REISSNER else 2)])
+    return np.array([of(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
@@ -162,12 +162,12 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
         builder.mass(element.places[i], per_length * gram)
         if i < 2:
             builder.weigh(element.places[i], per_length * builder.mechanism.gravity[i] * total)
-    points = degree if body.kind == k.REISSNER else degree + 1
+    points = degree if body.kind == StripKind.REISSNER else degree + 1
     x, w = gauss(points)
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
     q = np.array(builder.q)[element.places]
     fields = [each @ q.T for each in values]
-    free, _ = (reissner if body.kind == k.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
+    free, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
     at = builder.numbers(
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
@@ -182,7 +182,7 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
     """Add a mass at a point: into the constant mass matrix where the marker is linear."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data, _ = builder.markers[marker]
-    if kind != k.LINEAR and each.inertia:
+    if kind != MarkerKind.LINEAR and each.inertia:
         add_block(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])

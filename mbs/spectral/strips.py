@@ -10,16 +10,20 @@ import numpy as np
 
 from .compiling import copy, draft, inline
 from .markers import add_entries, clear_block
-from .tables import REISSNER
+from .tables import StripKind
 
-PLAIN, MIXED, RENEWED = 0.0, 1.0, 2.0
-"""Forces of strips: of their strains; of stresses that are unknowns of their own; likewise, and B0 is taken anew."""
+PLAIN = 0.0
+"""Forces of strips by their strains."""
+MIXED = 1.0
+"""Forces of strips by stresses that are unknowns of their own."""
+RENEWED = 2.0
+"""The same, and B0 of the kept tangent becomes that of this state."""
 
 
 @draft
 def _slopes(kind, first, second, third, fourth, slopes):
     """Strains (eps, gamma, kappa), and their gradients by z in slopes (3, 4), whose other entries are and stay zero."""
-    if kind == REISSNER:
+    if kind == StripKind.REISSNER:
         c, s = np.cos(third), np.sin(third)
         axial, shear = c * first + s * second, -s * first + c * second
         slopes[0, 0], slopes[0, 1], slopes[0, 2] = c, s, shear
@@ -41,7 +45,7 @@ def _slopes(kind, first, second, third, fourth, slopes):
 def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
     """Second derivatives of the strains by z, (3, 4, 4); slopes are the first."""
     ezz[:] = 0.0
-    if kind == REISSNER:
+    if kind == StripKind.REISSNER:
         c, s, shear, axial = slopes[0, 0], slopes[0, 1], slopes[0, 2], -slopes[1, 2]
         ezz[0, 0, 2] = ezz[0, 2, 0] = -s
         ezz[0, 1, 2] = ezz[0, 2, 1] = c
@@ -65,7 +69,7 @@ def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
 @draft
 def _fields(kind, count):
     """Number of a strip's coordinates; where the four arguments begin in them; which derivative of the basis each takes."""
-    if kind == REISSNER:
+    if kind == StripKind.REISSNER:
         return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
 
@@ -150,7 +154,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
         z = _arguments(tables.data, m, x, block, nb)
         strain, at_rest = _slopes(kind, z[0], z[1], z[2], z[3], slopes), d + 5 + ng + g
         free = tables.data[at_rest], tables.data[at_rest + ng], tables.data[at_rest + 2 * ng]
-        if lag[0] > 0.0 or (lag[2] > 0.0 and kind != REISSNER):
+        if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
             r = _arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # of a Reissner strip curvature is one of the arguments
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))

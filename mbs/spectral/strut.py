@@ -9,8 +9,8 @@ from ..elements import Link, Strut
 from ..elements.strut import StrutLaw
 from ..functions import numbers_of
 from ..laws.compiled import function_pointer
-from . import tables as k
 from .builder import GROUND, Builder
+from .tables import ForceKind, MeasureKind
 
 
 @dataclass
@@ -59,7 +59,7 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
     load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)
-    law = builder.add_law(("strut", strut.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
-    measure = builder.add_measure(k.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
+    law = builder.add_law(("strut", strut.load), ForceKind.STRUT, (), [load], f"the load of strut '{link.name}'")
+    measure = builder.add_measure(MeasureKind.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
     numbers = (spring.length, spring.rigidity, spring.unit, spring.compliance, spring.critical, spring.damping)
-    builder.add_force(f"strut.{link.name}", k.STRUT, measure, law=law, numbers=numbers)
+    builder.add_force(f"strut.{link.name}", ForceKind.STRUT, measure, law=law, numbers=numbers)

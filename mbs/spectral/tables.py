@@ -6,52 +6,103 @@ two markers; rows are constraints on measures; forces act along measures or at m
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
 
-# --- kinds ------------------------------------------------------------------------------------------------------------
-GROUND, FRAME, LINEAR, CURVE = range(4)
-"""Markers: fixed; on a body with a frame (rigid, or with modes); linear in a strip's coordinates; likewise, but its angle is the
-direction of the strip's slope."""
-FIXED, TURNING, ANGLE, DISTANCE = range(4)
-"""Measures of markers a, b: d.(a - b) with d fixed, d turning with b, angle a - b, distance."""
-REISSNER, KIRCHHOFF = range(2)
-"""Strips."""
-STEADY, RAMP, CALLED = range(3)
-"""Motions of a drive: zero, a ramp of the speed, two functions by address."""
-LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH, STATEFUL = range(11)
-"""Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's
-reaction or of a contact; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin
-in a bush; a force at a marker, direction fixed or turning with another; a force or torque at a marker whose law has states."""
 
-# --- columns ----------------------------------------------------------------------------------------------------------
-KIND, OFFSET, SIZE, FIRST, COUNT, DATA, TWIN = range(7)
-"""Columns of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers
-begin; the first marker of the same frame, or -1."""
-LEAD, MOTION_OF, TERMS = range(3)
+class MarkerKind(IntEnum):
+    """Kinds of markers."""
+
+    GROUND = 0  # fixed
+    FRAME = 1  # on a body with a frame: rigid, or with modes
+    LINEAR = 2  # linear in a strip's coordinates
+    CURVE = 3  # likewise, but its angle is the direction of the strip's slope
+
+
+MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
+"""Kinds of measures of markers a and b: d.(a - b) with d fixed, or turning with b; angle a - b; distance."""
+StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
+"""Kinds of strips: with shear, without."""
+MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
+"""Kinds of motions of a drive: zero, a ramp of the speed, two functions by address."""
+
+
+class ForceKind(IntEnum):
+    """Kinds of forces: along a measure, and from `JOURNAL` on at markers."""
+
+    LINE_SPRING = 0  # spring and damper
+    CONTACT = 1  # against a face
+    DRY = 2  # friction given as a force
+    SEAT = 3  # friction of a constraint's reaction or of a contact
+    STRUT = 4  # post-buckled
+    GIVEN = 5  # function of time
+    LAW = 6  # function of time, measure and rate
+    MOTOR = 7  # DC motor
+    JOURNAL = 8  # pin in a bush
+    PUSH = 9  # at a marker, direction fixed or turning with another
+    STATEFUL = 10  # force or torque at a marker whose law has states
+
+
+class Markers(IntEnum):
+    """Columns of markers."""
+
+    KIND = 0
+    OFFSET = 1  # first coordinate
+    SIZE = 2  # modes, or members of the basis
+    FIRST = 3  # where its places begin
+    COUNT = 4  # number of its places
+    DATA = 5  # where its numbers begin
+    TWIN = 6  # first marker of the same frame, or -1
+
+
+Measures = IntEnum("Measures", "KIND A B", start=0)
+"""Columns of measures: kind and both markers."""
+RowColumn = IntEnum("RowColumn", "LEAD MOTION TERMS", start=0)
 """Columns of rows: first measure, motion or -1, number of measures."""
-MEMBERS, WIDTH, ENTRIES = range(3)
+BlockColumn = IntEnum("BlockColumn", "MEMBERS WIDTH ENTRIES", start=0)
 """Columns of blocks: where its unknowns begin, how many, where its slots begin."""
-_, CALL, CALL_TOO = range(3)
-"""Columns of laws and motions, after the kind: addresses of functions."""
-SHARE = 2
-"""Column of directions: the measure's coefficient in its constraint."""
-_, A, B, LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = range(7)
-"""Columns of measures and forces, after the kind: markers; for forces along a measure, A is the measure, and B of friction of a
-face its contact. Of forces: law rows, a constraint row, where its numbers begin."""
-X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = range(11)
-"""Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
-VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = range(8)
-"""Columns of a force's report: value, a second one (friction), measure or depth, its rate, sliding speed, bristle; components."""
-STATES = 2
-"""Number of states among the numbers of a force whose law has states, after the first column of its marker and how many it
-pushes; what the first one is at t = 0 follows."""
+
+
+class Forces(IntEnum):
+    """Columns of forces."""
+
+    KIND = 0
+    A = 1  # measure, or marker
+    B = 2  # marker; contact whose friction it is
+    LAW = 3
+    FRICTION = 4  # friction law
+    ROW = 5  # constraint whose reaction it rubs by
+    NUMBERS = 6  # where its numbers begin
+
+
+Directions = IntEnum("Directions", "X Y SHARE", start=0)
+"""Columns of directions: of the measure in its second marker's axes, and its coefficient in its constraint."""
+Pushed = IntEnum("Pushed", "FIRST COUNT STATES OFFSET", start=0)
+"""Numbers of a force whose law has states: first column of its marker, columns, states, offset of the first column at t = 0."""
 STATE = -2
 """Mark in place of an inner coordinate's second one: it is the integral of a law's state."""
-ONSET, BRISTLE, SLIDING, FASTEST = range(4)
+State = IntEnum("State", "X Y TURN VX VY SPIN AX AY TURNING_BIAS COS SIN", start=0)
+"""Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
+
+
+class Report(IntEnum):
+    """Columns of a force's report."""
+
+    VALUE = 0
+    FRICTION = 1
+    LENGTH = 2  # measure or depth
+    RATE = 3
+    SLIP = 4  # sliding speed
+    BENT = 5  # bristle
+    FX = 6
+    FY = 7
+
+
+Memory = IntEnum("Memory", "ONSET BRISTLE SLIDING FASTEST", start=0)
 """Columns of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
 
@@ -127,7 +178,7 @@ class Work(NamedTuple):
     held: Array  # (points, 3, 4): gradients of the strains when tangents were last made
     strain: Array  # (points, 4): arguments of the strains, from forces to tangents
     force: Array  # (points, 3): weighted stresses, likewise
-    reports: Array  # (forces, 8): of each force, in the columns above
+    reports: Array  # (forces, 8): columns of `Report`
 
 
 def work_for(tables: Tables) -> Work:
@@ -140,11 +191,11 @@ def work_for(tables: Tables) -> Work:
     shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, 8)]
     work = Work(*(np.zeros(shape) for shape in shapes))
     for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):
-        if kind == GROUND:
+        if kind == MarkerKind.GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
-        elif kind == FRAME:
+        elif kind == MarkerKind.FRAME:
             work.slope[[0, 1, 2], [first, first + 1, first + 2]] = 1.0
-        elif kind == LINEAR:
+        elif kind == MarkerKind.LINEAR:
             for row in range(3):
                 here = slice(row * size, (row + 1) * size)
                 work.slope[row, first:][here] = tables.data[data:][here]

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from ..geometry import Array
 from ..progress import STOPS, watching
-from ..spectral.run import State
+from ..spectral.run import RunState
 from .algebra import solve
 from .answer import RISE
 from .arc import CORNER, next_arc
@@ -93,7 +93,7 @@ class Curve:
         part = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(part, part, 1.0))
 
-    def orbit(self, state: State, parameter: float, before: Array | None = None) -> Orbit:
+    def orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
         """Compute multipliers and tangent of a motion; oriented as the one `before`, or towards the end."""
         self.at(parameter)
         shooting, ends = self.shooting, []
@@ -143,7 +143,7 @@ class Curve:
         problem = self.problem.with_degree(0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
-    def finer(self, orbit: Orbit) -> tuple[Curve, State, Array]:
+    def finer(self, orbit: Orbit) -> tuple[Curve, RunState, Array]:
         """Refine steps and degree at the parameter of a motion; return curve, state and tangent."""
         self.at(orbit.parameter)
         curve, one = self.fine, self.shooting.scene
@@ -217,7 +217,9 @@ class Curve:
         far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
         return far and bool((off_from(new.values, orbit.values) > LEAP * np.abs(new.values - 1.0)).any())
 
-    def follow(self, state: State, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
+    def follow(
+        self, state: RunState, steps: int, step: float, longest: float
+    ) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
         self.shooting.left = SPENT

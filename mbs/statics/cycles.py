@@ -10,16 +10,14 @@ from scipy.interpolate import CubicHermiteSpline
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import STOPS, watch
-from ..spectral.run import State
-from ..spectral.scene import CompiledScene
+from ..spectral.run import RunState
+from ..spectral.scene import DEGREE, CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
 from .problem import ENDS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, off_from, values_of
 
-FIRST = 8
-"""First degree of strips."""
 PARTS = 4
 """Number of output points a step."""
 APART = 1e-9
@@ -121,15 +119,15 @@ def failure_of(error: BaseException) -> tuple[Ending, str]:
 
 def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
-) -> tuple[Shooting, State]:  # fmt: skip
+) -> tuple[Shooting, RunState]:  # fmt: skip
     """Check the input, and make the map of a period and the state where a search begins."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
     whole("settle", settle, 0, 1_000_000)
     if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
-    scene = CompiledScene.of(mechanism, degree or (start.scene.degree if start else FIRST))
-    state = State(0.0, scene.q0, start_rates(scene), scene.memory())
+    scene = CompiledScene.of(mechanism, degree or (start.scene.degree if start else DEGREE))
+    state = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     if start is not None:
         state = state._replace(q=prolong(start.scene, scene, start.q[0]), v=prolong(start.scene, scene, start.v[0]))
     return Shooting(scene, period), state
@@ -160,7 +158,7 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     return motion_of(shooting, found, values, errors, error)
 
 
-def compare_multipliers(finer: Shooting, start: State, new: Found, values: Array) -> tuple[Array, Array, float]:
+def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Array) -> tuple[Array, Array, float]:
     """Return multipliers of a refined motion, their changes as errors, and the error of positions."""
     sharper = values_of(new.matrix)
     errors = off_from(sharper, values)

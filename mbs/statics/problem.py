@@ -17,7 +17,7 @@ from ..spectral.linear import Assembly
 from ..spectral.scene import CompiledScene, Place
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
-from ..spectral.tables import SPIN, VX
+from ..spectral.tables import State
 from .algebra import COUNT, EPS, LARGE, Matrix, least, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
@@ -283,7 +283,7 @@ def moving(scene: CompiledScene, q: Array, shape: Array) -> str:
         return ""
     markers = [[scene.marker(link.name, point) for point in (link.start, link.end)] for link in links]
     place(scene.tables, scene.work, q, shape)
-    moved = np.abs(scene.work.state[markers, VX : SPIN + 1] / [scene.length, scene.length, 1.0])
+    moved = np.abs(scene.work.state[markers, State.VX : State.SPIN + 1] / [scene.length, scene.length, 1.0])
     return links[int(moved.max(axis=(1, 2)).argmax())].name
 
 

@@ -12,8 +12,8 @@ from ..elements import Rope
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..progress import STOPS, watch, watching
-from ..spectral import tables as k
 from ..spectral.scene import CompiledScene
+from ..spectral.tables import ForceKind
 from ..validate import number
 from .algebra import solve
 from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omissions
@@ -251,7 +251,7 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
     """Make the result of a search that failed."""
     scene = problem.scene
     pairs = zip(scene.force_names, scene.tables.forces, strict=True)
-    contacts = [name for name, force in pairs if force[0] in (k.CONTACT, k.JOURNAL)]
+    contacts = [name for name, force in pairs if force[0] in (ForceKind.CONTACT, ForceKind.JOURNAL)]
     status, message = Ending.NOT_REACHED, str(error)
     if isinstance(error, RunsAwayError):
         status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION

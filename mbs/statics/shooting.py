@@ -17,7 +17,7 @@ from ..geometry import Array
 from ..progress import watching
 from ..solvers import Controlled, Spectral
 from ..spectral.output import Output
-from ..spectral.run import State, integrate, memory_at_end
+from ..spectral.run import RunState, integrate, memory_at_end
 from ..spectral.scene import CompiledScene
 from .algebra import null_space, solve
 from .problem import LONGEST_STEP, StaticsError
@@ -63,7 +63,7 @@ class SpentError(StaticsError):
 class Found(NamedTuple):
     """Periodic state, its period, residual, run over the period, and monodromy matrix."""
 
-    state: State
+    state: RunState
     period: float
     open: float
     out: Output
@@ -110,7 +110,7 @@ class Shooting:
             seen.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
         return all(np.array_equal(seen[0], other) for other in seen[1:])
 
-    def run(self, state: State, *, adaptive: bool = False) -> Output:
+    def run(self, state: RunState, *, adaptive: bool = False) -> Output:
         """Integrate a period on shared steps; or with adaptive ones, which are then shared unless a contact begins."""
         alone = adaptive or self.struck
         tolerance = self.tolerance * (STRUCK if self.struck else 1.0) if alone else FINE
@@ -134,15 +134,15 @@ class Shooting:
             self.shares, self.struck = between(out.time) / self.period, bool(counts.onsets)
         return out
 
-    def onward(self, state: State, periods: int) -> State:
+    def onward(self, state: RunState, periods: int) -> RunState:
         """Integrate some periods; return the state at the end, with the time reset to 0."""
         for _ in range(periods):
             out = self.run(state, adaptive=True)
             turns = np.where(self.units == 1.0, np.round((out.q[-1] - self.scene.q0) / (2 * np.pi)), 0.0)
-            state = State(0.0, out.q[-1] - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
+            state = RunState(0.0, out.q[-1] - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
         return state
 
-    def project(self, state: State) -> State:
+    def project(self, state: RunState) -> RunState:
         """Project a state onto the constraints."""
         scene, q, v = self.scene, state.q, state.v
         still = np.zeros(scene.size)
@@ -151,30 +151,30 @@ class Shooting:
         a = scene.assemble(q, tangents=False)
         return state._replace(q=q, v=v + scene.accelerate(q, still, a.speed - a.jacobian @ v)[0])
 
-    def basis(self, state: State) -> Array:
+    def basis(self, state: RunState) -> Array:
         """Return columns that span the free motions, (n, f), of length 1 in units."""
         return null_space(self.scene.assemble(state.q, tangents=False).jacobian, self.units)
 
-    def displace(self, state: State, basis: Array, change: Array) -> State:
+    def displace(self, state: RunState, basis: Array, change: Array) -> RunState:
         """Displace a state by a change (2 f,) of coordinates and rates, in units."""
         f = basis.shape[1]
         return self.project(state._replace(q=state.q + basis @ change[:f], v=state.v + self.pace * (basis @ change[f:])))
 
-    def change(self, state: State, basis: Array, out: Output) -> Array:
+    def change(self, state: RunState, basis: Array, out: Output) -> Array:
         """Return the end of a run less a state, without whole turns, (2 f,)."""
         back = basis.T / self.units**2
         q = out.q[-1] - state.q
         q = q - np.where(self.units == 1.0, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([back @ q, back @ (out.v[-1] - state.v) / self.pace])
 
-    def monodromy(self, state: State, basis: Array) -> tuple[Output, Array]:
+    def monodromy(self, state: RunState, basis: Array) -> tuple[Output, Array]:
         """Integrate a period and compute dP/dx on the free coordinates, (2 f, 2 f)."""
         out = self.run(state)
         here, onsets, self.grazes = self.change(state, basis, out), self.onsets, False
         columns = [self._difference(state, basis, unit, here, onsets) for unit in self.width * np.eye(2 * basis.shape[1])]
         return out, np.array(columns).reshape(len(columns), len(columns)).T
 
-    def _difference(self, state: State, basis: Array, unit: Array, here: Array, onsets: int) -> Array:
+    def _difference(self, state: RunState, basis: Array, unit: Array, here: Array, onsets: int) -> Array:
         """Differentiate the map: centrally, or to the side on which as many contacts begin as in the motion.
 
         The map has a kink where a contact is touched. Where contacts differ on both sides, the motion `grazes`.
@@ -194,7 +194,7 @@ class Shooting:
         ahead = (4.0 * near - 3.0 * here - far) / 2.0 if still else near - here
         return side * ahead / self.width
 
-    def search(self, state: State, matrix: Array | None = None) -> Found:
+    def search(self, state: RunState, matrix: Array | None = None) -> Found:
         """Find a periodic motion by Newton's method, from later periods where it fails; `matrix` is that of a motion nearby."""
         left, period = np.inf, self.period
         for _ in range(SEARCHES):
@@ -211,7 +211,7 @@ class Shooting:
         """Return the largest range of a coordinate in a period, in its unit."""
         return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
 
-    def newton(self, state: State, matrix: Array | None = None) -> Found:
+    def newton(self, state: RunState, matrix: Array | None = None) -> Found:
         """Iterate by modified Newton's method; compute the monodromy matrix again where convergence is slow."""
         basis, made, before = self.basis(state), np.inf, np.inf
         if matrix is None or len(matrix) != 2 * basis.shape[1]:
@@ -235,7 +235,7 @@ class Shooting:
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
-    def _newton_step(self, state: State, basis: Array, out: Output, matrix: Array, miss: Array) -> State:
+    def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, miss: Array) -> RunState:
         """Take a step of Newton's method; where nothing depends on time the period is unknown, and the step of least size."""
         square = matrix - np.eye(len(matrix))
         if self.free:

@@ -11,7 +11,7 @@ from test_statistics import rattling
 
 from buckler import mbs
 from buckler.mbs.ensembles.members import WIDEST, Members, displace_journals
-from buckler.mbs.spectral.run import State, integrate
+from buckler.mbs.spectral.run import RunState, integrate
 from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.spectral.start import offset, start_rates
 from buckler.studies.rattling.bars import PlayParameters
@@ -47,7 +47,7 @@ def test_rattling_motions_part_and_closed_ones_hardly_do():
         scene = CompiledScene.of(PlayParameters(damping_unit=unit).bars())
         q, v, ends = scene.q0, start_rates(scene), []
         for shift in (np.zeros(scene.size), offset(scene, 1e-12, 1)):
-            state = State(0.0, q + shift, v, scene.memory())
+            state = RunState(0.0, q + shift, v, scene.memory())
             ends.append(integrate(scene, 0.06, mbs.Spectral(mbs.Controlled(1e-8)), state=state)[0].q[-1])
         apart[unit] = np.abs(ends[1] - ends[0]).max()
     assert apart["N.s/m"] > 2e-6 > 4 * apart["N.s/mm"]

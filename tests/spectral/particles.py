@@ -12,7 +12,7 @@ from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import follow_markers
-from buckler.mbs.spectral.tables import ONSET as ONSET_OF
+from buckler.mbs.spectral.tables import Memory
 
 G = (1.7, -9.3)
 ONSET = np.array([0.05, 0.1, 0.2, 0.4])
@@ -177,7 +177,7 @@ def compiled(bar, q, v, t):
     markers = watched(scene)
     memory = scene.memory()
     for i, name in enumerate(scene.force_names):
-        memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
+        memory[i, Memory.ONSET] = ONSET["OABC".index(name[0])]
     one = Output(np.array([t]), state.q[None], state.v[None], np.zeros((1, n)), np.zeros((1, r)), memory[None])
     seen = at_times(scene, one, one.time)
     reports = reports_at(scene, seen)

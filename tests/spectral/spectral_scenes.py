@@ -29,7 +29,7 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, I
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.spectral.motion import kirchhoff, reissner
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.tables import REISSNER
+from buckler.mbs.spectral.tables import StripKind
 
 DAMPED = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-3, axial_damping=2e-5))
 STOP = CarvalhoMartins(1e5, 0.5, exponent=1.0)
@@ -94,12 +94,12 @@ def energy(scene: CompiledScene, q: Any, v: Any) -> dict[str, float]:
     """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
     s, strain = scene.tables, 0.0
     for kind, members, points, first, at in s.strips:
-        fields = 3 if kind == REISSNER else 2
+        fields = 3 if kind == StripKind.REISSNER else 2
         places = s.places[first : first + fields * members].reshape(fields, members)
         weights, *free = s.data[at + 5 : at + 5 + 4 * points].reshape(4, points)
         values = s.data[at + 5 + 4 * points :][: 3 * points * members].reshape(3, points, members)
         of = [each @ q[places].T for each in values]
-        strains, _ = (reissner if kind == REISSNER else kirchhoff)(of, [0.0 * each for each in of])
+        strains, _ = (reissner if kind == StripKind.REISSNER else kirchhoff)(of, [0.0 * each for each in of])
         strain += 0.5 * sum(d * weights @ (e - e0) ** 2 for d, e, e0 in zip(s.data[at : at + 3], strains, free, strict=True))
     for first, modes, at in s.modal:
         strain += 0.5 * float(s.data[at + modes + 2 * modes**2 :][:modes] @ q[first + 3 : first + 3 + modes] ** 2)

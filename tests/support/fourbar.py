@@ -19,9 +19,9 @@ from buckler.mbs.record.run import ledger as energies
 from buckler.mbs.spectral.dense import at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import follow_markers, record_of
-from buckler.mbs.spectral.run import State, integrate
+from buckler.mbs.spectral.run import RunState, integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.tables import FASTEST, FRICTION, LENGTH, RATE, SLIP, VALUE
+from buckler.mbs.spectral.tables import Memory, Report
 
 JOINTS = "OABC"
 
@@ -160,7 +160,7 @@ class Model(NamedTuple):
         q, v = np.zeros(n + 1), np.zeros(n + 1)
         q[self.columns], v[self.columns] = values[:n], values[n:]
         q[2], v[2] = self.bar.start + self.bar.speed * t, self.bar.speed
-        return State(t, q, v, self.scene.memory())
+        return RunState(t, q, v, self.scene.memory())
 
     def joints(self, reports, lam):
         """On the first body of each joint the force, N, (times, 4, 2); normal force, depth, its rate, sliding, (times, 4)."""
@@ -183,19 +183,19 @@ BOOLE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 def reports_at(scene, seen):
     """Reports of forces at states, whose bristles are as they stand, (times, forces, 8)."""
     memory = seen.memory.copy()
-    memory[:, :, FASTEST] = seen.time[:, None]
+    memory[:, :, Memory.FASTEST] = seen.time[:, None]
     return follow_markers(scene, seen._replace(memory=memory))[1]
 
 
 def powers(scene, seen, reports, speed):
     """Power on the contact of each force, in its friction, of each constraint's motion, and lost in modes, (times, columns)."""
-    push, drag = reports[:, :, VALUE], reports[:, :, FRICTION]
+    push, drag = reports[:, :, Report.VALUE], reports[:, :, Report.FRICTION]
     given = np.where(scene.tables.rows[:, 1] >= 0, -seen.lam * speed, 0.0)
     lost = np.zeros((len(seen.time), 1))
     for first, modes, at in scene.tables.modal:
         damping = scene.tables.data[at + 2 * modes + 2 * modes**2 :][:modes]
         lost[:, 0] += seen.v[:, first + 3 : first + 3 + modes] ** 2 @ damping
-    return np.hstack([push * reports[:, :, RATE], drag * reports[:, :, SLIP], given, lost])
+    return np.hstack([push * reports[:, :, Report.RATE], drag * reports[:, :, Report.SLIP], given, lost])
 
 
 def ledger(scene, out, speed):
@@ -204,7 +204,7 @@ def ledger(scene, out, speed):
     seen = at_times(scene, out, np.append(out.time[:-1, None] + steps[:, None] * np.arange(4) / 4, out.time[-1]))
     reports = reports_at(scene, seen)
     power, step = powers(scene, seen, reports, speed), 4 * np.arange(len(steps))[:, None] + np.arange(5)
-    push, drag, depth = (reports[:, :, column] for column in (VALUE, FRICTION, LENGTH))
+    push, drag, depth = (reports[:, :, column] for column in (Report.VALUE, Report.FRICTION, Report.LENGTH))
     sizes = np.maximum(0.0, np.hstack([np.hypot(push, drag), depth]))
     work = np.cumsum(steps[:, None] * np.einsum("p,spc->sc", BOOLE, power[step]), axis=0)
     top = np.vstack([sizes[:1], sizes[step].max(axis=1)])
