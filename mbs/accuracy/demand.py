@@ -19,7 +19,7 @@ from ..record.lookup import unknown
 from ..units import FORCES as UNITS
 from .estimate import LEAST_ERROR
 from .trajectory import FORCES, Trajectory
-from .words import PLACES, read_signals, write_signals
+from .words import COARSEST, PLACES, read_signals, write_signals
 
 PLACE = 1e-2
 """Root mean square of the error allowed of a place or a deflection, over its range: a drawing shows no more. A convention."""
@@ -27,15 +27,13 @@ PEAK_PLACE = 1e-3
 """Error allowed of a place at any time, over the longest link or a radian: a tolerance of manufacture. A convention."""
 STRUCK_PLACE = 5e-3
 """Root mean square of the same where bodies strike, stick or slip: a rebound that is 5 % wrong causes such an error."""
-LAW = 0.1
+LAW = COARSEST
 """Error allowed of a journal over its clearance, and of states: contact laws are known no better."""
 STRIKE = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
-ENERGIES = tuple(
-    f"energy.{name}" for name in (
-        "kinetic", "strain", "contact", "weight", "spring", "taken_contact", "taken_damping", "taken_resistance",
-        "given_drive", "given_load", "given_motor",
-    )
+ENERGIES = (
+    "energy.kinetic", "energy.strain", "energy.contact", "energy.weight", "energy.spring", "energy.taken_contact",
+    "energy.taken_damping", "energy.taken_resistance", "energy.given_drive", "energy.given_load", "energy.given_motor",
 )  # fmt: skip
 """Energies whose errors are limited: all but that of friction, which a regularised law dissipates even where a contact sticks."""
 BALANCE: Key = ("energy.balance", Norm.PEAK)

@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 from ..validate import short
 
-WORDS = PLACES, ALL_FORCES = "places", "forces"
+PLACES = "places"
+"""Places of points, deflections of flexible links, journals over their clearance."""
+ALL_FORCES = "forces"
+"""All forces and torques; of contacts their peaks and impulses too."""
+WORDS = PLACES, ALL_FORCES
 """Groups of signals that an accuracy can be asked of, besides signals by their names."""
 FINEST = 1e-6
 """Finest accuracy that can be asked for [1]."""

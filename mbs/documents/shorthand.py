@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 from ..declare import declarations, known_kinds
@@ -14,7 +15,7 @@ from ..units import is_measured, measured
 from ..validate import LARGEST
 from .document import PARAMETERS
 
-VARIABLES = frozenset(name for names in SIGNATURES for name in names)
+VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
 """Variables of formulas, whose names parameters must not have."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
 QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za-z%]+)\b")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from enum import IntEnum
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -212,19 +213,20 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 
-FREE = 0.0
-"""Contact state of a pin that does not touch its bush."""
-IMPACT = 1.0
-"""Contact state up to the first rebound of the depth."""
-CONTINUOUS = 2.0
-"""Contact state beyond the first rebound of the depth."""
+class ContactState(IntEnum):
+    """Contact states of a pin in its bush."""
+
+    FREE = 0
+    IMPACT = 1  # up to the first rebound of the depth
+    CONTINUOUS = 2  # beyond it
 
 
 def contact_state(depth: Array) -> Array:
-    """Return FREE, IMPACT or CONTINUOUS at each sample: continuous from the first minimum of the depth within a contact."""
+    """Return the contact state at each sample: continuous from the first minimum of the depth within a contact."""
     touching = depth > 0
     dip = np.zeros_like(touching)
     dip[1:-1] = touching[1:-1] & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:]) & touching[:-2] & touching[2:]
     dips = np.cumsum(dip)
     start = np.maximum.accumulate(np.where(touching, 0, dips))  # dips counted before the present contact
-    return np.where(touching, np.where(dips > start, CONTINUOUS, IMPACT), FREE)
+    state = np.where(dips > start, ContactState.CONTINUOUS, ContactState.IMPACT)
+    return np.where(touching, state, ContactState.FREE).astype(float)

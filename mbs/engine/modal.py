@@ -27,8 +27,6 @@ CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 ENDS = STATIONS[:2]
 IN_PLANE = (0, 1, 5)
 """Coordinates of the engine's frame node in the plane; it has x, y, z and three Tait-Bryan angles."""
-OUT_OF_PLANE = (2, 3, 4)
-"""Coordinates of that node out of the plane."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +144,7 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
     )
     body = system.AddObject(eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model)))
     ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=system.AddNode(eii.NodePointGround()), coordinate=0))
-    for coordinate in OUT_OF_PLANE:
+    for coordinate in (k for k in range(6) if k not in IN_PLANE):
         marker = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=frame, coordinate=coordinate))
         system.AddObject(eii.ObjectConnectorCoordinate(markerNumbers=[ground, marker]))
     return (frame, modal), body

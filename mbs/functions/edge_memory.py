@@ -22,7 +22,7 @@ MISFIT = 0.1
 """Error of a cubic through the samples of a run, over the range of a function, beyond which the run does not resolve it."""
 SHARE = 0.01
 """Share of the run that may have such an error: near jumps it is there at any number of samples."""
-NARROW = 1 / 40
+NARROW = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step."""
 AHEAD = 1e-5
 """Distance of the steps' ends before and after an edge, over that between two edges, so that a short step crosses the edge. Finer

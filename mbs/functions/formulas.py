@@ -46,9 +46,6 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
 """Functions with the number of their arguments."""
-OF_FLOATS = {name: function for name, (function, _) in FUNCTIONS.items()} | {"pow": math.pow} | CONSTANTS
-OF_ARRAYS = {name: getattr(np, name, _steps) for name in OF_FLOATS} | CONSTANTS | {"min": np.minimum, "max": np.maximum}
-"""Names in a function made of a formula, of floats and of arrays; `pow` stands for **."""
 OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 
 
@@ -132,5 +129,8 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     """Make a function of variables, floats or arrays, from a formula."""
     given = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
     whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
-    names = {"__builtins__": {}, "__name__": __name__} | (OF_ARRAYS if arrays else OF_FLOATS)
+    names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}  # pow: **
+    if arrays:
+        names = {name: getattr(np, name, _steps) for name in names} | {"min": np.minimum, "max": np.maximum}
+    names |= {"__builtins__": {}, "__name__": __name__, **CONSTANTS}
     return eval(compile(whole, "<formula>", "eval"), names)  # `parse` has let a formula pass only

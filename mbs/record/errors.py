@@ -10,6 +10,8 @@ from typing import Any
 
 from ..validate import near
 
+LEVEL = 0.95
+"""Probability with which an interval covers what it is of: a convention."""
 SHOWN = 3
 """Number of signals with the largest errors that are printed: they fit into a line."""
 

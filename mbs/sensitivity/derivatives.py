@@ -18,6 +18,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import STOPS, watch, watching
 from ..solvers import Controlled, Spectral
+from ..statics.answer import RISE
 from ..validate import positive
 from .numbers import Family, Source
 from .reading import FAILURES, statical
@@ -25,8 +26,6 @@ from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Solver of the finer runs by default: at 1e-7 a derivative after an impact errs by up to 1e-4, at 1e-9 by 1e-7."""
-DEGREES = 4
-"""Difference between the degrees of strips in the finer and in the coarser runs."""
 MOVING = 3e-4
 """Half width of the finer difference over the number, for readings of runs."""
 RESTING = 1e-3
@@ -198,7 +197,7 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of some readings; of each reading the largest first."""
-        coarse = finer(solver, 1 / WIDER, -DEGREES if (solver.degree or 0) > DEGREES else 0)
+        coarse = finer(solver, 1 / WIDER, -RISE if (solver.degree or 0) > RISE else 0)
         levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
         slopes, why = dict[str, list[Array]](), ""
         try:

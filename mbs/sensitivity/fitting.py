@@ -15,6 +15,7 @@ from scipy.stats import t as student
 from ..geometry import Array
 from ..offers import find_offer
 from ..progress import STOPS, watch, watching
+from ..record.errors import LEVEL
 from ..solvers import Spectral
 from ..units import unit_suffix
 from ..validate import whole
@@ -24,8 +25,6 @@ from .reading import RunFailedError
 from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
 from .runs import needs_compiler
 
-LEVEL = 0.95
-"""Probability of an interval."""
 POLISHED = 2
 """Number of the best starts from which least squares are sought."""
 ROUNDS = 60

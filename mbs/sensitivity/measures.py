@@ -20,7 +20,7 @@ import numpy as np
 
 from ..accuracy.demand import STRIKE
 from ..geometry import Array
-from ..record.errors import Key, Norm, Status
+from ..record.errors import LEVEL, Key, Norm, Status
 from ..record.result import Result
 from .curve import Smooth
 from .reading import ARGUMENTS, measure, parse_reading, value_of
@@ -130,7 +130,7 @@ def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, 
         if part.stop - part.start > 1:
             found.append(float(value_of(leaf, result.time[part], {name: x[part] for name, x in signals.items()})))
     n = len(found)
-    return float(t.ppf(0.975, n - 1) * np.std(found, ddof=1) * n ** POWERS[reading]) if n >= FEWEST else nan
+    return float(t.ppf(0.5 + LEVEL / 2, n - 1) * np.std(found, ddof=1) * n ** POWERS[reading]) if n >= FEWEST else nan
 
 
 def batches(result: Result) -> Array:

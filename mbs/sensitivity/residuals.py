@@ -26,7 +26,7 @@ STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
 WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of a number."""
 FAR = 1e3
-"""Residual of a run that fails, in standard deviations."""
+"""Residual of a run that fails, in standard deviations; violation by a reading without a value."""
 DEPENDENT = 1e-9
 """Singular value over the largest below which the data do not depend on a direction."""
 CLOSE = 1e-7

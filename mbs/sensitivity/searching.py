@@ -13,10 +13,11 @@ from scipy.optimize import least_squares, minimize
 
 from ..geometry import Array
 from ..solvers import Spectral
+from ..statics.answer import RISE
 from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, statical
-from .residuals import WIDTH
+from .residuals import FAR, WIDTH
 from .runs import Reading, finer, read
 
 EXACT = 1e-3
@@ -27,12 +28,8 @@ BINDS = 1e-3
 """Relative distance from an end within which a constraint binds."""
 NARROW = 0.1
 """Relative width up to which a band stands for a value, and binds."""
-FAR = 1e3
-"""Violation by a reading without a value."""
 FINER = 32.0
 """Factor by which the tolerance of the finer run is smaller."""
-DEGREES = 4
-"""Increment of the degree of strips in the finer run."""
 POLISHED = 3
 """Number of the best starts from which a minimum is sought."""
 ITERATIONS = 60
@@ -250,7 +247,7 @@ class Search:
     def check(self, x: Array) -> Array:
         """Take the readings at a point from a finer run."""
         moving = any(isinstance(each, str) and not statical(each) for each in self.readings.values())
-        return self.read(x, finer(self.solver, FINER, DEGREES)) if moving else self.cache[point_of(x)]
+        return self.read(x, finer(self.solver, FINER, RISE)) if moving else self.cache[point_of(x)]
 
 
 def point_of(x: Array) -> tuple[float, ...]:

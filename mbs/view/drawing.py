@@ -82,8 +82,15 @@ class Ink(NamedTuple):
     width: float
 
 
-LINKS = ("#0072B2", "#D55E00", "#009E73", "#A8508A", "#8A6D00", "#2B7DA8")
-TINTS = ("#BBD7EA", "#F4CDB2", "#B5DFD1", "#EACFE1", "#F0E0B0", "#CDE6F5")
+LINKS = {
+    "link0": Ink("#0072B2", "#BBD7EA", 1.2),
+    "link1": Ink("#D55E00", "#F4CDB2", 1.2),
+    "link2": Ink("#009E73", "#B5DFD1", 1.2),
+    "link3": Ink("#A8508A", "#EACFE1", 1.2),
+    "link4": Ink("#8A6D00", "#F0E0B0", 1.2),
+    "link5": Ink("#2B7DA8", "#CDE6F5", 1.2),
+}
+"""Colours that links take in turn."""
 INKS: dict[str, Ink] = {
     "ground": Ink("#5A6672", "", 1.0),
     "support": Ink("#39434D", "#DDE2E7", 1.0),
@@ -99,9 +106,9 @@ INKS: dict[str, Ink] = {
     "mass": Ink("#1B2733", "#1B2733", 0.8),
     "other": Ink("#6B7680", "#F1F3F5", 1.2),
     "force": Ink("#B3261E", "#B3261E", 1.6),
-    **{f"link{k}": Ink(line, fill, 1.2) for k, (line, fill) in enumerate(zip(LINKS, TINTS, strict=True))},
+    **LINKS,
 }
-"""Colours by what a mark stands for; links take theirs in turn. Lines keep 3 : 1 against white."""
+"""Colours by what a mark stands for. Lines keep 3 : 1 against white."""
 
 
 FIXED = "="

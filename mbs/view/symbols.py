@@ -171,7 +171,7 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     u, along = sheet.unit, unit(joint.along)
     line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
     yield Path(sheet.body(joint.second), "rail", line)
-    yield Path(sheet.at(joint.first, joint.point), "block", place_along(_BLOCK, along, u), True)
+    yield Path(sheet.at(joint.first, joint.point), "block", _block(along, u), True)
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
@@ -184,11 +184,17 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
     block = sheet.frame(FIXED + guide.point)
-    yield Path(block, "block", place_along(_BLOCK, along, u), True)
+    yield Path(block, "block", _block(along, u), True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
 
-_BLOCK = ((-0.95, -0.58), (0.95, -0.58), (0.95, 0.58), (-0.95, 0.58))
+HALF_BLOCK = (0.95, 0.58)
+"""Half length and half height of a block, in symbols."""
+
+
+def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float], ...]:
+    x, y = HALF_BLOCK
+    return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, unit)
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:

@@ -20,9 +20,13 @@ Hand = tuple[int, int, float, float]
 """Elements, equal steps, Newton's relative and absolute tolerance of a run straight on the engine."""
 Setting = tuple[float, int]
 """Tolerance of the compiled solver and degree of its strips; 0 without strips."""
-PLAIN, ONCE, KNOWN = "engine", "once", "known"
-"""Series: the engine with settings found by hand; one run of the compiled solver; a run by an accuracy."""
-STEPS = 10**8
+PLAIN = "engine"
+"""Series of runs of the engine with settings found by hand."""
+ONCE = "once"
+"""Series of single runs of the compiled solver."""
+KNOWN = "known"
+"""Series of runs by an accuracy."""
+STEPS = 100_000_000
 """Most steps of a run: fine ones take more than Buckler allows by default."""
 LIMIT = 300.0
 """Longest time of a run [s]."""

@@ -31,7 +31,7 @@ ACCURACIES = (None, None, None, 1e-2, 1e-3)
 BARS = mbs.Section(0.005, 0.020, STEEL)
 LEAST = 1e-4
 """Least error, over the one allowed, of the figure; smaller ones are drawn there."""
-MOST = 1e4
+MOST = 1 / LEAST
 """Largest error, over the one allowed, of the figure; larger ones are drawn there."""
 
 

@@ -7,7 +7,7 @@ doi 10.1115/IMECE2008-68796; its lengths are `buckler.mbs.library.PAPER`. Crank-
 
 from __future__ import annotations
 
-from buckler.mbs import Material
+from buckler.mbs.library import BAR, RATTLING
 
 # --- the compliant slider-crank ---------------------------------------------------------------------------------------
 
@@ -30,10 +30,10 @@ GRAVITY = 9.81
 
 # --- the crank-rocker with clearance joints ---------------------------------------------------------------------------
 
-STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
-BAR_AREA = 0.020 * 0.005
+STEEL = BAR.material
+BAR_AREA = BAR.width * BAR.thickness
 """Area of the bars' section [m^2]."""
-CONTACT_DAMPING = 253.0
+CONTACT_DAMPING = RATTLING.damping
 """Largest contact damping c_max, in one of `DAMPING_UNITS`."""
 DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}
 """Interpretations of the printed unit "N×S/m" of c_max [N s/m]."""

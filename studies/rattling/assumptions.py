@@ -21,7 +21,7 @@ BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", 
 """Bodies of each joint: the one that carries the pin by default, then the one that carries the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Joints with each of the bodies that may carry the pin."""
-FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)
+FIRST = PINS[::2]
 """Bodies that carry the pins by default."""
 THRESHOLDS = 0.1, 1.0
 """Sliding speeds [m/s] at which ADAMS friction is static, and from which it is dynamic, by default."""

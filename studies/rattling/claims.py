@@ -7,6 +7,7 @@ of many. So a claim is decided by means over turns of many runs, rigid and flexi
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 from math import hypot, pi
 from typing import NamedTuple
@@ -56,11 +57,15 @@ PLACES = {
 """Places in words, their signals, and the links whose ideal motion they are compared with."""
 FORCES = {"coupler_rocker": ("coupler–rocker", "B"), "rocker_frame": ("rocker–frame", "C")}
 """Joints whose forces the paper shows."""
-CLAIMS = tuple(
-    Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
-    for family, (text, reading, unit) in FAMILIES.items()
-    for name, place in (FORCES if family == "force" else PLACES).items()
-)
+
+
+def _list_claims() -> Iterator[Claim]:
+    for family, (text, reading, unit) in FAMILIES.items():
+        for name, place in (FORCES if family == "force" else PLACES).items():
+            yield Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
+
+
+CLAIMS = tuple(_list_claims())
 """All claims, a row of a table each."""
 READINGS = tuple(claim.reading for claim in CLAIMS)
 

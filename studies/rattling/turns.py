@@ -31,7 +31,7 @@ STEPS_A_TURN = 720
 """Least number of the engine's steps for a turn of the crank."""
 FORCE = "max(sqrt({0}.normal_force**2 + {0}.friction_force**2))"
 """Reading of a joint's largest force [N]."""
-DEPTHS = tuple(f"max({joint}.penetration)" for joint in JOINTS)
+DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
 """Readings of the deepest penetration [m]."""
 
 
