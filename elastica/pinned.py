@@ -7,9 +7,9 @@ pins. Everything here is normalised by L and E I:
 
 Let alpha be the end angle, m = sin^2(alpha/2) the elliptic parameter and m1 = 1 - m. Then:
 
-    p = 4 K(m)^2                                                               (1)
-    u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m)                                        (2)
-    y_mid / L = sqrt(m)/K(m)                                                   (3)
+    p = 4 K(m)^2;                                                              (1)
+    u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m);                                       (2)
+    y_mid / L = sqrt(m)/K(m).                                                  (3)
 
 where B and D are the associate complete integrals: the quarter-period integrals of cos^2 and sin^2 over
 sqrt(1 - m sin^2). So K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
@@ -56,6 +56,7 @@ class _Integrals(NamedTuple):
 
     @property
     def D(self) -> Array:
+        """Associate integral D = K - B."""
         return self.K - self.B
 
     @property

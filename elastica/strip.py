@@ -5,9 +5,9 @@ theta0(s). Everything is normalised by E I and by the stress-free arc length L: 
 a = E I/(E A L^2), g = E I/(G A L^2). Let theta be the rotation of the cross-section and m the bending moment. Let n = (nx, ny) be
 the force which the part beyond s exerts on the part before it; n is constant but for a jump at a point load. Then:
 
-    x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos                                               (1)
-    y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2)                                               (2)
-    m' = nx y' - ny x',    theta' - theta0' = m                                                          (3)
+    x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos;                                              (1)
+    y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2);                                              (2)
+    m' = nx y' - ny x',    theta' - theta0' = m.                                                         (3)
 
 Let J[f](s) be the integral of f from 0 to s. Integrated twice:
 

@@ -2,12 +2,10 @@
 
 Other installed packages extend Buckler through entry points:
 
-| group | name | value |
-|---|---|---|
-| `buckler.kinds` | any | a class that files may name: an element, a body or a law |
-| `buckler.exudyn` | name of the kind | `connect(scene, elements)`, as in `mbs/engine/loads.py` |
-| `buckler.spectral` | name of the kind | `add(builder, name, element)`, as in `mbs/spectral/registry.py` |
-| `buckler.symbols` | name of the kind | `symbol(sheet, name, element)`, as in `mbs/view/symbols.py` |
+- `buckler.kinds`: a class that files may name, an element, a body or a law.
+- `buckler.exudyn`, by the name of the kind: `connect(scene, elements)`, as in `mbs/engine/loads.py`.
+- `buckler.spectral`, likewise: `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
+- `buckler.symbols`, likewise: `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
 
 They are searched when a kind is not one of Buckler's own, and when a file is read.
 """

@@ -93,6 +93,7 @@ class _Trial:
 
     @cached_property
     def trajectory(self) -> Trajectory:
+        """Signals of the run and their sizes."""
         return Trajectory.of(self.run)
 
 

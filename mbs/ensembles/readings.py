@@ -1,11 +1,11 @@
 """Readings of an ensemble: formulas of statistics of signals in a window of time.
 
-max min mean rms end         of a signal in the window; mean and rms are weighted by time
-impulse(signal)              integral over the window
-share(signal)                share of the window in which it is above zero
-onsets(signal)               number of times that it rises above zero: the impacts of a contact force
-variation(signal)            total variation: sum of the magnitudes of its changes, between 2000 equal parts of the window
-+ - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax))
+max min mean rms end         of a signal in the window; mean and rms are weighted by time;
+impulse(signal)              integral over the window;
+share(signal)                share of the window in which it is above zero;
+onsets(signal)               number of times that it rises above zero: the impacts of a contact force;
+variation(signal)            total variation: sum of the magnitudes of its changes, between 2000 equal parts of the window;
++ - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax)).
 """
 
 from __future__ import annotations

@@ -7,18 +7,18 @@ A mass m meets the stop F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(
 so that f is largest where w = chi x^2. There x^2 = 2 E(w), with E(w) the integral of s/(1 + chi s) from w to 1. Let y = 1 +
 chi w. The root is
 
-    ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)),        (2)
+    ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
 
-W the lower branch of Lambert's function. A constant force q S on the mass adds q/y dx to (1). It increases x^2/2, to first
+W is the lower branch of Lambert's function. A constant force q S on the mass adds q/y dx to (1). It increases x^2/2, to first
 order, by q I, with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
 
     F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
 
 Equation (2) is exact, and so is F = Q + sqrt(Q^2 + S^2) for chi = 0. The following meets both, and (3) to first order:
 
-    F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2],                                           (4)
+    F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2].                                           (4)
 
-which is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution from 0.2 up.
+It is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution from 0.2 up.
 """
 
 from typing import Any

@@ -51,8 +51,8 @@ def bar_grid(length: float, depth: float, width: float, elements: Sequence[int])
 def read_mesh(file: MeshFile) -> tuple[object, float]:
     """Read a mesh of any format meshio knows in link axes [m], and the distance of the joints' centres [m].
 
-    A ValueError names what is wrong: a file that meshio cannot read, cells of several kinds, joints that coincide, a normal that
-    is not square to the link, a planar mesh out of the plane of motion, parts, inverted cells, hanging nodes.
+    A ValueError names what is wrong with the file: meshio cannot read it, or it has cells of several kinds, inverted cells, parts
+    or hanging nodes. Or joints coincide, the normal is not square to the link, a planar mesh is out of the plane of motion.
     """
     where = f"mesh '{file.path}'"
     mesh = _read(file.path)

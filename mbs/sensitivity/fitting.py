@@ -189,6 +189,7 @@ def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
         return x
 
     def point(part: Array) -> Array:
+        """Return the whole point of a part of its coordinates."""
         return np.insert(part, kept, x[kept]) if kept is not None else part
 
     # a residual of one, with the slope zero, ends the search of data without noise

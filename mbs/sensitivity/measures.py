@@ -2,9 +2,9 @@
 
 Values of a chaotic motion at a time have no error, but its means, rms, peaks and impulses estimate those of all such motions.
 Their sampling error follows from readings of n batches of the run, turns of the drive or equal parts (Law, Simulation Modeling
-and Analysis, 2015, section 9.5). With their standard deviation s and the 97.5 % quantile t of Student's distribution of n - 1
-degrees, the half-width of a 95 % interval is t s/sqrt(n) of a mean or rms, t s sqrt(n) of an impulse, and t s of a largest or
-smallest value, whose distribution (Gumbel, Statistics of Extremes, 1958) has a width that does not depend on the number of turns.
+and Analysis, 2015, section 9.5). Let s be their standard deviation and t the 97.5 % quantile of Student's distribution of n - 1
+degrees. The half-width of a 95 % interval is t s/sqrt(n) of a mean or rms, and t s sqrt(n) of an impulse. That of a largest or
+smallest value is t s, as the width of its distribution does not depend on n (Gumbel, Statistics of Extremes, 1958).
 """
 
 from __future__ import annotations

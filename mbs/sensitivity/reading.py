@@ -1,15 +1,15 @@
 """Numbers read off a result: `max(B.contact_force)`, `mean(abs(drive.torque))`, `at(B.x, 0.5) - start(B.x)`.
 
-    max min mean rms start end      of a signal over the run; mean and rms are over time
-    impulse(signal)                 its integral over the run
-    settled(signal)                 its mean over the last tenth of the run
-    at(signal, t)                   its value at a time, s
-    when(signal, value, n)          time, s, at which it crosses a value for the n-th time, n = 1, 2, ...; nan if it does not
+    max min mean rms start end      of a signal over the run; mean and rms are over time;
+    impulse(signal)                 its integral over the run;
+    settled(signal)                 its mean over the last tenth of the run;
+    at(signal, t)                   its value at a time, s;
+    when(signal, value, n)          time, s, at which it crosses a value for the n-th time, n = 1, 2, ...; nan if it does not;
     begins(signal, n), ends(signal, n)  times, s, between which it is above zero for the n-th time, as a contact force is while
-                                    its contact lasts; -1 is the last time; nan if it is not
-    peak(signal, n)                 its largest value between them
-    abs sqrt sin cos + - * / **     of signals and of numbers
-    frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; needs no run
+                                    its contact lasts; -1 is the last time; nan if it is not;
+    peak(signal, n)                 its largest value between them;
+    abs sqrt sin cos + - * / **     of signals and of numbers;
+    frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; needs no run.
 
 Signals are those of the result, by their names.
 """
@@ -88,6 +88,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
     number = int(found[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
+        """Compute the natural frequency [Hz] and its error."""
         from ..statics.vibration import frequencies  # it loads the compiled solver, and few need it
 
         found = frequencies(mechanism, count=number)

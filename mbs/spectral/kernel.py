@@ -295,11 +295,8 @@ def add_multipliers(tables, work, q, lam, stiff):
         clear_block(tables, work, r)
         at = 0
         for k in range(tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.LEAD] + tables.rows[r, RowColumn.TERMS]):
-            a, b, push = (
-                tables.measures[k, Measures.A],
-                tables.measures[k, Measures.B],
-                lam[r] * tables.directions[k, Directions.SHARE],
-            )
+            a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
+            push = lam[r] * tables.directions[k, Directions.SHARE]
             measure(tables, work, k, grad)
             if curve(tables, work, k, grad, hess):
                 add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)

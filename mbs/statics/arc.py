@@ -145,6 +145,7 @@ class Arc:
         value: dict[float, float] = {}
 
         def at(arc: float) -> float:
+            """Evaluate the function at an arc."""
             rest = self.along(step, arc, seen)
             seen[arc], value[arc] = rest, function(rest)
             return value[arc]
@@ -190,6 +191,7 @@ class Arc:
         """Find a root to within `near`; where Newton's method fails, as at the crossing itself, evaluate next to it."""
 
         def value(arc: float) -> float:
+            """Evaluate the function at an arc, or next to it."""
             for part in (0.0, 0.3, -0.3):
                 try:
                     return function(self.along(step, min(max(arc + part * near, 0.0), step.arc)))

@@ -187,6 +187,7 @@ class Curve:
         seen = {0.0: orbit, arc: new}
 
         def value(at: float) -> float:
+            """Evaluate the function at an arc."""
             if at not in seen:
                 seen[at] = self.onto(orbit, at)
             return function(seen[at])

@@ -4,8 +4,8 @@ Solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Neither K
 motion make K unsymmetric (Bolotin 1963, ch. 1). A state is unstable where an s has a positive real part.
 
 Eigenvalues are those of the inverse at a shift near the lowest ones, as rounding of the highest hides the lowest of a thin strip.
-One with vectors z, y has the condition number |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen
-2001, doi 10.1137/S0036144500381988). Values within rounding are reported as zero.
+One with vectors z, y has the condition number |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|.
+It is that of Tisseur and Meerbergen (2001, doi 10.1137/S0036144500381988). Values within rounding are reported as zero.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ for these jobs; a static run has the default tolerances, a motion modified Newto
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from itertools import pairwise
 from typing import Any
@@ -221,15 +222,16 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
     along = job.marker(node, 0)
     job.add(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
     for stop in mechanism.stops:
-        law, face = stop.law, stop.at - start
-        assert isinstance(law, KelvinVoigt)
-        k, c = law.stiffness, law.damping
-
-        def force(_s: Any, _t: float, _i: int, x: float, v: float, *_: float, face=face, k=k, c=c) -> float:  # type: ignore[no-untyped-def]
-            return -max(0.0, k * (face - x) - c * v) if x < face else 0.0
-
-        given: Any = {"stiffness": 1.0, "springForceUserFunction": force}
+        assert isinstance(stop.law, KelvinVoigt)
+        given: Any = {"stiffness": 1.0, "springForceUserFunction": _stopping(stop.law, stop.at - start)}
         job.add(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=[job.ground, along], **given))
+
+
+def _stopping(law: KelvinVoigt, face: float) -> Callable[..., float]:
+    def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
+        return -max(0.0, law.stiffness * (face - x) - law.damping * v) if x < face else 0.0
+
+    return force
 
 
 # --- chains -----------------------------------------------------------------------------------------------------------

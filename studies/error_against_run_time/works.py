@@ -81,20 +81,21 @@ def strip() -> Work:
 
 
 def slider_work(
-    about: str, build: Callable[[Body], mbs.Mechanism], section: mbs.Section, bow: float, *, hand: Sequence[Hand],
-    once: Sequence[Setting], finest: Hand, fine: Setting, tuned: str,
+    about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[Hand], once: Sequence[Setting],
+    fine: tuple[Hand, Setting], tuned: str,
 ) -> Work:  # fmt: skip
     """Deflection of the coupler's middle from its chord over one turn; the engine's cables do not shear, Buckler's beams do."""
-    mechanism = build(mbs.Beam(section, imperfection=bow))
+    mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def plainly(given: Hand) -> Array:
-        return _engine().slider_crank(build(mbs.Cable(section, given[0], imperfection=bow)), motion.times, *given[1:])[:, None]
+        cable = mbs.Cable(beam.section, given[0], imperfection=beam.imperfection)
+        return _engine().slider_crank(build(cable), motion.times, *given[1:])[:, None]
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
-    references = cross_references(partial(plainly, finest), partial(motion.once, *fine))
+    references = cross_references(partial(plainly, fine[0]), partial(motion.once, *fine[1]))
     return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
@@ -102,9 +103,9 @@ def smooth() -> Work:
     """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt that rings on along it."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
-        mbs.Section(STRIP_WIDTH, 2e-3), 0.0,
+        mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
         hand=[(4, 400, 1e-5, 1e-8), (4, 800, 1e-5, 1e-8), (8, 3200, 1e-6, 1e-9)], once=[(1e-3, 5), (1e-4, 5), (1e-5, 6)],
-        finest=(16, 25_600, 1e-8, 1e-10), fine=(1e-10, 12), tuned="4 x 800",
+        fine=((16, 25_600, 1e-8, 1e-10), (1e-10, 12)), tuned="4 x 800",
     )  # fmt: skip
 
 
@@ -113,9 +114,9 @@ def stop() -> Work:
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
-        STRIP.damped(0.01, PAPER.coupler), PAPER.coupler / 1000,
+        mbs.Beam(STRIP.damped(0.01, PAPER.coupler), imperfection=PAPER.coupler / 1000),
         hand=[(8, 5000, 1e-6, 1e-6), (8, 10_000, 1e-6, 1e-6), (8, 40_000, 1e-6, 1e-6)],
-        once=[(1e-4, 8), (1e-5, 8), (3e-6, 9)], finest=(16, 80_000, 1e-7, 1e-7), fine=(1e-8, 12), tuned="8 x 10000",
+        once=[(1e-4, 8), (1e-5, 8), (3e-6, 9)], fine=((16, 80_000, 1e-7, 1e-7), (1e-8, 12)), tuned="8 x 10000",
     )  # fmt: skip
 
 

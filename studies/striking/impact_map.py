@@ -5,10 +5,10 @@ largest force, both over the Euler load P. A theory that knows nothing of the si
 stands beside it. Two numbers decide the regime. One is the strip's bend on arrival over its radius of gyration. The other is the
 rise of the compression in Euler loads over a radian of its first vibration:
 
-    s = K' v/(P w1 cos phi),
+    s = K' v/(P w1 cos phi).
 
-K' the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the lean of the chord. A
-straight strip buckles late, at a compression that grows as the root of s; one that bends in time pushes with P (plateau); a
+K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the lean of the chord.
+A straight strip buckles late, at a compression that grows as the root of s; one that bends in time pushes with P (plateau); a
 bowed one is a soft spring (sagging); one that is bent on its way swings before its slider arrives, or keeps it away.
 """
 

@@ -4,18 +4,18 @@ A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g;
 strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta), the exact
 elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
 
-    contact angle 2 g      ->  stop at x(pi - g)                                                                (1)
-    contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12             (2)
-    impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega (3)
+    contact angle 2 g      ->  stop at x(pi - g);                                                               (1)
+    contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;            (2)
+    impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
 At the dead centre the coupler lies on the slider's line, and the stop has given way by F_c/K. A coupler that never
 pushes with more than its Euler load pushes in the impact with Q = P_cr cos(phi) - f, f the friction of the slider. It does so
 once the strip is pressed up to that load, after a time t. Until then K (1 + chi) v t slows the slider down. It falls behind
 by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4. So:
 
-    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2,                   (4)
+    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2.                   (4)
 
-where Q' = Q - m a leaves out what the slider's own acceleration a asked of the strip before. c0 and c1 are those of
+Here Q' = Q - m a leaves out what the slider's own acceleration a asked of the strip before. c0 and c1 are those of
 `buckler.mbs.laws.peak`, chi that of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) are for a massless strip,
 a `Strut`, and hold within 1 % up to Q = 0.4 S. A straight `Beam` buckles late and strikes far harder. Floats or arrays that
 broadcast may stand for every number.

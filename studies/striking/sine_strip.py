@@ -3,11 +3,11 @@
 The coupler from the crank's pin A to the slider B has bending stiffness E I, mass mu a length, axial stiffness E A, and no axial
 inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it. So its compression is:
 
-    P = (E A/L) (L - l - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),     l = |AB|,                                        (1)
+    P = (E A/L) (L - l - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),     l = |AB|;                                        (1)
 
-    mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L,                                     (2)
+    mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
 
-q_n the sine components of weight and of the chord's transverse acceleration, linear from A to B. The slider obeys
+The q_n are the sine components of weight and of the chord's transverse acceleration, linear from A to B. The slider obeys
 m x'' = -P cos(phi) + F - f sign(x'), F the stop's force. This is Hoff's column with more modes, a mass that is struck at its end,
 and a stop that gives way.
 
