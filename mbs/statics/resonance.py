@@ -9,7 +9,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import watch
-from ..spectral.run import State
+from ..spectral.run import RunState
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Route, check_way, ending, parameters_at
 from .curve import KINDS, Curve
@@ -111,7 +111,7 @@ def response(
         curve.at(problem.drawn)
 
 
-def _follow(curve: Curve, first: State, steps: int, step: float, longest: float) -> Response:
+def _follow(curve: Curve, first: RunState, steps: int, step: float, longest: float) -> Response:
     """Follow a curve from a motion, and make the result."""
     orbits, found, ended = curve.follow(first, steps, step, longest)
     way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
