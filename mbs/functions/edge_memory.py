@@ -86,6 +86,13 @@ class _Known(NamedTuple):
     low: float = -np.inf
     high: float = np.inf
 
+    @classmethod
+    def of(cls, state: int, way: Array, values: Array) -> _Known | None:
+        """Take values that are alike as one; None if they are too many, or a speed passes its own too often."""
+        low, high, values = float(way.min()), float(way.max()), np.sort(values)
+        distinct = values[np.diff(values, prepend=-np.inf) > ON * (high - low)]
+        return cls(state, distinct, low, high) if len(distinct if state == MEASURE else values) <= FEW else None
+
     def covers(self, time: Array, curves: Sequence[Curve]) -> bool:
         """Return True if the state stays in that range in a run, up to `BEYOND`."""
         if self.state == TIME:
@@ -155,12 +162,13 @@ class EdgeMemory:
             many = many or (edges.capped and not _is_resolved(function, time, curves))
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
-            only = None if edges.capped or len(times) > FEW else _only_state(function, time, curves, times)
+            some = times[:: 1 + len(times) // FEW]
+            only = None if edges.capped else _only_state(function, time, curves, some)
             before, self._times[k] = self._times.get(k), times
             fixed = before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all()
-            if only is not None:
-                values = curves[only](time)
-                self._known[k] = _Known(only, np.unique(curves[only](times)), float(values.min()), float(values.max()))
+            known = None if only is None else _Known.of(only, curves[only](time), curves[only](times))
+            if known is not None:
+                self._known[k] = known
             elif fixed and not edges.capped:
                 self._known[k] = _Known(TIME, times)
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
