@@ -94,7 +94,8 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
             if name not in functions:
                 raise ValueError(f"unknown function '{name}'{did_you_mean(name, functions)}; known: {', '.join(functions)}")
             if len(inner) != functions[name][1]:
-                raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(inner)}")
+                usage = f": write {functions[name][0]}" if isinstance(functions[name][0], str) else ""
+                raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(inner)}{usage}")
         case _:
             raise ValueError(_not_allowed(node))
     for each in inner:

@@ -53,6 +53,10 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
         mentioned = any(f"{mark}{name}'" in texts for name in (*link.points, link.name) for mark in "':")
         if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
+        ties = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]
+        guides = [guide.point for guide in mechanism.guides if guide.link == link.name]
+        if guides and len({*ties, *guides}) == 1 and not mentioned:
+            yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
     rows = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]

@@ -36,7 +36,13 @@ ARGUMENTS = {
     **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled"), 1), "at": 2, "when": 3,
     **dict.fromkeys(("begins", "ends", "peak"), 2),
 }  # fmt: skip
-ALLOWED = {name: (None, count) for name, count in {**ARGUMENTS, **dict.fromkeys(OF_VALUES, 1)}.items()}
+USAGE = {
+    "at": "at(signal, time)", "when": "when(signal, value, n), n = 1 for the first time",
+    "begins": "begins(signal, n), n = 1 for the first contact", "ends": "ends(signal, n), n = 1 for the first contact",
+    "peak": "peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
+}  # fmt: skip
+"""Forms of functions that take more than a signal, for messages."""
+ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(OF_VALUES, 1)}.items()}
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip

@@ -75,6 +75,12 @@ NOTED = {
         lambda: stiff(drives=[mbs.Drive("crank", 1.0)], stops=[mbs.Stop("B", at=20.0, law=Hertz(1e8))]),
         "the stop of 'B' lies farther than the links reach",
     ),
+    "a block that turns on its only guide": (
+        lambda: mbs.Mechanism(
+            {"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", BAR)], guides=[mbs.Guide("O", "bar", (1, 0))]
+        ),
+        "links.bar: the guide of 'O' leaves its angle free",
+    ),
 }
 
 

@@ -554,6 +554,17 @@ function showMeasures() {
   }
   const beyond = data.measures.some((row) => row.beyond);
   $("measures-note").textContent = beyond ? "Marked: the error is beyond what was asked for, or is not known." : "";
+  showAllMeasures($("measures").classList.contains("all"));
+}
+
+/** The button that shows measures beyond the first five; those with too large an error are always there. */
+function showAllMeasures(all) {
+  const hidden = data.measures.filter((row, k) => k >= 5 && !row.beyond).length, button = $("measures-all");
+  $("measures").classList.toggle("all", all);
+  button.setAttribute("aria-expanded", all);
+  button.hidden = !hidden;
+  button.textContent = all ? "Show fewer" : `Show ${hidden} more`;
+  button.onclick = () => showAllMeasures(!all);
 }
 
 /** An error with its unit, to two digits. */
