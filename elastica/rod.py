@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .collocation import Array, RodError, require
-from .strip import Equilibrium, Load, Strip
+from .strip import Load, Strip, StripEquilibrium
 
 APPROACH = Load(move=(-1.0, 0.0, 0.0))
 """Shortening of the half over its length."""
@@ -33,7 +33,7 @@ class RodSolution(NamedTuple):
     """Load P L^2/(E I), compressive positive, and equilibrium of the half beyond mid-span, by its own length."""
 
     load: float
-    half: Equilibrium
+    half: StripEquilibrium
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ class Load:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class StripEquilibrium:
     """One equilibrium of a `Strip`, at the collocation points; the point `at` occurs twice, once for each piece.
 
     Attributes
@@ -165,7 +165,7 @@ class Strip:
         tangent = grid.angle[-1]
         return float(grid.J[-1] @ np.cos(grid.angle)), float(grid.J[-1] @ np.sin(grid.angle)), float(tangent)
 
-    def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> Equilibrium:
+    def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> StripEquilibrium:
         """Find the equilibrium under `factor` times a load.
 
         Parameters
@@ -200,7 +200,7 @@ class Strip:
         """Unknowns of the stress-free shape."""
         return np.concatenate((self.grid.angle, (0.0, 0.0, 0.0)))
 
-    def at_unknowns(self, load: Load, factor: float, unknowns: Array) -> Equilibrium:
+    def at_unknowns(self, load: Load, factor: float, unknowns: Array) -> StripEquilibrium:
         """Return shape, forces and residual of solved unknowns."""
         fields, grid, theta = self.fields(load, factor, unknowns), self.grid, unknowns[:-3]
         x, y = grid.J @ fields.dx, grid.J @ fields.dy
@@ -208,7 +208,7 @@ class Strip:
         half = self.nodes
         inner, end = (float(x[half]), float(y[half])), (float(x[-1]), float(y[-1]), float(theta[-1]))
         residual = self._residual(load, factor, unknowns)
-        return Equilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, unknowns)
+        return StripEquilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, unknowns)
 
     def fields(self, load: Load, factor: float, unknowns: Array) -> Fields:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""

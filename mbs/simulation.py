@@ -15,7 +15,7 @@ import numpy as np
 
 from .accuracy.demand import PLACE, Asked, Demand, Usual
 from .accuracy.levels import KINDS
-from .accuracy.refine import Answer, refine
+from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
@@ -220,7 +220,7 @@ class _Runs:
             return Exudyn(), f"the compiled solver does not take this mechanism: {found}"
         return Spectral(), "it knows all elements of this mechanism"
 
-    def complete(self, result: Result, answer: Answer, demand: Demand, why: str) -> Result:
+    def complete(self, result: Result, answer: CheckedRun, demand: Demand, why: str) -> Result:
         """Add errors, the work of all runs and the status to the result of the last run."""
         names = [type(run.solver).__name__.lower() for run in self.made]
         counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}

@@ -45,7 +45,7 @@ UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
 
 
 @dataclass(frozen=True)
-class Answer:
+class CheckedRun:
     """A run, its errors, and the signal whose error is worst."""
 
     run: Run
@@ -70,17 +70,17 @@ def _share(error: float) -> str:
     return f"{100 * error:.2g} %" if 1e-3 <= error < 10 else f"{error:.1e}"
 
 
-def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> Answer:
+def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> CheckedRun:
     """Make finer runs until the error is allowed, the motion is found chaotic, or no runs are left."""
     refinement = _Refinement(run, levels, demand, duration)
     try:
         coarse = refinement.run_first()
-        refinement.best = partial(Answer, coarse.run)
+        refinement.best = partial(CheckedRun, coarse.run)
         fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.prefix)
         return refinement.refine(coarse, fine)
     except _FailedError as failure:
         failed = failure.trial.run
-        found = refinement.best() if refinement.best else Answer(failed)
+        found = refinement.best() if refinement.best else CheckedRun(failed)
         status, message = failed.failure or (Status.NOT_FINITE, "no samples")
         return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
@@ -123,7 +123,7 @@ class _Refinement:
         self.count = 0
         self.before: Mapping[Key, float] | None = None
         self.ratio_before = 1.0
-        self.best: Callable[[], Answer] | None = None
+        self.best: Callable[[], CheckedRun] | None = None
 
     def make(self, level: Level, end: float) -> _Trial:
         """Make a run; _FailedError if it ends early."""
@@ -149,14 +149,14 @@ class _Refinement:
         """Return the level after a run, with the degrees that the run shows to be needed."""
         return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
 
-    def refine(self, coarse: _Trial, fine: _Trial) -> Answer:
+    def refine(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
         """Compare the last two runs, and go finer until the error is allowed."""
         needed, pair = 0.0, _Pair(coarse, fine, self.demand)
         if pair.separation.start == inf:
             pair = self.complete(pair)
         if pair.separation.start < inf:
             found = self.look_for_chaos(pair)
-            if isinstance(found, Answer):
+            if isinstance(found, CheckedRun):
                 return found
             pair = self.complete(found)
         while True:
@@ -187,7 +187,7 @@ class _Refinement:
         ends = [run if run.end == self.duration else self.make(run.level, self.duration) for run in (pair.coarse, pair.fine)]
         return _Pair(ends[0], ends[1], self.demand)
 
-    def look_for_chaos(self, pair: _Pair) -> Answer | _Pair:
+    def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
         """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
         rattles, last, reported = pair.fine.end < self.duration, pair, pair
         for k in range(1 if rattles else CONFIRMED):
@@ -220,7 +220,7 @@ class _Refinement:
         gain = estimate_gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
         return add(estimate_errors(now, gain), damping_errors(run, self.levels.damping)), now, gain
 
-    def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> Answer:
+    def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> CheckedRun:
         """Return the finer run with the errors of all its signals and energies."""
         run = pair.fine.trajectory
         now, sizes = pair.difference.norms(run.signals)
@@ -230,7 +230,7 @@ class _Refinement:
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
         return self.attach_errors(pair.fine, errors, sizes | energy_sizes, float(run.time[-1]), allowed)
 
-    def answer_until(self, pair: _Pair, chaos: Status) -> Answer:
+    def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
         gain = pair.ratio ** self.levels.orders[0]
         error_over_difference = gain / (gain - 1)
@@ -247,7 +247,7 @@ class _Refinement:
     def attach_errors(
         self, trial: _Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float,
         allowed: Mapping[Key, float], notes: tuple[str, ...] = (), chaos: Status | None = None,
-    ) -> Answer:  # fmt: skip
+    ) -> CheckedRun:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration."""
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}
@@ -261,7 +261,7 @@ class _Refinement:
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
         turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
         estimate = Errors(largest, found, dict(sizes), kind, until, turn, vibrating, notes)
-        return Answer(trial.run, estimate, find_worst(allowed, found), chaos, count=self.count)
+        return CheckedRun(trial.run, estimate, find_worst(allowed, found), chaos, count=self.count)
 
 
 def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:

@@ -58,7 +58,7 @@ class Flexible(Body):
         """Nodes from one element to the next."""
         return 1
 
-    def curve(self, chord: float) -> Curve:
+    def curve(self, chord: float) -> CurvedLine:
         """Return the stress-free shape for a distance of the ends, m."""
         if self.shape is None:
             return _bow(chord, self.imperfection)
@@ -123,7 +123,7 @@ class Cable(Flexible):
 
 
 @dataclass(frozen=True)
-class Curve:
+class CurvedLine:
     """Stress-free line of a `length` [m]; `direction` maps fractions of it (n,) to angles (n,) of tangent against chord [rad]."""
 
     length: float
@@ -138,19 +138,19 @@ class Curve:
         return self.length * np.concatenate([np.zeros((1, 2)), np.cumsum(steps.sum(axis=1), axis=0)])
 
 
-def _bow(chord: float, bow: float) -> Curve:
+def _bow(chord: float, bow: float) -> CurvedLine:
     """Return a half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
     amplitude = np.pi * bow / chord
-    unit = Curve(1.0, lambda s: amplitude * np.cos(np.pi * s))
+    unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
     unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
-    return Curve(chord / unit_chord, unit.direction)
+    return CurvedLine(chord / unit_chord, unit.direction)
 
 
 SAMPLES = 401
 """Places taken from a shape given as a function."""
 
 
-def _spline(chord: float, shape: Shape) -> Curve:
+def _spline(chord: float, shape: Shape) -> CurvedLine:
     """Return the line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
     from scipy.interpolate import CubicSpline
 
@@ -171,7 +171,7 @@ def _spline(chord: float, shape: Shape) -> Curve:
     slope = rough(fine, 1)
     arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (np.hypot(*slope[1:].T) + np.hypot(*slope[:-1].T)) / 2)])
     direction = CubicSpline(arc / arc[-1], np.unwrap(np.arctan2(slope[:, 1], slope[:, 0])))
-    curve = Curve(1.0, direction)
+    curve = CurvedLine(1.0, direction)
     end = complex(*curve.places(np.linspace(0.0, 1.0, 65))[-1])
     angle = float(np.angle(end))
-    return Curve(chord / abs(end), lambda s: direction(s) - angle)
+    return CurvedLine(chord / abs(end), lambda s: direction(s) - angle)

@@ -15,17 +15,17 @@ from ..offers import extensions
 from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
 from .loads import attach
-from .placed import Placed
+from .placed import EngineBody
 from .scene import EngineScene
 
-BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], Placed | None]] = {
+BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], EngineBody | None]] = {
     elements.Rigid: rigid.add,
     elements.Beam: strip.add,
     elements.Cable: strip.add,
     elements.Modal: modal.add,
     elements.Strut: loads.add_strut,
 }
-"""Functions that add a link: (scene, link, velocity of its start) -> Placed, or None if the link has no coordinates."""
+"""Functions that add a link: (scene, link, velocity of its start) -> EngineBody, or None if the link has no coordinates."""
 
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,

@@ -12,7 +12,7 @@ from ..elements.stop import Striking
 from ..elements.strut import Strut, StrutLaw
 from ..geometry import Array
 from . import System
-from .placed import Placed
+from .placed import EngineBody
 
 
 @dataclass
@@ -31,7 +31,7 @@ class StopContact(Striking):
     touching: bool = False
     pressing: float = 0.0
 
-    def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
+    def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
         self.columns = placed[self.stop.point].columns()[0]
 
@@ -49,7 +49,7 @@ class StopContact(Striking):
 
 
 @dataclass
-class End:
+class StopEnd:
     """One body of a stop: its node and number of coordinates; none for the ground.
 
     `place` is that of the node at t = 0 [m], `arm` leads from the node to the point and turns with its third coordinate.
@@ -73,12 +73,12 @@ class FreeContact(StopContact):
     acts likewise along the coordinate R(phi) (-along_y, along_x) . (p - o).
     """
 
-    first: End = field(default_factory=End)
-    second: End = field(default_factory=End)
+    first: StopEnd = field(default_factory=StopEnd)
+    second: StopEnd = field(default_factory=StopEnd)
     along: tuple[float, float] = (1.0, 0.0)
     reach: float = 0.0
 
-    def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
+    def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
         ends = [end for end in (self.first, self.second) if end.size]
         first = [system.GetNodeODE2Index(end.node) for end in ends]

@@ -17,7 +17,7 @@ from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from ..record.record import BlockMotion, Record
 from . import System
 from .guarded import watch
-from .placed import History, Placed, States
+from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
 SMALLEST_SHARE = 0.1
@@ -27,12 +27,12 @@ LARGEST_SHARE = 5.0
 
 
 @dataclass(frozen=True)
-class PlacedBlock(Placed):
+class PlacedBlock(EngineBody):
     """A guide's block."""
 
     origin: tuple[float, float]
 
-    def motion(self, states: States) -> BlockMotion:
+    def motion(self, states: EngineStates) -> BlockMotion:
         """Compute the motion of the block from its travel."""
         column = self.columns()[0, 0]
         travel = (values[:, column] for values in states)

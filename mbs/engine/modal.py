@@ -18,7 +18,7 @@ from ..elements.element import Pair
 from ..geometry import Array
 from ..modal.planar import STATIONS, ModalHistory, PlanarModel
 from . import System
-from .placed import Placed, States
+from .placed import EngineBody, EngineStates
 from .scene import EngineScene
 
 ARM = 0.05
@@ -30,7 +30,7 @@ IN_PLANE = (0, 1, 5)
 
 
 @dataclass(frozen=True)
-class PlacedModal(Placed):
+class PlacedModal(EngineBody):
     """A modal link in the engine; its coordinates are x, y, theta of the frame, then those of the modes.
 
     The frame's origin is the centre of mass; its initial velocity is `initial` (vx, vy, omega). `stations` maps points to 'start'
@@ -55,7 +55,7 @@ class PlacedModal(Placed):
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
-    def motion(self, states: States) -> ModalHistory:
+    def motion(self, states: EngineStates) -> ModalHistory:
         """Return the motion of frame and modes."""
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))

@@ -14,7 +14,7 @@ from ..geometry import Array
 from . import System
 
 
-class States(NamedTuple):
+class EngineStates(NamedTuple):
     """The engine's coordinates over time: displacements from the reference and their rates, each (times, coordinates)."""
 
     q: Array
@@ -23,7 +23,7 @@ class States(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Placed:
+class EngineBody:
     """A link or block in the engine: numbers of its `nodes` and `objects`, position markers of its points in `ends`.
 
     `reference` (nodes, coordinates of a node) are the coordinates of the undeformed link.
@@ -42,12 +42,12 @@ class Placed:
         first = [self.system.GetNodeODE2Index(node) for node in self.nodes]
         return np.add.outer(np.array(first), np.arange(self.reference.shape[1]))
 
-    def total(self, states: States) -> States:
+    def total(self, states: EngineStates) -> EngineStates:
         """Return coordinates and rates of this link, each (times, nodes, coordinates of a node)."""
         columns = self.columns()
-        return States(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
+        return EngineStates(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
 
-    def motion(self, states: States) -> Moved:
+    def motion(self, states: EngineStates) -> Moved:
         """Return the motion for the record."""
         raise NotImplementedError
 
@@ -87,7 +87,7 @@ class History:
     """
 
     time: Array
-    states: States
+    states: EngineStates
     multipliers: Array
     contact: Array
     memory: list[Array]

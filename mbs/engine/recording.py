@@ -17,7 +17,7 @@ from ..solvers import Exudyn
 from . import System
 from .forces import StopContact
 from .guarded import describe_failure
-from .placed import History, States, WithMemory
+from .placed import EngineStates, History, WithMemory
 from .scene import EngineScene
 
 CHECK_EVERY = 16
@@ -47,7 +47,7 @@ class Rows:
         time = np.array(self.time)
         for part in memory:
             part[:, :, SINCE] = time[:, None]
-        return History(time, States(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
+        return History(time, EngineStates(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
 
 
 class Recorder:

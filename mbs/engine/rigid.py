@@ -11,12 +11,12 @@ from ..elements.element import Pair, place
 from ..elements.link import Link
 from ..geometry import Array, rotate, rotate_left
 from ..record.record import RigidMotion
-from .placed import Placed, States
+from .placed import EngineBody, EngineStates
 from .scene import EngineScene
 
 
 @dataclass(frozen=True)
-class PlacedRigid(Placed):
+class PlacedRigid(EngineBody):
     """A rigid link; its coordinates are place of the centre of mass, added masses included, and direction.
 
     `mass` [kg] and `inertia` [kg m^2] are the link's alone; `arms` lead from the link's own centre of mass to all points at
@@ -29,7 +29,7 @@ class PlacedRigid(Placed):
     radius: float
     own: Array
 
-    def motion(self, states: States) -> RigidMotion:
+    def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the link's own centre of mass."""
         columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])

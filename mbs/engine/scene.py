@@ -20,7 +20,7 @@ from ..scene.scene import Scene
 from ..scene.start import Start
 from . import System
 from .forces import StopContact, StrutSpring
-from .placed import History, Placed, States, WithMemory
+from .placed import EngineBody, EngineStates, History, WithMemory
 
 Reader = Callable[[History, Record], Array]
 """Function that reads the channels of an element from a run: (times, columns)."""
@@ -42,7 +42,7 @@ class EngineScene:
     system: System
     container: SystemContainer
     ground: int = -1
-    placed: dict[str, Placed] = field(default_factory=dict)
+    placed: dict[str, EngineBody] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
     with_memory: list[WithMemory] = field(default_factory=list)
@@ -103,7 +103,7 @@ class EngineScene:
 
     def _now(self, body: str) -> Moved:
         q = self.system.systemData.GetODE2Coordinates()[None]
-        return self.placed[body].motion(States(q, q, q))
+        return self.placed[body].motion(EngineStates(q, q, q))
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""

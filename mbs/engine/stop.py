@@ -13,7 +13,7 @@ from ..elements.stop import Stop
 from ..geometry import Array
 from ..record.record import Record
 from . import System
-from .forces import End, FreeContact, StopContact
+from .forces import FreeContact, StopContact, StopEnd
 from .guarded import watch
 from .loads import add_torque
 from .placed import History
@@ -28,12 +28,12 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
     link, along = stop.body(mechanism), stop.across(mechanism)
     node, size, at = scene.placed[link].place_node(stop.point)
-    first, second = End(node, size, at, np.subtract(mechanism.points[stop.point], at)), End()
+    first, second = StopEnd(node, size, at, np.subtract(mechanism.points[stop.point], at)), StopEnd()
     inverse_mass = scene.placed[link].mobility(stop.point, along)
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
         node, at = scene.placed[stop.carrier].contact_node(origin)
-        second = End(node, 3, np.array(at))
+        second = StopEnd(node, 3, np.array(at))
         inverse_mass += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
     reach = stop.at - float(np.dot(along, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf

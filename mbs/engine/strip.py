@@ -19,12 +19,12 @@ from ..elements.element import Pair
 from ..geometry import Array
 from ..record.strips import BeamMotion, CableMotion
 from . import System
-from .placed import Placed, States
+from .placed import EngineBody, EngineStates
 from .scene import EngineScene
 
 
 @dataclass(frozen=True)
-class PlacedStrip(Placed):
+class PlacedStrip(EngineBody):
     """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points.
 
     `anchors` are nodes (x, y, theta) for joints that act on a cable's angle.
@@ -34,7 +34,7 @@ class PlacedStrip(Placed):
     at: dict[str, int]
     anchors: dict[str, int] = field(default_factory=dict)
 
-    def motion(self, states: States) -> BeamMotion | CableMotion:
+    def motion(self, states: EngineStates) -> BeamMotion | CableMotion:
         """Compute the motion of its nodes."""
         motion = BeamMotion if self.body.turns else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))

@@ -36,7 +36,7 @@ from ..spectral.statistics import Accumulator
 from ..spectral.tables import ForceKind, Forces
 from ..validate import one_of, positive, whole
 from .members import Members, split
-from .readings import Reading, columns, formulas_of, values_of
+from .readings import StatisticReading, columns, formulas_of, values_of
 from .result import Ensemble
 
 CHUNK = 16
@@ -65,7 +65,7 @@ class Task:
     members: Members
     duration: float  # [s]
     solver: Spectral
-    readings: tuple[Reading, ...]
+    readings: tuple[StatisticReading, ...]
     edges: Array  # of the windows [s], (windows + 1,)
     curves: Mapping[str, Curve]  # given signals
 
@@ -181,7 +181,10 @@ def ensemble(
     solver = one_of("solver", solver or Spectral(), (Spectral,))
     if not of:
         raise ValueError("of: give one reading or more, as ['rms(B.normal_force)']")
-    readings, mechanisms = tuple(map(Reading.of, of)), (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism)
+    readings, mechanisms = (
+        tuple(map(StatisticReading.of, of)),
+        (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism),
+    )
     length = each or _turn(mechanisms[0], duration)
     windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))
     if windows <= skip:

@@ -52,14 +52,14 @@ class Formula:
 
 
 @dataclass(frozen=True)
-class Reading:
+class StatisticReading:
     """Formula of statistics."""
 
     text: str
     tree: ast.expr  # with signals as names
 
     @classmethod
-    def of(cls, text: str) -> Reading:
+    def of(cls, text: str) -> StatisticReading:
         """Parse a formula; a ValueError if it is not valid, or has a signal outside of a statistic."""
         keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
         names = {key: name for name, key in keys.items()}
@@ -102,7 +102,7 @@ class Reading:
             return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), sums.shape[:-2])
 
 
-def formulas_of(readings: Iterable[Reading]) -> dict[str, Formula]:
+def formulas_of(readings: Iterable[StatisticReading]) -> dict[str, Formula]:
     """Return the formulas of signals in some readings, by their texts."""
     return {each.text: each for reading in readings for each in reading.formulas}
 
@@ -112,14 +112,14 @@ def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Ar
     return np.column_stack([each.values(signals) for each in formulas.values()])
 
 
-def values_of(readings: Sequence[Reading], formulas: Mapping[str, Formula], found: Accumulator) -> Array:
+def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formula], found: Accumulator) -> Array:
     """Compute readings from accumulated sums, shape (windows, readings)."""
     return np.stack([each.value(found.found, list(formulas), np.diff(found.edges)) for each in readings], axis=-1)
 
 
 def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
     """Compute readings of recorded signals in the windows between edges [s], shape (windows, readings)."""
-    readings = [Reading.of(text) for text in of]
+    readings = [StatisticReading.of(text) for text in of]
     formulas = formulas_of(readings)
     found = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
     found.add(time, columns(formulas, signals))
@@ -142,7 +142,7 @@ def _value(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, An
                 return OPERATORS[type(operator)](at(left), at(right))
             case ast.Call(func=ast.Name(id=name), args=[argument]):
                 return call(name, at(inner(argument) if inner and name in STATISTICS else argument))
-        raise AssertionError(node)  # `Reading.of` lets nothing else through
+        raise AssertionError(node)  # `StatisticReading.of` lets nothing else through
 
     return at(node)
 

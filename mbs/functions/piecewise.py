@@ -11,11 +11,11 @@ import numpy as np
 from ..declare import Declared, declared, field, quantities, quantity
 from .breaks import evaluate, others_of, sharpen
 from .fields import Callables
-from .values import Given
+from .values import UserFunction
 
 
 @declared
-class Piecewise(Given, Declared):
+class Piecewise(UserFunction, Declared):
     """Function with given times of jumps and kinks, which may be too short for the search in other functions.
 
     Force("A", Piecewise(lambda t: (9.0 if t % 0.5 < 1e-6 else 0.0, 0.0), breaks=(0.0, 1e-6), period=0.5))

@@ -52,7 +52,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     return current_memory(EdgeMemory()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
 
 
-class Given:
+class UserFunction:
     """Base of formulas and tables, which are pickled by their fields."""
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -63,7 +63,7 @@ _function_of = lru_cache(maxsize=256)(function_of)
 
 
 @declared
-class Expression(Given, Declared):
+class Expression(UserFunction, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
 
     `mbs.functions.formulas` lists what is allowed; a ValueError names anything else.
@@ -114,7 +114,7 @@ class Expression(Given, Declared):
 
 
 @declared
-class Table(Given, Declared):
+class Table(UserFunction, Declared):
     """Values at given times, interpolated; constant before the first and after the last."""
 
     times: Sequence[float] = quantities("s", doc="increasing, two at least")
@@ -151,7 +151,7 @@ class Table(Given, Declared):
 
 
 @dataclass(frozen=True)
-class Integral(Given):
+class Integral(UserFunction):
     """The integral from 0 of a formula or table, by adaptive quadrature on pieces whose sums are stored."""
 
     of: Callable[..., Any]
@@ -228,7 +228,7 @@ class TableIntegral(Integral):
 
 
 @declared
-class Components(Given, Declared):
+class Components(UserFunction, Declared):
     """A function with several values, such as the two components of a force."""
 
     parts: Sequence[float | Callable[..., Any]] = field(Several(Anything()), "each a number or a function of the same variables")

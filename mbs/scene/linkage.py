@@ -234,7 +234,7 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
 
 
-class Part(NamedTuple):
+class LinkMass(NamedTuple):
     """A mass [kg] with its inertia [kg m^2] on a link, given by number, at an arm from the link's start at t = 0 [m]."""
 
     link: int
@@ -243,13 +243,13 @@ class Part(NamedTuple):
     arm: complex
 
 
-def carried_masses(linkage: Linkage) -> Iterator[Part]:
+def carried_masses(linkage: Linkage) -> Iterator[LinkMass]:
     """Yield the masses of links, of blocks of guides, and of elements on links."""
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
         mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
-        yield Part(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
+        yield LinkMass(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
     blocks = {guide.point: guide.link for guide in mechanism.guides}
     extra = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
     for element in mechanism.elements().values():
@@ -257,7 +257,7 @@ def carried_masses(linkage: Linkage) -> Iterator[Part]:
     for at, mass, inertia in extra:
         body, point = place(at)
         i = linkage.index[blocks.get(body, body)]
-        yield Part(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
+        yield LinkMass(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
 
 
 def mass_matrix(linkage: Linkage, q: Array) -> Array:

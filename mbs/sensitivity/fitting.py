@@ -22,7 +22,7 @@ from ..validate import whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, Problem, gather, signals_of
+from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, FitProblem, gather, signals_of
 from .runs import needs_compiler
 
 POLISHED = 2
@@ -46,7 +46,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class Profile(NamedTuple):
+class ProfileLikelihood(NamedTuple):
     """Least cost over one number, the others fitted again, and the cost at the ends of the 95 % interval, the `level`."""
 
     at: Array
@@ -85,7 +85,7 @@ class Fit:
     cost: float
     free: dict[str, Bounds]
     units: dict[str, str]
-    profiles: dict[str, Profile] = field(default_factory=dict)
+    profiles: dict[str, ProfileLikelihood] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """Return the numbers with their intervals, and notes on identification."""
@@ -146,11 +146,11 @@ def fit(
     """
     needs_compiler()
     whole("starts", starts, 1, 10**9)
-    problem = Problem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
+    problem = FitProblem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
     watching.get().most = len(problem.experiments) * (starts + (POLISHED + 1) * ROUNDS * (1 + 2 * len(problem.names)))
-    best, known = _find_best(problem, starts), dict[str, Profile]()
+    best, known = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if not problem.has_errors and not problem.stopped:
             problem.weigh(best)
@@ -162,7 +162,7 @@ def fit(
     return _answer(problem, best, known)
 
 
-def _find_best(problem: Problem, starts: int) -> Array:
+def _find_best(problem: FitProblem, starts: int) -> Array:
     """Find the best point from the middle and from points of a Halton sequence."""
     d, alive, ends = len(problem.names), list[tuple[float, Array]](), list[Array]()
     try:
@@ -182,7 +182,7 @@ def _find_best(problem: Problem, starts: int) -> Array:
     return min(ends, key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
 
 
-def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
+def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
     """Find least squares from a point; all numbers are free but one that is kept."""
     loose = np.arange(len(x)) != kept
     if not loose.any():
@@ -201,7 +201,7 @@ def _solve(problem: Problem, x: Array, kept: int | None = None) -> Array:
     return point(found.x)
 
 
-def _profile(problem: Problem, best: Array, name: str) -> Profile:
+def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
     """Find the least cost over a number, from its best value on to both sides."""
     i = problem.names.index(name)
     wide = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
@@ -214,16 +214,16 @@ def _profile(problem: Problem, best: Array, name: str) -> Profile:
             found[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
     at, (low, high) = np.array(sorted(found)), (problem.low[i], problem.high[i])
     cost = 0.5 * np.array([found[each] for each in at])
-    return Profile(low + at * (high - low), cost, float(cost.min()) * _growth(problem))
+    return ProfileLikelihood(low + at * (high - low), cost, float(cost.min()) * _growth(problem))
 
 
-def _growth(problem: Problem) -> float:
+def _growth(problem: FitProblem) -> float:
     """Return the factor by which the sum of squares grows to the ends of the 95 % interval of one number."""
     freedom = max(1, problem.count - len(problem.names))
     return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
 
-def _answer(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
+def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:
     names, covariance = problem.names, problem.covariance(best)
     deviation = np.sqrt(np.diag(covariance))
     quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else max(1, problem.count - len(best))))
@@ -242,7 +242,7 @@ def _answer(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
     )  # fmt: skip
 
 
-def _list_unidentified(problem: Problem, best: Array, deviation: Array, correlation: Array) -> list[str]:
+def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, correlation: Array) -> list[str]:
     """List numbers that the data do not identify, in sentences."""
     found, names = [], problem.names
     for i, name in enumerate(names):
@@ -257,7 +257,7 @@ def _list_unidentified(problem: Problem, best: Array, deviation: Array, correlat
     return found
 
 
-def _list_unexplained(problem: Problem, best: Array) -> list[str]:
+def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
     left, found = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):

@@ -64,7 +64,7 @@ class WrongReadingError(ValueError):
     """Error of a reading that no run has: no such signal, or another kind of unit."""
 
 
-class Measured(NamedTuple):
+class MeasuredValue(NamedTuple):
     """Number and its unit; '' where the formula mixes units."""
 
     value: float
@@ -73,7 +73,7 @@ class Measured(NamedTuple):
 
 def measure(
     text: str, time: Array, signals: Mapping[str, Array], units: Mapping[str, str], curve: type[Curve] = Curve
-) -> Measured:
+) -> MeasuredValue:
     """Read a number off the signals of a run; `curve` interpolates between their samples.
 
     A ValueError says that the text is no formula, names a signal that is not there, or gives a series.
@@ -83,7 +83,7 @@ def measure(
         value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
         raise ValueError(f"{text}: gives a series; write max({text}), mean({text}) or end({text})")
-    return Measured(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
+    return MeasuredValue(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
 def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:

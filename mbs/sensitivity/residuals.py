@@ -36,7 +36,7 @@ TIME_ZERO = "time_zero"
 
 
 @dataclass
-class Problem:
+class FitProblem:
     """Residuals over the unit cube of the free numbers.
 
     `errors` are standard deviations of signals; `units` those of numbers, and of signals after a run. `failed` is the reason of
@@ -57,7 +57,9 @@ class Problem:
     cached: tuple[Array, list[dict[str, Any]]] | None = None
 
     @classmethod
-    def of(cls, mechanism: Source, experiments: list[Experiment], free: Mapping[str, Bounds], solver: Spectral | None) -> Problem:
+    def of(
+        cls, mechanism: Source, experiments: list[Experiment], free: Mapping[str, Bounds], solver: Spectral | None
+    ) -> FitProblem:
         """Check the input and place the free numbers in the cube."""
         if not free:
             raise ValueError("free: no number; give {path: (low, high)}")

@@ -26,7 +26,7 @@ Pair = tuple[float, float]
 GROUND = "ground"
 
 
-class Body(Protocol):
+class BuiltBody(Protocol):
     """Body of a link in the arrays."""
 
     def marker(self, builder: Builder, point: str) -> int:
@@ -43,7 +43,7 @@ class Attached:
 
 
 @dataclass
-class Row:
+class ConstraintRow:
     """A constraint: name, first measure, drive or -1, what it is held to (None: as at t = 0), how many measures it has."""
 
     name: str
@@ -59,7 +59,7 @@ class Row:
 
 
 @dataclass
-class Force:
+class ForceRow:
     """A force: its name, kind, what it acts on, laws, numbers."""
 
     name: str
@@ -78,7 +78,7 @@ class Builder:
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
-    bodies: dict[str, Body] = field(default_factory=dict)  # of each link, by name
+    bodies: dict[str, BuiltBody] = field(default_factory=dict)  # of each link, by name
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
     notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled or says the same
     q: list[float] = field(default_factory=list)
@@ -90,10 +90,10 @@ class Builder:
     places: list[int] = field(default_factory=list)
     measures: list[tuple[int, int, int]] = field(default_factory=list)
     directions: list[tuple[float, float, float]] = field(default_factory=list)
-    rows: list[Row] = field(default_factory=list)
+    rows: list[ConstraintRow] = field(default_factory=list)
     motions: list[tuple[int, int, int]] = field(default_factory=list)
     ramps: list[tuple[float, float, float]] = field(default_factory=list)
-    forces: list[Force] = field(default_factory=list)
+    forces: list[ForceRow] = field(default_factory=list)
     laws: list[tuple[int, int, int, int]] = field(default_factory=list)
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
@@ -203,7 +203,7 @@ class Builder:
         """Hold a sum of coefficients times measures, added one after the other, to a value (None: as at t = 0) and a motion."""
         for share, measure in terms:
             self.directions[measure] = (*self.directions[measure][:2], share)
-        self.rows.append(Row(name, terms[0][1], motion, value, len(terms)))
+        self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
     def pin(self, name: str, one: int, other: int) -> None:
@@ -266,5 +266,5 @@ class Builder:
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
         one = self._without_angle(one) if kind == ForceKind.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
-        self.forces.append(Force(name, kind, one, other, law, friction, row, numbers))
+        self.forces.append(ForceRow(name, kind, one, other, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -24,7 +24,7 @@ Matrix = Any
 
 
 @dataclass(frozen=True)
-class Assembly:
+class Equations:
     """All of the equations of motion at one state. Matrices are made of their entries when they are asked for."""
 
     force: Array  # f, without the constraints' forces, (n,)

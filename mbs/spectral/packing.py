@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .builder import Builder, Force, Row
+from .builder import Builder, ConstraintRow, ForceRow
 from .tables import ForceKind, MeasureKind, Pushed, StripKind, Tables
 
 
@@ -61,13 +61,13 @@ def _blocks(builder: Builder) -> list[Block]:
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
 
 
-def _of_force(builder: Builder, force: Force, marker: int) -> list[int]:
+def _of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
     """Coordinates that move a force's second marker; of one with states all of theirs, from the first on."""
     count = int(force.numbers[Pushed.STATES]) if force.kind == ForceKind.STATEFUL else 1
     return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
-def _row_block(builder: Builder, row: Row, unknown: int) -> Block:
+def _row_block(builder: Builder, row: ConstraintRow, unknown: int) -> Block:
     """Block of a constraint: its gradient, and second derivatives, that couple both markers if a direction turns."""
     unknowns: list[int] = []
     parts: list[tuple[slice, slice]] = []

@@ -17,7 +17,7 @@ from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from ..offers import extensions
 from .basis import gauss
-from .builder import Body, Builder
+from .builder import Builder, BuiltBody
 from .connect import NOWHERE, connect, marker_at, marker_of, turned_back
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
@@ -158,7 +158,7 @@ def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None
     add_line(builder, name, load, builder.add_measure(MeasureKind.ANGLE, second, first), free)
 
 
-BODIES: dict[str, Callable[[Builder, Link], Body]] = {
+BODIES: dict[str, Callable[[Builder, Link], BuiltBody]] = {
     "Rigid": add_rigid,
     "Beam": partial(add_strip, kind=StripKind.REISSNER),
     "Cable": partial(add_strip, kind=StripKind.KIRCHHOFF),
@@ -187,7 +187,7 @@ def add_element(builder: Builder, name: str, element: Element) -> None:
     (add or connect)(builder, name, element)
 
 
-def add_body(builder: Builder, link: Link) -> Body:
+def add_body(builder: Builder, link: Link) -> BuiltBody:
     """Add a link."""
     kind = type(link.body).__name__
     if kind not in BODIES:

@@ -23,7 +23,7 @@ from . import doors
 from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
-from .linear import Assembly, Linear, Matrix
+from .linear import Equations, Linear, Matrix
 from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
@@ -34,7 +34,7 @@ DEGREE = 8
 """Degree of a strip's polynomials where none is given."""
 
 
-class Place(NamedTuple):
+class MarkerMotion(NamedTuple):
     """State of a marker: position (2,), velocity (2,), angle, spin."""
 
     position: Array
@@ -174,7 +174,7 @@ class CompiledScene:
     def assemble(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
         *, since: float = 0.0, tangents: bool = True, sparse: bool = False,
-    ) -> Assembly:  # fmt: skip
+    ) -> Equations:  # fmt: skip
         """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero).
 
         Matrices are sparse arrays of SciPy if that is asked for.
@@ -185,7 +185,7 @@ class CompiledScene:
         force, matrices, sides = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
         now = Instant(float(t), float(since), q, v, lam, memory)
         doors.assemble(s, w, now, matrices if tangents else matrices[3:], force, sides)
-        return Assembly(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
+        return Equations(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
@@ -217,11 +217,11 @@ class CompiledScene:
             self.refresh()
         return marker
 
-    def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
+    def read(self, marker: int, q: Array, v: Array | None = None) -> MarkerMotion:
         """Compute the place of a marker at coordinates q and its velocity at rates v."""
         doors.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         s = self.work.state[marker]
-        return Place(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
+        return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
 
     def turns(self, q: Array) -> Array:
         """Angles of markers, rad, after coordinates q, (times, coordinates), from t = 0 on, that turn by less than pi each."""

@@ -13,7 +13,7 @@ from ..mechanism import Mechanism
 from ..offers import find_offer
 from ..process import CTRL_C
 from ..scene.scene import Scene
-from ..spectral.scene import CompiledScene, Place
+from ..spectral.scene import CompiledScene, MarkerMotion
 from ..validate import number, one_of, positive, whole
 from .problem import places
 
@@ -170,7 +170,7 @@ class Equilibrium(Answer):
     neutral: tuple[str, ...]
     error: float
 
-    def point(self, link: str, point: str) -> Place:
+    def point(self, link: str, point: str) -> MarkerMotion:
         """Return the place of a point of a link."""
         return places(self.scene, self.q, link, point)
 

@@ -32,7 +32,7 @@ UNSURE = (1e-3, 1.0)
 """Shares of rounding above which growth counts where a flutter begins: near it two values meet, and growth goes as a root."""
 
 
-class State(NamedTuple):
+class TangentState(NamedTuple):
     """Stability of an equilibrium: spectra of K and M alone, and of the whole tangent."""
 
     squares: Spectrum
@@ -54,13 +54,13 @@ class State(NamedTuple):
         return int(((values.real > sure * rounding) & (np.abs(values.imag) > rounding)).sum())
 
 
-def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
+def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
     """Compute the stability of an equilibrium, of many unknowns with `count` eigenvalues above zero."""
     problem.set(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
     plain = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = plain.shift
-    return State(plain, plain if tangent.conservative else spectrum(tangent))
+    return TangentState(plain, plain if tangent.conservative else spectrum(tangent))
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def _rate(arc: Arc, ahead: Array, rest: Rest) -> float:
 
 
 def criticals(
-    arc: Arc, step: Step, before: State, after: State, turned: Array, last: tuple[Step, State] | None
+    arc: Arc, step: Step, before: TangentState, after: TangentState, turned: Array, last: tuple[Step, TangentState] | None
 ) -> list[Critical]:  # fmt: skip
     """Find the critical points within a step that ends in the direction `turned`, in their order.
 
@@ -103,12 +103,12 @@ def criticals(
     return sorted(found, key=lambda each: arc.reach(step, each.rest))
 
 
-Piece = tuple[Step, State, State, Array]
+Piece = tuple[Step, TangentState, TangentState, Array]
 """Part of a step, stability at both its ends, and the direction at the second one."""
 
 
 def _pieces(
-    arc: Arc, step: Step, before: State, after: State, turned: Array, last: tuple[Step, State] | None
+    arc: Arc, step: Step, before: TangentState, after: TangentState, turned: Array, last: tuple[Step, TangentState] | None
 ) -> Iterator[Piece]:  # fmt: skip
     """Halve a step until no eigenvalue goes more than `HALF` of its way to zero: in a longer one two passages may cancel.
 
@@ -148,7 +148,7 @@ class Pairs(NamedTuple):
     shapes: Array
 
 
-def _pairs(problem: Problem, step: Step, before: State, after: State) -> Pairs:
+def _pairs(problem: Problem, step: Step, before: TangentState, after: TangentState) -> Pairs:
     """Pair eigenvalues at the ends of a step by their shapes; in their order two would swap where they cross."""
     ends = []
     for rest, state in ((step.rest, before), (step.new, after)):
@@ -195,7 +195,7 @@ def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -
     return found
 
 
-def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critical]:
+def _flutters(arc: Arc, step: Step, before: TangentState, after: TangentState) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where their number changes, by bisection, within rounding if it can be."""
     for sure in UNSURE:
 

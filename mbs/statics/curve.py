@@ -56,7 +56,7 @@ class Orbit(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Turn:
+class CriticalMotion:
     """Critical point of a response: a 'fold', 'doubling' (a multiplier passes -1) or 'branching' (1, and the curve goes on).
 
     `rest` has the coordinates at the start of a period, and the parameter.
@@ -69,7 +69,7 @@ class Turn:
 
 
 @dataclass
-class Curve:
+class ResponseCurve:
     """Periodic motions over the parameter of a problem, to a last value; the degree of strips is `fixed` or raised for errors."""
 
     shooting: Shooting
@@ -137,13 +137,13 @@ class Curve:
         return self.orbit(*best[1:], orbit.way)
 
     @cached_property
-    def fine(self) -> Curve:
+    def fine(self) -> ResponseCurve:
         """Return the curve with finer steps and a higher degree."""
         one = self.shooting.scene
         problem = self.problem.with_degree(0 if self.fixed or not has_strips(one) else RISE)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
 
-    def finer(self, orbit: Orbit) -> tuple[Curve, RunState, Array]:
+    def finer(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
         """Refine steps and degree at the parameter of a motion; return curve, state and tangent."""
         self.at(orbit.parameter)
         curve, one = self.fine, self.shooting.scene
@@ -167,7 +167,7 @@ class Curve:
         self.at(orbit.parameter)
         return motion_of(shooting, found, values, errors, error)
 
-    def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, Turn, float]]:
+    def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
         """Find critical points in a step: the arc, the point, its error."""
         turns = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
@@ -180,7 +180,11 @@ class Curve:
                     there = finer.orbit(finer.shooting.search(state).state, orbit.parameter, way)
                     again = finer.near(there, function, at, arc)
                     error, found, curve = min(error, abs(again.parameter - found.parameter)), again, finer
-                yield at, Turn(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)), error
+                yield (
+                    at,
+                    CriticalMotion(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)),
+                    error,
+                )
 
     def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit, float]:
         """Find the root of a function in a step: arc, motion, error; the nearer end if none is found. The error is the step."""
@@ -220,9 +224,9 @@ class Curve:
 
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
-    ) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
+    ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
-        orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
+        orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[CriticalMotion, float]](), "steps", step
         self.shooting.left = SPENT
         while len(orbits) <= steps and ended == "steps":
             try:

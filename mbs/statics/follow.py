@@ -16,7 +16,7 @@ from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check, check_way, ending
 from .arc import SAME, Arc, Step, next_arc
-from .critical import Critical, State, criticals, state_at
+from .critical import Critical, TangentState, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .rest import find, settle
 from .varied import Varied, problem_over
@@ -187,7 +187,7 @@ class _Follower:
             ended = "stopped"
         return self._path(rests, states, points, ended)
 
-    def _follow(self, rests: list[Rest], states: list[State], points: list[Critical], direction: Array | None) -> str:
+    def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
         """Append equilibria, their stability and critical points to those of the start; return the reason of the end."""
         rest = rests[0]
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
@@ -249,7 +249,7 @@ class _Follower:
         rests[-1] = rests[0]
         return "closed"
 
-    def _path(self, rests: list[Rest], states: list[State], points: list[Critical], ended: str) -> Path:
+    def _path(self, rests: list[Rest], states: list[TangentState], points: list[Critical], ended: str) -> Path:
         q, multipliers, parameter = (np.array(x) for x in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
         how = ending(ended, parameter[-1], self.begun, self.to, self.steps)

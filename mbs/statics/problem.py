@@ -13,8 +13,8 @@ from scipy.sparse import block_array
 from ..geometry import Array
 from ..progress import STOPS, watching
 from ..spectral.doors import carry, place
-from ..spectral.linear import Assembly
-from ..spectral.scene import CompiledScene, Place
+from ..spectral.linear import Equations
+from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import State
@@ -93,14 +93,14 @@ class Problem:
             self.scene.tables.values[self.row] = self.value + parameter
         self.scene.tables.factors[list(self.loads)] = parameter
 
-    def assemble(self, rest: Rest, tangents: bool = True) -> Assembly:
+    def assemble(self, rest: Rest, tangents: bool = True) -> Equations:
         """Assemble forces, constraints and their derivatives at a state."""
         self.set(rest.parameter)
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
         return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
-    def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
+    def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Equations]:
         """Compute the residual f - G^T lambda, g, and the assembly."""
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
@@ -111,7 +111,7 @@ class Problem:
         after, moved, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([after - force, moved - gap])
 
-    def scale_matrix(self, a: Assembly, more: Array | float = 0.0) -> tuple[Matrix, float]:
+    def scale_matrix(self, a: Equations, more: Array | float = 0.0) -> tuple[Matrix, float]:
         """Make [[K, G^T], [G, 0]] in units of the coordinates, and the unit of force; `more` are entries added to K."""
         s = self.scene.tables
         unit = np.concatenate([self.units, np.ones(len(s.rows))])
@@ -296,6 +296,6 @@ def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[i
     return [i for i, name in enumerate(known) if name in wanted]
 
 
-def places(scene: CompiledScene, q: Array, link: str, point: str) -> Place:
+def places(scene: CompiledScene, q: Array, link: str, point: str) -> MarkerMotion:
     """Return the place of a point of a link at coordinates q."""
     return scene.read(scene.marker(link, point), q)

@@ -12,7 +12,7 @@ from ..progress import watch
 from ..spectral.run import RunState
 from ..validate import positive
 from .answer import FIRST, KEYS, LONGEST, Route, check_way, ending, parameters_at
-from .curve import KINDS, Curve
+from .curve import KINDS, ResponseCurve
 from .cycles import Periodic, failure_of, prepare
 from .problem import ENDS, Problem
 from .varied import Paced, problem_over
@@ -100,7 +100,7 @@ def response(
         problem = problem_over(mechanism, shooting.scene.degree, load, None, parameter)
     if float(to) == problem.drawn:
         raise ValueError(f"to = {to:g}: the curve begins there")
-    curve = Curve(shooting, problem, float(to), degree is not None)
+    curve = ResponseCurve(shooting, problem, float(to), degree is not None)
     curve.at(problem.drawn)
     try:
         return _follow(curve, shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest)
@@ -111,7 +111,7 @@ def response(
         curve.at(problem.drawn)
 
 
-def _follow(curve: Curve, first: RunState, steps: int, step: float, longest: float) -> Response:
+def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:
     """Follow a curve from a motion, and make the result."""
     orbits, found, ended = curve.follow(first, steps, step, longest)
     way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])

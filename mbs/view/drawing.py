@@ -17,7 +17,7 @@ from ..mechanism import Mechanism
 Points = tuple[tuple[float, float], ...]
 
 
-class Path(NamedTuple):
+class Outline(NamedTuple):
     """A line, or a filled outline, fixed in a frame; `width` is its size out of the plane, m, 0 for a symbol."""
 
     frame: str
@@ -45,7 +45,7 @@ class Span(NamedTuple):
     points: Points
 
 
-class Strip(NamedTuple):
+class StripMark(NamedTuple):
     """A flexible link, by its name."""
 
     link: str
@@ -71,7 +71,7 @@ class Label(NamedTuple):
     what: str
 
 
-Mark = Path | Disc | Span | Strip | Arrow | Label
+Mark = Outline | Disc | Span | StripMark | Arrow | Label
 
 
 class Ink(NamedTuple):
@@ -198,17 +198,17 @@ def capsule(start: Pair, end: Pair, radius: float) -> Points:
 def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
     """Yield a line with a filled head."""
     along = unit((tip[0] - tail[0], tip[1] - tail[1]))
-    yield Path(frame, ink, (tail, tip))
-    yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
+    yield Outline(frame, ink, (tail, tip))
+    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
     """Yield an arrow that turns to the left about a place."""
     angles = [-0.9 + 4.5 * k / 24 for k in range(25)]
     (x, y), bend = centre, tuple((radius * cos(a), radius * sin(a)) for a in angles)
-    yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
+    yield Outline(frame, ink, tuple((x + a, y + b) for a, b in bend))
     (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
-    yield Path(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
+    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
 
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
@@ -219,4 +219,4 @@ def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground
     for k in range(count):
         s = length * (k + 0.5) / count
         comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]
-    yield Path(frame, ink, place_along([*comb, (length, 0.0)], along, 1.0, start))
+    yield Outline(frame, ink, place_along([*comb, (length, 0.0)], along, 1.0, start))

@@ -14,7 +14,7 @@ from ..elements.motor import Motor
 from ..elements.references import distance
 from ..elements.rigid import Mass
 from ..elements.spring import Spring, TorsionSpring
-from .drawing import FIXED, Disc, Label, Mark, Path, Sheet, Span, arrow, hatching, place_along, turning, unit
+from .drawing import FIXED, Disc, Label, Mark, Outline, Sheet, Span, arrow, hatching, place_along, turning, unit
 
 
 def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
@@ -34,7 +34,7 @@ def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that its two bodies share."""
     frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
     u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
-    yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
+    yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
 
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
@@ -103,7 +103,7 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     yield _circle(sheet, rack.first, r)
     (x, y), (dx, dy) = sheet.local(other, centre), rack.along
     middle = x + r * dy, y - r * dx
-    yield Path(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)), False)
+    yield Outline(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)), False)
 
 
 def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
@@ -125,7 +125,7 @@ def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
         yield Disc(frame, "pin", (0.0, 0.0), 0.5 * sheet.unit)
 
 
-def _circle(sheet: Sheet, at: str, radius: float) -> Path:
+def _circle(sheet: Sheet, at: str, radius: float) -> Outline:
     """Return a circle about a point of a body, and a spoke, by which one sees it turn."""
     angles = [2 * pi * k / 48 for k in range(49)]
-    return Path(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)), False)
+    return Outline(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)), False)

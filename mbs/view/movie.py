@@ -22,7 +22,7 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.record import Record, select
-from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip
+from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Outline, Sheet, Span, StripMark
 from .symbols import draw_marks
 
 STATIONS = 25
@@ -176,7 +176,7 @@ class Movie:
         """Least and largest x, then y, of all that moves, m."""
         places = [frame[:, :2] for name, frame in self.frames.items() if name]
         places += [band.points.reshape(-1, 2) for band in self.bands.values()]
-        places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
+        places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Outline)]
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
@@ -190,7 +190,7 @@ def to_ground(frame: Array, points: ArrayLike) -> Array:
 def corners(movie: Movie, mark: Mark, k: int) -> Array:
     """Corners of a mark's line or outline in picture k, (n, 2); of a label its place."""
     match mark:
-        case Strip():
+        case StripMark():
             return movie.bands[mark.link].points[k]
         case Span():
             a, b = movie.frames[mark.frame][k, :2], movie.frames[mark.other][k, :2]
@@ -201,7 +201,7 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
             local: Any = np.array(mark.centre) + mark.radius * np.column_stack([ROUND.real, ROUND.imag])
         case Label():
             local = [mark.place]
-        case Path():
+        case Outline():
             local = mark.points
         case _:
             raise ValueError(f"{mark}: has no corners")

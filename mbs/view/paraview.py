@@ -6,7 +6,7 @@ Flexible links are chains of hexahedra across their true width and thickness, ri
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike
 
 from ..geometry import Array
 from ..record.result import Result
-from .drawing import Path
+from .drawing import Outline
 from .movie import Movie, make_movie, to_ground
 
 OF_STRIPS = ("curvature", "axial_force", "stress")
 """Point data that strips have; all other links have zeros."""
 
 
-class Solid(NamedTuple):
+class MeshSolid(NamedTuple):
     """Corners (times, n, 3) [m]; kind and corner numbers of the cells; point data by name, each (times, n)."""
 
     corners: Array
@@ -30,11 +30,11 @@ class Solid(NamedTuple):
     data: dict[str, Array]
 
 
-def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None = None) -> FilePath:
+def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = None) -> Path:
     """Write the motion of a run as an .xdmf file, at its movie's times or others [s]; see `Result.write_paraview`."""
     from meshio.xdmf import TimeSeriesWriter
 
-    path = FilePath(path)
+    path = Path(path)
     if path.suffix != ".xdmf":
         raise ValueError(f"path = '{path}': must end in .xdmf")
     movie = result.movie
@@ -59,14 +59,14 @@ def write_paraview(result: Result, path: str | FilePath, times: ArrayLike | None
     return path
 
 
-def _solids(movie: Movie) -> Iterator[Solid]:
+def _solids(movie: Movie) -> Iterator[MeshSolid]:
     """Yield all links as solids: rigid ones, then flexible ones."""
     for mark in movie.marks:
-        if isinstance(mark, Path) and mark.closed and mark.width > 0:
+        if isinstance(mark, Outline) and mark.closed and mark.width > 0:
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
             fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # wedges on a fan of triangles
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
-            yield Solid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
+            yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():
         along = np.gradient(band.points, axis=1)
         size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
@@ -76,7 +76,7 @@ def _solids(movie: Movie) -> Iterator[Solid]:
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + np.array([0, 4, 5, 1, 2, 6, 7, 3])
         values = dict(zip(OF_STRIPS, (band.bending, band.axial_force, band.stress), strict=True))
         data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
-        yield Solid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
+        yield MeshSolid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
 
 
 def _at_height(plane: Array, height: ArrayLike) -> Array:

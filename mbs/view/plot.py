@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from math import ceil
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.lookup import unknown
 from ..units import label_with_unit
-from .drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
+from .drawing import INKS, Arrow, Disc, Label, Mark, Outline, StripMark
 from .movie import Movie, corners, still
 from .style import WIDTH, house_style, subplots
 
@@ -84,13 +84,13 @@ class _Drawn:
             if mark.what == "link":
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
             self.move_to = lambda corners: text.set_position(corners[0])
-        elif isinstance(mark, Disc) or (isinstance(mark, Path) and mark.closed):
+        elif isinstance(mark, Disc) or (isinstance(mark, Outline) and mark.closed):
             paint: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
             outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **paint)
             axes.add_patch(outline)
             self.move_to = outline.set_xy
         else:
-            width = 2.0 if isinstance(mark, Strip) else ink.width
+            width = 2.0 if isinstance(mark, StripMark) else ink.width
             (line,) = axes.plot([], [], zorder=2, color=ink.line, linewidth=width, **ROUND)
             self.move_to = lambda corners: line.set_data(*corners.T)
 
@@ -160,11 +160,11 @@ def _warn(axes: Axes, result: Result) -> None:
 # --- animation --------------------------------------------------------------------------------------------------------
 
 
-def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: float = 640.0) -> FilePath:
+def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
     """Write a moving picture; see `Result.animate`."""
     from PIL import Image
 
-    path = FilePath(path)
+    path = Path(path)
     if path.suffix != ".gif":
         raise ValueError(f"animate: '{path.name}' must end in .gif")
     rows = np.unique(np.linspace(0, len(movie.time) - 1, min(FRAMES, len(movie.time))).round().astype(int)).tolist()

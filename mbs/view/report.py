@@ -56,7 +56,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data of a page, as its script takes them."""
-    store, read = Store(), find_offer("measures")(result, texts)
+    store, read = ArrayStore(), find_offer("measures")(result, texts)
     wanted = [name for each in read for name in each.signals] if texts else []
     data = {
         "title": title,
@@ -97,7 +97,7 @@ def with_ledger(result: Result) -> Result:
     return replace(result, energy=ledger(record))
 
 
-class Store:
+class ArrayStore:
     """Arrays one after the other, as 16-bit numbers."""
 
     def __init__(self) -> None:
@@ -131,7 +131,7 @@ class Store:
 # --- motion -----------------------------------------------------------------------------------------------------------
 
 
-def _motion(result: Result, store: Store) -> dict[str, Any] | None:
+def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
     if result.film is None:
         return None
     movie = _short(result)
@@ -187,7 +187,7 @@ def _round(value: object) -> Any:
 # --- signals ----------------------------------------------------------------------------------------------------------
 
 
-def _signals(result: Result, store: Store, first: Sequence[str]) -> dict[str, Any]:
+def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[str, Any]:
     """Return each signal at the edges of bins, with its least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]

@@ -30,10 +30,10 @@ from .drawing import (
     Disc,
     Label,
     Mark,
+    Outline,
     Pair,
-    Path,
     Sheet,
-    Strip,
+    StripMark,
     arrow,
     capsule,
     hatching,
@@ -103,12 +103,12 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     if max(off) > thickness:
         from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
 
-        yield Path(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
+        yield Outline(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
     else:
         reach = [along[0] * x + along[1] * y for x, y in local]
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
-        yield Path(frame, ink, outline, True, width)
+        yield Outline(frame, ink, outline, True, width)
         x, y = -along[1], along[0]  # the name stands to the left of the middle: half the text from it, 0.2 symbols a letter
         far = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
         side = (side[0] + far * x, side[1] + far * y)
@@ -122,7 +122,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 
 def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
-    yield Strip(name, sheet.inks[name])
+    yield StripMark(name, sheet.inks[name])
     yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
 
 
@@ -133,7 +133,7 @@ def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
     """Triangle on the ground below a joint that one of its bodies is the ground of."""
     if GROUND in (joint.first, joint.second):
         u, frame = sheet.unit, sheet.at(GROUND, joint.point)
-        yield Path(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), True)
+        yield Outline(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), True)
         yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
 
 
@@ -155,14 +155,14 @@ def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Two bodies in one: a dark square."""
     yield from support(sheet, joint)
     h = 0.42 * sheet.unit
-    yield Path(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
+    yield Outline(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
 
 
 def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """Yield a pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
-    yield Path(sheet.body(joint.second), "rail", place_along(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
+    yield Outline(sheet.body(joint.second), "rail", place_along(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
     yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
@@ -170,8 +170,8 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     """Yield a block of the first body on a line of the second."""
     u, along = sheet.unit, unit(joint.along)
     line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
-    yield Path(sheet.body(joint.second), "rail", line)
-    yield Path(sheet.at(joint.first, joint.point), "block", _block(along, u), True)
+    yield Outline(sheet.body(joint.second), "rail", line)
+    yield Outline(sheet.at(joint.first, joint.point), "block", _block(along, u), True)
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
@@ -184,7 +184,7 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
     block = sheet.frame(FIXED + guide.point)
-    yield Path(block, "block", _block(along, u), True)
+    yield Outline(block, "block", _block(along, u), True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
 
@@ -207,7 +207,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
     reach = stop.face(mechanism) + side * clear
     wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
-    yield Path(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
+    yield Outline(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
     push = (-side * along[0], -side * along[1])
     point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
@@ -227,7 +227,7 @@ def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
         else:
             continue
         h = 0.8 * sheet.unit
-        yield Path(frame, "other", ((-h, 0.0), (0.0, -h), (h, 0.0), (0.0, h)), True)
+        yield Outline(frame, "other", ((-h, 0.0), (0.0, -h), (h, 0.0), (0.0, h)), True)
         yield Label(frame, name, (1.2 * h, -1.2 * h), "symbol")
         return
 

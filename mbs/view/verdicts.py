@@ -34,7 +34,7 @@ BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
 """Pattern of the beginning of the next check's sentence; a sentence may have semicolons of its own."""
 
 
-class Verdict(NamedTuple):
+class CheckVerdict(NamedTuple):
     """One check: its name, what it asks, 'failed', 'no complaint', 'not applicable' or 'not run', and what it said."""
 
     name: str
@@ -43,7 +43,7 @@ class Verdict(NamedTuple):
     said: str
 
 
-def verdicts(result: Result) -> list[Verdict]:
+def verdicts(result: Result) -> list[CheckVerdict]:
     """Return all checks of a result, those that failed first."""
     reasons: dict[str, list[str]] = {}
     for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
@@ -60,7 +60,7 @@ def verdicts(result: Result) -> list[Verdict]:
             else "no complaint"
         )  # fmt: skip
         said = idle[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
-        rows.append(Verdict(name, question, verdict, said))
+        rows.append(CheckVerdict(name, question, verdict, said))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
 
 

@@ -19,10 +19,10 @@ from buckler.mbs.geometry import Array
 
 from ..kit.parameters import StudyParameters, choices, integer
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
-from ..kit.statistics import Point, exponent, fastest, footnote, work_precision
+from ..kit.statistics import WorkPoint, exponent, fastest, footnote, work_precision
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .ingredients import Ingredients, ingredients
-from .work import KNOWN, ONCE, PLAIN, Work
+from .work import KNOWN, ONCE, PLAIN, ComparedWork
 from .works import WORKS
 
 ORDER = 4
@@ -46,19 +46,19 @@ class Parameters(StudyParameters):
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredWork:
     """Points of a work by series and setting, and the difference of its references."""
 
-    work: Work
-    points: Mapping[tuple[str, str], Point]
+    work: ComparedWork
+    points: Mapping[tuple[str, str], WorkPoint]
     uncertainty: float
 
     @property
-    def tuned_point(self) -> Point:
+    def tuned_point(self) -> WorkPoint:
         """The hand-tuned run that others are compared with."""
         return self.points[PLAIN, self.work.tuned]
 
-    def of(self, series: str) -> list[Point]:
+    def of(self, series: str) -> list[WorkPoint]:
         """Points of a series."""
         return [point for (name, _), point in self.points.items() if name == series]
 
@@ -79,12 +79,12 @@ class Measured:
         return lost + ([] if self.uncertainty <= AGREEING else [apart])
 
 
-def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> Measured:
+def measure(work: ComparedWork, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
     """Run everything once untimed, as the first call of anything is slow, then in turn."""
     firsts = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*firsts, (PLAIN, work.tuned)]}
     errors = {key: work.error(key[0], run()) for key, run in runs.items()}
-    return Measured(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
+    return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -107,7 +107,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **status_of(wrong))
 
 
-def _table(found: Mapping[str, Measured], notes: str) -> Table:
+def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
     rows = [
         [name, *key, f"{x.error:.1e}", f"{1e3 * x.time:.3g}", f"{x.speedup(each.tuned_point):.2g}", "*" if x.front else ""]
         for name, each in found.items()

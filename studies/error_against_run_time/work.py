@@ -35,7 +35,7 @@ TIMES = 401
 
 
 @dataclass(frozen=True)
-class Work:
+class ComparedWork:
     """One job.
 
     Attributes
@@ -56,7 +56,7 @@ class Work:
     references: Mapping[str, Run]
     scale: float | None = None
     largest: bool = False
-    motion: Motion | None = None
+    motion: ComparedMotion | None = None
 
     def error(self, series: str, found: Array) -> float:
         """Return the error of an answer of a series; nan if its run failed."""
@@ -80,8 +80,8 @@ def _size(x: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A motion and the signals that are compared: as in `Work`, runs of our side by their settings."""
+class ComparedMotion:
+    """A motion and the signals that are compared: as in `ComparedWork`, runs of our side by their settings."""
 
     mechanism: Mechanism
     duration: float

@@ -26,7 +26,7 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import KNOWN, ONCE, PLAIN, STEPS, Hand, Motion, Runs, Setting, Work, by_hand, cross_references, power
+from .work import KNOWN, ONCE, PLAIN, STEPS, ComparedMotion, ComparedWork, Hand, Runs, Setting, by_hand, cross_references, power
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -55,7 +55,7 @@ def _engine() -> ModuleType:
 # --- statics ----------------------------------------------------------------------------------------------------------
 
 
-def strip() -> Work:
+def strip() -> ComparedWork:
     """Loads of the buckled strip; a beam extends and shears, a cable only extends."""
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
@@ -68,7 +68,7 @@ def strip() -> Work:
     def hand(elements: int) -> Array:
         return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
-    return Work(
+    return ComparedWork(
         "buckled strip, 20 end shortenings", "largest error of the load [1]",
         {(PLAIN, f"{n}"): partial(hand, n) for n in (16, 32, 64)} | {(ONCE, f"{n}"): partial(ours, n) for n in (8, 16, 32, 64)},
         "64",
@@ -83,12 +83,12 @@ def strip() -> Work:
 def slider_work(
     about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[Hand], once: Sequence[Setting],
     fine: tuple[Hand, Setting], tuned: str,
-) -> Work:  # fmt: skip
+) -> ComparedWork:  # fmt: skip
     """Deflection of the coupler's middle from its chord over one turn; the engine's cables do not shear, Buckler's beams do."""
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
-    motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
+    motion = ComparedMotion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def plainly(given: Hand) -> Array:
         cable = mbs.Cable(beam.section, given[0], imperfection=beam.imperfection)
@@ -96,10 +96,10 @@ def slider_work(
 
     runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
     references = cross_references(partial(plainly, fine[0]), partial(motion.once, *fine[1]))
-    return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
+    return ComparedWork(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
-def smooth() -> Work:
+def smooth() -> ComparedWork:
     """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt that rings on along it."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
@@ -109,7 +109,7 @@ def smooth() -> Work:
     )  # fmt: skip
 
 
-def stop() -> Work:
+def stop() -> ComparedWork:
     """Slider-crank on its stop: the coupler strikes, buckles, and lets go."""
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
@@ -120,7 +120,7 @@ def stop() -> Work:
     )  # fmt: skip
 
 
-def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: str) -> Work:
+def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: str) -> ComparedWork:
     """A chain of `LINKS` links let go from the horizontal: the last bar's centre, or the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
@@ -132,7 +132,7 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
     what = f"link{last}" if bars else f"P{LINKS}"
-    motion = Motion(build(), 0.2, (f"{what}.x", f"{what}.y"))
+    motion = ComparedMotion(build(), 0.2, (f"{what}.x", f"{what}.y"))
 
     def plainly(given: Hand) -> Array:
         return _engine().chain(build(given[0]), motion.times, *given[1:])
@@ -141,7 +141,7 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
     by_other = cross_references(partial(plainly, (8, 3200, 1e-5, 1e-6)), partial(motion.once, 1e-7, 8))
     references = dict.fromkeys((PLAIN, ONCE, KNOWN), exact) if bars else by_other
-    return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
+    return ComparedWork(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
@@ -166,7 +166,7 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
 
 def rattling(
     rocker: str, hand: Sequence[tuple[int, float]], once: Sequence[Setting], finest: tuple[int, float], fine: Setting, tuned: str
-) -> Work:
+) -> ComparedWork:
     """Crank-rocker with clearance in all joints for 10 ms, after which it is chaos: centres of two bars, over the clearance.
 
     The engine's runs have Buckler's items and laws, and so many elements and steps of a tolerance as were set by hand.
@@ -188,17 +188,17 @@ def rattling(
     signals = tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy")
 
     def engine(elements: int, tolerance: float) -> Array:
-        return Motion(build(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
+        return ComparedMotion(build(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
 
-    motion = Motion(build(), 0.01, signals)
+    motion = ComparedMotion(build(), 0.01, signals)
     runs: Runs = {(PLAIN, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(engine, n, x) for n, x in hand}
     runs |= motion.onces(*once) | motion.knowns(1e-2, 1e-3)
     references = cross_references(partial(engine, *finest), partial(motion.once, *fine))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
-    return Work(about, measure, runs, tuned, references, GAP, motion=motion)
+    return ComparedWork(about, measure, runs, tuned, references, GAP, motion=motion)
 
 
-WORKS: Mapping[str, Callable[[], Work]] = {
+WORKS: Mapping[str, Callable[[], ComparedWork]] = {
     "strip": strip,
     "smooth": smooth,
     "stop": stop,

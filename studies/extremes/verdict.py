@@ -52,15 +52,15 @@ def find_largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-class Kind(NamedTuple):
+class AllowedError(NamedTuple):
     """Error allowed of a measure over its scale, and the norm of the error."""
 
     allowed: float
     norm: Callable[[Array], float] = find_largest
 
 
-KINDS = {"force": Kind(0.05), "impulse": Kind(0.05), "place": Kind(1e-3), "path": Kind(5e-3)}
-KINDS["journal"] = Kind(0.1, lambda off: float(np.sqrt((off**2).mean(axis=-1)).max()))
+KINDS = {"force": AllowedError(0.05), "impulse": AllowedError(0.05), "place": AllowedError(1e-3), "path": AllowedError(5e-3)}
+KINDS["journal"] = AllowedError(0.1, lambda off: float(np.sqrt((off**2).mean(axis=-1)).max()))
 """Kinds of measures; a measure is called `kind` or `kind of what`.
 
 Contact laws are known no better than forces to 5 %, and an impulse changes speeds as a restitution wrong by 5 % does. Places are

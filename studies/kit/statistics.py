@@ -40,7 +40,7 @@ def mean(unit: str, values: Any) -> Metric:
     return Mean(float(x.mean()) if n else nan, float(x.std(ddof=1)) / sqrt(n) if n > 1 else nan, n).metric(unit)
 
 
-class PowerLaw(NamedTuple):
+class PowerFit(NamedTuple):
     """Power law by least squares: d ln y/d ln x, its standard error, and the standard deviation of ln y about the law."""
 
     slope: Array
@@ -61,7 +61,7 @@ def exponent(x: Any, y: Any) -> float:
     return float((x - x.mean()) @ (y - y.mean()) / ((x - x.mean()) @ x)) if len(set(x)) > 1 else nan
 
 
-def power_law(inputs: Array, output: Array) -> PowerLaw:
+def power_law(inputs: Array, output: Array) -> PowerFit:
     """Fit one output, shape (n,), to inputs of shape (d, n)."""
     x, y = np.log(inputs), np.log(output)
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
@@ -69,14 +69,14 @@ def power_law(inputs: Array, output: Array) -> PowerLaw:
     left = y - x @ slope
     variance = left @ left / (len(y) - x.shape[1] - 1)
     error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
-    return PowerLaw(slope, error, float(np.sqrt(variance)))
+    return PowerFit(slope, error, float(np.sqrt(variance)))
 
 
 Name = TypeVar("Name", bound=Hashable)
 
 
 @dataclass(frozen=True)
-class Point:
+class WorkPoint:
     """One variant: its error, nan if it failed, and the processor time of each repetition in order [s].
 
     On the Pareto `front` no other variant is at least as accurate and as fast, and better in one of the two.
@@ -91,11 +91,11 @@ class Point:
         """Median time, s."""
         return median(self.times)
 
-    def speedup(self, other: Point) -> float:
+    def speedup(self, other: WorkPoint) -> float:
         """Compute the speed-up over another point of the same run: median ratio of the times within one turn."""
         return median(theirs / own for own, theirs in zip(self.times, other.times, strict=True))
 
-    def beats(self, other: Point) -> bool:
+    def beats(self, other: WorkPoint) -> bool:
         """Check that a point is no worse than another in error and time, and better in one of them."""
         no_worse = self.error <= other.error and self.time <= other.time
         return no_worse and (self.error < other.error or self.time < other.time)
@@ -107,7 +107,7 @@ def work_precision(
     repeats: int = 5,
     *,
     progress: Callable[[list[Name]], Iterable[Name]] = iter,
-) -> dict[Name, Point]:
+) -> dict[Name, WorkPoint]:
     """Run every variant, which does the whole job from its input to its answer, several times in turn for its run time.
 
     `errors` are those of first runs that are not timed; `progress` passes on the names of the runs ahead, as a bar does.
@@ -120,13 +120,13 @@ def work_precision(
         start = process_time()
         variants[name]()
         times[name].append(process_time() - start)
-    points = {name: Point(errors[name], tuple(spent)) for name, spent in times.items()}
+    points = {name: WorkPoint(errors[name], tuple(spent)) for name, spent in times.items()}
     return {
         name: replace(p, front=isfinite(p.error) and not any(q.beats(p) for q in points.values())) for name, p in points.items()
     }
 
 
-def fastest(points: Iterable[Point], error: float) -> Point | None:
+def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:
     """Find the fastest point whose error is at most that; None if none is so accurate."""
     return min((p for p in points if p.error <= error), key=lambda p: p.time, default=None)
 

@@ -27,7 +27,7 @@ from ..kit.style import Figure, plain_ticks, subplots
 from .assumptions import StrikeParameters
 from .impact import MODELS, ModelRun, read
 from .impact_models import simulate_model, striking
-from .inverse import Design, Given, Wish, binding, design, feasible, limits
+from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
 """Angle that the crank turns on after the release [rad]."""
@@ -68,7 +68,7 @@ class Parameters(StrikeParameters):
         )  # fmt: skip
 
 
-def check(model: str, chosen: Design, p: StrikeParameters) -> ModelRun:
+def check(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))

@@ -94,7 +94,7 @@ def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
     return PAPER.push(pinned.load, parameters.section.bending_stiffness, angle, PAPER_STOP)
 
 
-class Reading(NamedTuple):
+class TurnReading(NamedTuple):
     """Numbers of one turn of the crank; nan where something does not happen.
 
     Attributes
@@ -135,17 +135,17 @@ class Reading(NamedTuple):
         return self.release_angle - self.contact_angle
 
 
-def read(run: ModelRun, turn: int = 0) -> Reading:
+def read(run: ModelRun, turn: int = 0) -> TurnReading:
     """Read one turn of the crank; the first is number 0."""
     part = slice(*np.searchsorted(run.angle, (2 * pi * turn, 2 * pi * (turn + 1))))
     time, angle, force, speed = run.time[part], run.angle[part] - 2 * pi * turn, run.force[part], run.speed[part]
     if not time.size:
-        return Reading()
+        return TurnReading()
     own = force.copy()
     own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
     contacts, shortening = spells(own), run.shortening[part]
     until = contacts[0, 0] + 1 if len(contacts) else None
-    found = Reading(
+    found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
         shortening=float(shortening.max()),
         early_shortening=float(np.ptp(shortening[:until])),
@@ -184,7 +184,7 @@ def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str,
     }  # fmt: skip
 
 
-def findings(run: ModelRun, readings: Sequence[Reading]) -> list[str]:
+def findings(run: ModelRun, readings: Sequence[TurnReading]) -> list[str]:
     """List what a finished run says about the mechanism rather than about itself, in words that begin with a name."""
     if run.status not in ("OK", "SUSPECT"):
         return []

@@ -114,7 +114,7 @@ class NotCalibratedError(ValueError):
     """No stop makes a model strike with the published force."""
 
 
-class Fit(NamedTuple):
+class Calibration(NamedTuple):
     """The stop with which a model strikes with 27 N at 1.25 rad/s, and the force it gave [N]."""
 
     model: str
@@ -128,7 +128,7 @@ class Fit(NamedTuple):
         return {name: Metric(self.stop, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
 
 
-def calibrate(model: str, parameters: ImpactParameters) -> Fit:
+def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     """Fit the one number a model has for its stop: at once where force is m (1 + e) v/dt, else by secants in log-log.
 
     Raises
@@ -138,7 +138,7 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     """
     speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
     if model == "stitched":
-        return Fit(model, parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE, IMPACT_FORCE)
+        return Calibration(model, parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE, IMPACT_FORCE)
     forces: dict[float, float] = {}
 
     @cache
@@ -156,4 +156,4 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     root = root_scalar(off, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
     if off(root):
         raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {forces[root]:.4g} N")
-    return Fit(model, exp(root), forces[root])
+    return Calibration(model, exp(root), forces[root])

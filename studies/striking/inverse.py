@@ -102,7 +102,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Design:
+class StrikeDesign:
     """A mechanism that does what was wished, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
     `stop` is its place on the slider's line, `angle` that of the crank at first contact, `shortening` the strip's largest over
@@ -122,7 +122,7 @@ class Design:
     strength: Floats
 
 
-def design(wish: Wish, given: Given | None = None) -> Design:
+def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     """Solve equations (1) to (4) for thickness, stop and, by fixed-point iteration, speed.
 
     Where a wish cannot be had the numbers stay finite, and one of `limits` says so.
@@ -148,7 +148,7 @@ def design(wish: Wish, given: Given | None = None) -> Design:
         speed = hit / (rate * np.sqrt(stiffness * mass))
     found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
-    return Design(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
+    return StrikeDesign(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
 
 
 # --- limits -----------------------------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ class Limit(NamedTuple):
         return f"{self.name}: {self.what} {self.value:.4g}, at most {self.most:.4g} allowed"
 
 
-def limits(chosen: Design) -> list[Limit]:
+def limits(chosen: StrikeDesign) -> list[Limit]:
     """List the limits of a design, or of an array of them.
 
     A run shows the rest: whether the slider comes to rest before the dead centre, and whether impact and contact are two.
@@ -187,18 +187,18 @@ def limits(chosen: Design) -> list[Limit]:
     ]
 
 
-def feasible(chosen: Design) -> Floats:
+def feasible(chosen: StrikeDesign) -> Floats:
     """Check that all limits are met."""
     return np.all(np.stack(np.broadcast_arrays(*(limit.use for limit in limits(chosen)))) <= 1.0, axis=0)
 
 
-def binding(chosen: Design) -> Limit:
+def binding(chosen: StrikeDesign) -> Limit:
     """Return the first limit that one design breaks, or if it keeps them all the one it uses most."""
     found = limits(chosen)
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 
 
-def _compression(chosen: Design) -> Floats:
+def _compression(chosen: StrikeDesign) -> Floats:
     """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
     angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)

@@ -36,7 +36,7 @@ from ..kit.published import (
 from ..kit.report import QUIET, Metric, Progress, StudyResult, worst
 from ..kit.statistics import exponent
 from ..kit.style import Figure
-from .impact import ImpactParameters, ModelRun, Reading, by_case, compare, exact_force, findings, read
+from .impact import ImpactParameters, ModelRun, TurnReading, by_case, compare, exact_force, findings, read
 from .impact_models import NotCalibratedError, calibrate, run_model, strike
 from .slider_crank_figure import DRAWN
 
@@ -142,7 +142,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     return _result(p, runs, notes, metrics, exact | _signals(runs))
 
 
-def _turn_metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric]:
+def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Give every number of one model, with what was published and what is exact."""
     at_27 = p.speed == IMPACT_SPEED and p.thickness == 3e-4
     stress, exact_stress = (
@@ -161,7 +161,7 @@ def _turn_metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, M
     }
 
 
-def _force_error(run: ModelRun, reading: Reading, p: Parameters) -> float:
+def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
     """Find the largest relative deviation from the exact elastica on that part of the `PLATEAU` where the slider rests."""
     resting = (run.angle >= max(reading.settled, PLATEAU[0])) & (run.angle <= PLATEAU[1])
     if isnan(reading.settled) or not resting.any():
@@ -190,7 +190,7 @@ def _crank_speeds(p: Parameters, angle: float) -> Array:
     return np.sqrt(p.start**2 + 2 * (2 * pi * np.arange(p.turns) + angle) * (p.end - p.start) / p.duration)
 
 
-def _trends(run: ModelRun, turns: Sequence[Reading], p: Parameters) -> dict[str, Metric]:
+def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[str, Metric]:
     """Compute how the numbers of one model change over the turns."""
     peaks = np.array([turn.impact_peak for turn in turns])
     tops = np.array([turn.contact_max for turn in turns if turn.contact_max > 0])  # nan is not

@@ -148,7 +148,7 @@ def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes:
     return Plan(cases, axes)
 
 
-class Point(NamedTuple):
+class DesignPoint(NamedTuple):
     """Point of the design: its values, and its case that has ended."""
 
     values: tuple[Any, ...]
@@ -159,7 +159,7 @@ class Point(NamedTuple):
         return self.row.metrics.get(name) if self.row.status in VALID else None
 
 
-def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
+def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
     """Gather the points of the plan's cases, in their order; `strut.force` and `beam.force` are `force` where the word varies."""
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
@@ -170,11 +170,11 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
         for name, metric in row.metrics.items():
             word, _, rest = name.partition(".")
             metrics[rest if rest and word in values else name] = metric
-        found.append(Point(values, replace(row, metrics=metrics)))
+        found.append(DesignPoint(values, replace(row, metrics=metrics)))
     return found
 
 
-def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
+def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str]:
     """Choose the metrics to show, with their units; a ValueError for one that no case has."""
     known = _units([point.row for point in found])
     for name in wanted:
@@ -183,7 +183,7 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
     return {name: known[name] for name in wanted or list(known)[:DEFAULT_SHOWN]}
 
 
-def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
+def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """Tabulate one line a point of the design."""
     failing = any(point.row.status != "OK" for point in found)
     headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
@@ -207,12 +207,12 @@ def _cell(metric: Metric | None) -> str | float | None:
     return metric.value if metric.off is None or math.isnan(metric.off) else metric.format(".6g")
 
 
-def figures(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
+def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
     """Draw one figure a metric, under the metric's name."""
     return {metric.replace("/", "_per_"): _draw(plan, found, metric, unit, units) for metric, unit in shown.items()}
 
 
-def _draw(plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
+def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
     """Draw lines over the number with most values, one for each combination of the others; hollow marks are suspect."""
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)

@@ -26,7 +26,7 @@ from buckler.mbs import (
 )
 from buckler.mbs.accuracy import second_opinion
 from buckler.mbs.accuracy.demand import STRIKE
-from buckler.mbs.accuracy.refine import Answer
+from buckler.mbs.accuracy.refine import CheckedRun
 from buckler.mbs.accuracy.second_opinion import compare_solvers
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.engine.solve import once
@@ -113,7 +113,7 @@ def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier,
     made = once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
-    monkeypatch.setattr(second_opinion, "refine", lambda *_: Answer(other, tiny))
+    monkeypatch.setattr(second_opinion, "refine", lambda *_: CheckedRun(other, tiny))
     assert second_opinion.verify_by_other_solver(result, made, 0.5, once).ok == agree
 
 

@@ -9,7 +9,7 @@ import exudyn as exu
 
 from buckler.mbs import Link, Mechanism
 from buckler.mbs.engine.build import BODIES
-from buckler.mbs.engine.placed import States
+from buckler.mbs.engine.placed import EngineStates
 from buckler.mbs.engine.scene import EngineScene
 from buckler.mbs.library import BAR
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
@@ -37,7 +37,7 @@ class Run:
 
     def motion(self, placed):
         """What a link did."""
-        return placed.motion(States(self.q, self.q_t, self.q_tt))
+        return placed.motion(EngineStates(self.q, self.q_t, self.q_tt))
 
     def solve(self, duration, steps, radius=1.0, residual=1e-8):
         def record(system, t):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler import mbs
-from buckler.mbs.ensembles.readings import Reading
+from buckler.mbs.ensembles.readings import StatisticReading
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.modal import BarModes
@@ -38,7 +38,7 @@ def accumulated():
 
 
 def reading(accumulated, text):
-    return Reading.of(text).value(accumulated.found, ("a.sine", "a.line"), np.diff(accumulated.edges))
+    return StatisticReading.of(text).value(accumulated.found, ("a.sine", "a.line"), np.diff(accumulated.edges))
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_a_jump_beside_a_long_step_makes_no_peak():
 )
 def test_what_is_no_reading_is_refused(text):
     with pytest.raises(ValueError, match=r"statistics are max, min, mean"):
-        Reading.of(text)
+        StatisticReading.of(text)
 
 
 def test_columns_are_the_signals_of_a_record():
@@ -109,7 +109,7 @@ def test_places_of_a_modal_link_are_those_of_its_motion():
 
 
 def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():
-    given = Reading.of("max(sqrt(B.x**2 + B.y**2)) - mean(abs(B.x - a.curve))")
+    given = StatisticReading.of("max(sqrt(B.x**2 + B.y**2)) - mean(abs(B.x - a.curve))")
     angle = np.linspace(0.0, pi, 500)
     signals = {"B.x": 3 * np.cos(angle), "B.y": 3 * np.sin(angle), "a.curve": np.ones(500)}
     found = Accumulator.over(np.array([0.0, pi]), 2)

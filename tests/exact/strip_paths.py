@@ -26,7 +26,7 @@ import numpy as np
 import scipy
 
 from buckler.elastica.collocation import Array, NewtonDivergedError, newton, require
-from buckler.elastica.strip import Equilibrium, Load, Strip
+from buckler.elastica.strip import Load, Strip, StripEquilibrium
 
 MOST_POINTS = 5000
 """Largest number of points of a path; a path that needs more is refused."""
@@ -47,9 +47,9 @@ class Path:
     branchings : equilibria at which another path crosses
     """
 
-    points: tuple[Equilibrium, ...]
-    limits: tuple[Equilibrium, ...]
-    branchings: tuple[Equilibrium, ...]
+    points: tuple[StripEquilibrium, ...]
+    limits: tuple[StripEquilibrium, ...]
+    branchings: tuple[StripEquilibrium, ...]
 
     @property
     def factor(self) -> Array:
@@ -196,6 +196,6 @@ class _Track(NamedTuple):
 
         return point_at(scipy.optimize.brentq(lambda part: value(point_at(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
 
-    def equilibrium(self, point: _Point) -> Equilibrium:
+    def equilibrium(self, point: _Point) -> StripEquilibrium:
         """Return the strip's shape and forces at a point."""
         return self.strip.at_unknowns(self.load, point.factor, point.u[:-1])

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 from buckler.elastica import pinned
 from buckler.mbs import STEEL, Beam, Cable, Link, Mechanism, Section, build
-from buckler.mbs.engine.placed import States
+from buckler.mbs.engine.placed import EngineStates
 
 MATERIAL = replace(STEEL, bending_damping=1e-3, axial_damping=2e-6)
 STRIP = Section(width=0.030, thickness=0.0003, material=MATERIAL)
@@ -43,7 +43,7 @@ class Lone:
         """The link at displacements q, shape (..., coordinates)."""
         q = np.atleast_2d(q)
         q_t = np.zeros_like(q) if q_t is None else np.atleast_2d(q_t)
-        return self.placed.motion(States(q, q_t, np.zeros_like(q)))
+        return self.placed.motion(EngineStates(q, q_t, np.zeros_like(q)))
 
     def engine(self, q, q_t):
         """Generalised forces and mass matrix from the engine."""

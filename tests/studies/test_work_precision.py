@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from buckler.studies.kit import statistics as precision
-from buckler.studies.kit.statistics import Point, exponent, fastest, work_precision
+from buckler.studies.kit.statistics import WorkPoint, exponent, fastest, work_precision
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_front_is_what_nothing_beats(clock):
 
 
 def test_fastest_is_the_quickest_of_those_accurate_enough():
-    quick, exact, fine, failed = Point(1e-2, (1,)), Point(1e-6, (9,)), Point(1e-4, (3,)), Point(nan, (0.1,))
+    quick, exact, fine, failed = WorkPoint(1e-2, (1,)), WorkPoint(1e-6, (9,)), WorkPoint(1e-4, (3,)), WorkPoint(nan, (0.1,))
     points = [quick, exact, fine, failed]
     assert fastest(points, 1e-3) is fine and fastest(points, 1e-4) is fine
     assert fastest(points, 1e-7) is None

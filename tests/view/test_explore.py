@@ -60,7 +60,7 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     joint, end = ([track(each, point) for each in (first, second)] for point in (lower.start, lower.end))
     assert end[0][0] == pytest.approx(end[1][0], abs=1e-3) and np.abs(end[0][-1] - end[1][-1]).max() > 0.01
     assert np.hypot(*(end[0] - joint[0]).T) == pytest.approx(0.5, abs=1e-3)
-    assert {mark[0] for mark in first["motion"]["marks"]} >= {"Path", "Label", "Arrow"}  # as the report draws it
+    assert {mark[0] for mark in first["motion"]["marks"]} >= {"Outline", "Label", "Arrow"}  # as the report draws it
     judged = post(address, "judge", {MASS: 0.9})
     assert judged["error"] < 1e-2 and judged["checks"] and all(row["error"] >= 0 for row in judged["measures"])
     assert post(address, "save", {MASS: 0.9}) == {"saved": str(folder / "pendulum-1.toml")}

@@ -11,7 +11,7 @@ from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Spectral, Weld, si
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
-from buckler.mbs.view.drawing import INKS, Disc, Label, Path, Strip
+from buckler.mbs.view.drawing import INKS, Disc, Label, Outline, StripMark
 from buckler.mbs.view.movie import Movie, make_movie, still
 from buckler.mbs.view.symbols import SYMBOLS
 
@@ -124,5 +124,5 @@ def test_a_still_shows_the_mechanism_at_the_start(make):
     assert len(movie.time) == 1
     for point, at in mechanism.points.items():
         assert movie.frames[point][0, :2] == pytest.approx(at)
-    assert {type(mark) for mark in movie.marks} >= {Path, Disc, Label}
-    assert len([mark for mark in movie.marks if isinstance(mark, Strip)]) == len(movie.bands)
+    assert {type(mark) for mark in movie.marks} >= {Outline, Disc, Label}
+    assert len([mark for mark in movie.marks if isinstance(mark, StripMark)]) == len(movie.bands)

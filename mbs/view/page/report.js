@@ -162,7 +162,7 @@ function trace(pen, points, map) {
 }
 
 const draw = {
-  Path(pen, map, k, [, frame, ink, points, closed]) {
+  Outline(pen, map, k, [, frame, ink, points, closed]) {
     trace(pen, place(frame, k, points), map);
     if (closed) pen.closePath();
     paint(pen, ink, closed);
@@ -178,7 +178,7 @@ const draw = {
     trace(pen, points.map(([s, n]) => [a[0] + s * dx - n * dy / size, a[1] + s * dy + n * dx / size]), map);
     paint(pen, ink, false);
   },
-  Strip(pen, map, k, [, link, ink]) {
+  StripMark(pen, map, k, [, link, ink]) {
     const band = motion.bands[link], n = band.stations, width = Math.max(3, band.thickness * map.scale);
     const points = Array.from({ length: n }, (_, i) => [band.x(k * n + i), band.y(k * n + i)]);
     pen.lineCap = pen.lineJoin = "round";
