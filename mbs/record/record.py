@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..elements.element import Recorded
 from ..functions import Called
-from ..geometry import Array, rotate, rotate_left
+from ..geometry import Array, rotate_left
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from .lookup import hermite, trapezoidal
@@ -34,9 +35,15 @@ class RigidMotion:
     q_t: Array
     q_tt: Array
 
+    @cached_property
+    def _rotation(self) -> tuple[Array, Array]:
+        """Cosine and sine of the angle turned, each (times,)."""
+        return np.cos(self.q[:, 2]), np.sin(self.q[:, 2])
+
     def point(self, name: str) -> tuple[Array, Array]:
         """Return place and velocity of a point fixed to the link, each (times, 2)."""
-        arm = rotate(self.q[:, 2], self.arms[name])
+        (c, s), (x, y) = self._rotation, self.arms[name]
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
         return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * rotate_left(arm)
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:

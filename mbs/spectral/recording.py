@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,25 +23,31 @@ from .scene import CompiledScene
 from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Pushed, Report, State
 
+UNREPORTED = (ForceKind.JOURNAL, ForceKind.SEAT, ForceKind.STATEFUL)
+"""Kinds of forces whose signals follow from memories and states alone."""
+
 
 @jit
-def follow(tables, work, out, traces, reports):
-    """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
+def follow(tables, work, out, wanted, traces, reports):
+    """Fill traces (wanted, 3, times, 3) with places, rates and second rates of some markers, and reports (times, forces, 8).
+
+    Reports of forces without columns are not filled.
+    """
     f = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
         place_markers(tables, work, out.q[i], out.v[i])
-        for m in range(tables.markers.shape[0]):
-            for c in range(6):
-                traces[i, m, c] = work.state[m, c]
+        for k in range(wanted.size):
+            m = wanted[k]
             first, count = tables.markers[m, Markers.FIRST], tables.markers[m, Markers.COUNT]
             for c in range(3):
                 total = work.state[m, State.AX + c]
                 for j in range(first, first + count):
                     total += work.slope[c, j] * out.a[i, tables.places[j]]
-                traces[i, m, 6 + c] = total
-        since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if out.memory.shape[1] > 0 else 0.0
-        add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
-        copy(work.reports, reports[i])
+                traces[k, 0, i, c], traces[k, 1, i, c], traces[k, 2, i, c] = work.state[m, c], work.state[m, 3 + c], total
+        if reports.shape[2] > 0:
+            since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if out.memory.shape[1] > 0 else 0.0
+            add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
+            copy(work.reports, reports[i])
 
 
 def record_of(scene: CompiledScene, out: Output) -> Record:
@@ -54,7 +61,10 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             frames[link.name] = _centre_frame(scene, link, body)
     if len(builder.markers) > len(scene.tables.markers):
         scene.refresh()
-    traces, reports = follow_markers(scene, out)
+    wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
+    kinds = scene.tables.forces[:, 0]
+    reports = np.empty((len(out.time), len(kinds), 0 if np.isin(kinds, UNREPORTED).all() else 8))
+    traces = dict(zip(wanted, follow_markers(scene, out, wanted, reports), strict=True))
 
     links: dict[str, Any] = {}
     for link in mechanism.links:
@@ -62,23 +72,22 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         if link.name in frames:
             marker, mass, inertia, centre = frames[link.name]
             arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
-            links[link.name] = RigidMotion(mass, inertia, arms, *np.split(traces[:, marker], 3, axis=1))
+            links[link.name] = RigidMotion(mass, inertia, arms, *traces[marker])
         elif isinstance(body, FrameBody):
             links[link.name] = _modal(link, body, out)
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
-    blocks = {point: _block(mechanism, point, traces[:, marker]) for point, marker in guides.items()}
+    blocks = {point: _block(mechanism, point, traces[marker]) for point, marker in guides.items()}
     return Record(
         mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.source.undetermined
     )
 
 
-def follow_markers(scene: CompiledScene, out: Output) -> tuple[Array, Array]:
-    """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
-    times = len(out.time)
-    traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
-    follow(scene.tables, scene.work, out, traces, reports)
-    return traces, reports
+def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
+    """Places, rates and second rates of some markers, (wanted, 3, times, 3); fill reports of forces, (times, forces, 8 or 0)."""
+    traces = np.empty((len(wanted), 3, len(out.time), 3))
+    follow(scene.tables, scene.work, out, np.array(wanted, int), traces, reports)
+    return traces
 
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
@@ -105,7 +114,7 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
 def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
-    way, rate, second = ((trace[:, i : i + 2] - zero) @ along for i, zero in ((0, origin), (3, 0.0), (6, 0.0)))
+    way, rate, second = ((each[:, :2] - zero) @ along for each, zero in zip(trace, (origin, 0.0, 0.0), strict=True))
     return BlockMotion(guide.mass, origin, guide.along, way, rate, second)
 
 

@@ -186,7 +186,7 @@ def compiled(bar, q, v, t):
     for i, name in enumerate(scene.force_names):
         lost[:, "OABC".index(name[0])] = power[0, [i, k + i]]
     drive = power[0, 2 * k + scene.row_names.index("drive")]
-    rush = follow_markers(scene, seen)[0][0, markers, 6:8]
+    rush = follow_markers(scene, seen, markers, reports)[:, 2, 0, :2]
     found = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
     return seen.v[0, model.columns], seen.a[0, model.columns], found, joints, rush.ravel()
 
