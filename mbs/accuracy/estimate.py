@@ -19,7 +19,6 @@ from math import inf, log
 
 import numpy as np
 
-from ..elements.signal import Kind
 from ..geometry import Array
 from ..record.errors import Key, Norm
 from .difference import Difference
@@ -70,12 +69,17 @@ class Separation:
     """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
-        names = [name for name, signal in pair.b.signals.items() if signal.kind is Kind.PLACE and name in pair.a.signals]
-        self.time, self.end = pair.time, pair.end
-        relative = pair.relative(names)
-        self.relative = relative.max(axis=1, initial=0.0)
-        limits = np.array([allowed.get((name, Norm.RMS), inf) for name in names])
-        self.over_allowed = (relative / limits).max(axis=1, initial=0.0)
+        order, self.end = pair.grid.order, pair.end
+        self.time, self.relative, self.over_allowed = pair.grid.a[order], np.zeros(len(order)), np.zeros(len(order))
+        for names, relative in pair.places():
+            self.relative = np.maximum(self.relative, relative.max(axis=1, initial=0.0)[order])
+            relative /= np.array([allowed.get((name, Norm.RMS), inf) for name in names])
+            self.over_allowed = np.maximum(self.over_allowed, relative.max(axis=1, initial=0.0)[order])
+
+    @property
+    def is_intermittent(self) -> bool:
+        """True if the runs are separate at any time, though perhaps not later on."""
+        return bool((self.relative > SEPARATED).any())
 
     @property
     def start(self) -> float:

@@ -8,7 +8,7 @@ what is smaller counts as zero. The size of energies is the throughput, the ener
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -72,10 +72,12 @@ class Trajectory:
     def own(self) -> dict[str, Array]:
         """Sizes of signals by themselves, for RMS and PEAK: range if continuous, else root mean square and peak."""
         found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in CONTINUOUS}
-        if jumping := [name for name in self.signals if name not in found]:
-            values = np.stack([self.signals[name].values for name in jumping])
-            mean = np.trapezoid(values**2, self.time) / max(np.ptp(self.time), TINY)
-            found |= dict(zip(jumping, np.stack([np.sqrt(mean), np.abs(values).max(axis=1)], axis=1), strict=True))
+        steps = np.diff(self.time)
+        weights = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2 / max(np.ptp(self.time), TINY)
+        for name, signal in self.signals.items():
+            if name not in found:
+                values = signal.values
+                found[name] = np.array([np.sqrt(values @ (weights * values)), max(values.max(), -values.min())])
         return found
 
     @cached_property
@@ -97,6 +99,14 @@ class Trajectory:
             size = self.own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
             found[name, Norm.RMS], found[name, Norm.PEAK] = size.tolist()
         return found
+
+    def until(self, end: float) -> Trajectory:
+        """Return the samples up to a time, and three more, by which slopes are known."""
+        some = int(np.searchsorted(self.time, end)) + 3
+        if some >= len(self.time):
+            return self
+        cut = {name: s._replace(values=s.values[:some], depth=s.depth[:some]) for name, s in self.signals.items()}
+        return replace(self, time=self.time[:some], signals=cut)
 
     def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
         """Integrate a signal, or a function of it, from the start to each sample."""

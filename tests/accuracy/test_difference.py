@@ -163,14 +163,29 @@ def test_one_graze_more_is_off_by_a_ten_millionth(when):
         ({"late": 2e-4}, 1e-3, 0.0, 1e-4),
         ({"peak": 1.03}, 0.03, 0.03, 0.0),
         ({"split": 0.3055}, 4.5e-3, 0.0, 0.0),
+        ({"split": 0.3005}, 7e-4, 0.0, 0.0),
     ],
-    ids=["one blow more", "later", "harder", "one in two parts"],
+    ids=["one blow more", "later", "harder", "one in two parts", "a short part and a long one"],
 )
 def test_trains_of_blows(changed, impulse, peak, onset):
     found = contact_norms(train(**changed), train(), END)
     assert found[Norm.IMPULSE] == pytest.approx(impulse, rel=0.7)
     assert found[Norm.PEAK] == pytest.approx(peak, rel=1e-3, abs=1e-9)
     assert found[Norm.ONSET] == pytest.approx(onset, rel=0.5, abs=1e-9)
+
+
+@pytest.mark.parametrize(("extra", "off"), [([(0.55, 1.5)], 0.3 / 1.2), ([(0.75, 0.9)], 0.0)])
+def test_a_blow_of_one_run_alone_changes_the_peak_as_far_as_it_is_the_highest(extra, off):
+    assert contact_norms(train(extra=extra), train(), END)[Norm.PEAK] == pytest.approx(off, abs=1e-6)
+    assert contact_norms(train(), train(extra=extra), END)[Norm.PEAK] == pytest.approx(0.3 / 1.5 if off else 0.0, abs=1e-6)
+
+
+def test_low_blows_that_scatter_leave_the_error_of_the_highest_peak():
+    """Half as high and off by a fifth: they weigh a sixteenth, where by their squares they would a quarter."""
+    high = [(0.05 + 0.1 * k, 4.0) for k in range(18)]
+    a, b = train(peak=1.2, extra=high), train(extra=high)
+    assert 1e-3 < contact_norms(a, b, END)[Norm.PEAK] < 2e-2
+    assert contact_norms(train(peak=1.2), train(), END)[Norm.PEAK] == pytest.approx(0.2, rel=1e-3)
 
 
 def test_a_blow_that_only_one_run_has_is_wholly_off():

@@ -11,7 +11,8 @@ from buckler.mbs.sensitivity.reading import measure
 
 CASES = {
     "pendulum": (pendulum(2.0), ["max(A.x)", "min(A.y)", "mean(A.y)", "rms(A.x)", "at(A.x, 1.3)", "when(A.x, 0, 2)",
-                                 "settled(A.x)", "2 * end(A.x) - 3 * start(A.y)", "max(A.x) / max(abs(A.y))"]),
+                                 "settled(A.x)", "2 * end(A.x) - 3 * start(A.y)", "max(A.x) / max(abs(A.y))",
+                                 "end(A.vy)", "max(A.vx)", "min(A.vx)", "at(A.vy, 1.3)"]),
     "stop": (slider_crank(BAR, law=KelvinVoigt(1e4, 3.0), mass=0.3, speed=1.0),
              ["max(B.contact_force)", "peak(B.contact_force, 1)", "impulse(B.contact_force)", "begins(B.contact_force, 1)",
               "ends(B.contact_force, 1)", "mean(B.contact_force)"]),
