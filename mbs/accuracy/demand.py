@@ -127,12 +127,15 @@ class Usual:
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Return the relative errors allowed."""
         found = dict[Key, float]()
+        journals = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
+        play = LAW * min(journals, default=0.0) / run.size  # no place is known better than the journal that holds it
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
-                whole = max(1.0, (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS])
-                found[name, Norm.RMS] = min(PLACE, STRUCK_PLACE * whole) if run.strikes else PLACE
+                whole = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
+                struck = min(PLACE, STRUCK_PLACE * max(1.0, whole))
+                found[name, Norm.RMS] = max(struck if run.strikes else PLACE, play * whole)
                 if not run.strikes:
-                    found[name, Norm.PEAK] = PEAK_PLACE * whole
+                    found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, whole)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW
             elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:

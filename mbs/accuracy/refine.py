@@ -162,16 +162,19 @@ class _Refinement:
         while True:
             start = pair.separation.start
             errs, now, gain = self.estimate_limited_errors(pair)
-            beyond = find_worst(pair.allowed, errs).ratio
+            key, _, _ = farthest = find_worst(pair.allowed, errs)
+            beyond = farthest.ratio
             self.best = partial(self.finish, pair, gain)
             if beyond <= 1 and self.levels.truncation(pair.fine.run) <= self.demand.place:
                 answer = self.best()
                 if answer.worst.ratio <= 1:
                     return answer
                 beyond = answer.worst.ratio
+            intermittent = self.levels.prefix < 1 and pair.separation.is_intermittent
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
-                return self.answer_until(pair, Status.SENSITIVE) if start < inf else self.best()
-            if start < needed:
+                return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
+            falls = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
+            if start < needed or (intermittent and not falls):
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
             ratio = self.find_ratio(beyond, start < inf)

@@ -265,14 +265,14 @@ def test_a_goal_reads_as_words():
 # --- chaos ------------------------------------------------------------------------------------------------------------
 
 
-def rattling():
+def rattling(pin=5e-3, speed=10 * pi):
     """The crank-rocker with four clearances, turned ten times in two seconds."""
     law, friction, bars = Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), AdamsFriction(0.3, 0.1), Section(0.005, 0.020)
 
     def play(point, first, second):
-        return Clearance(point, first, second, 5e-3, 2.5e-4, law, friction)
+        return Clearance(point, first, second, pin, 2.5e-4, law, friction)
 
-    return crank_rocker(Rigid(bars), speed=10 * pi, play=play, section=bars)
+    return crank_rocker(Rigid(bars), speed=speed, play=play, section=bars)
 
 
 def test_a_rattling_run_is_named_chaotic_at_once_and_its_readings_have_sampling_errors():
@@ -289,6 +289,17 @@ def test_a_rattling_run_is_named_chaotic_at_once_and_its_readings_have_sampling_
     assert (
         result.reading("at(B.x, 0.5)").kind == "unknown" and simulate(pendulum(0.3), 0.5).reading("max(A.x)").kind == "difference"
     )
+
+
+@pytest.mark.parametrize("speed", [10 * pi, 20 * pi])
+def test_pins_that_rattle_in_spells_and_rest_have_peaks_that_are_known(speed):
+    """Runs part in each spell, and meet again: with thin pins the highest forces repeat turn by turn, and in a finer run."""
+    made, turns = rattling(1e-3, speed), 2 * pi / speed * 5
+    result, fine = simulate(made, turns), simulate(made, turns, solver=Spectral(Controlled(tolerance=1e-8)))
+    assert result.ok and not result.message and result.work["runs"] <= 3
+    for joint in "OABC":
+        found, right = (run.reading(f"max({joint}.normal_force)") for run in (result, fine))
+        assert abs(found.value - right.value) < found.error < 0.05 * right.value
 
 
 @pytest.mark.parametrize(("accuracy", "least"), [(None, 0.05), (1e-3, 0.0)])

@@ -152,6 +152,20 @@ def test_refinements_that_cease_to_delay_the_separation_end_as_chaotic():
     assert 0.3 < answer.errors.until < 0.9 and answer.errors["P.x"] <= 1e-2
 
 
+@pytest.mark.parametrize(("order", "chaos"), [(0.0, Status.CHAOTIC), (0.5, None)])
+def test_spells_in_which_runs_part_are_chaos_where_refinements_make_them_no_smaller(monkeypatch, order, chaos):
+    """Pins rattle for a third of each tenth of the run, and rest: no parting lasts."""
+    monkeypatch.setattr(MadeUp, "prefix", 0.5)
+
+    def off(tolerance, time):
+        apart = 0.3 * (tolerance / FIRST) ** order * np.cos(20 * time + 7 * np.log(tolerance))
+        return np.where(np.abs(time % 0.1 - 0.045) < 0.015, apart, 0.0)
+
+    answer, levels = found(off)
+    assert answer.chaos is chaos and (len(levels) <= 4 if chaos else answer.shortfall(Asked(1e-2)) == "")
+    assert answer.errors.until == pytest.approx(0.03 if chaos else 1.0, abs=1e-3)
+
+
 def test_a_motion_within_reach_of_the_digits_is_followed_to_its_end():
     answer, _ = found(exponential(12.0))
     assert answer.chaos is None and answer.errors.until == 1.0 and answer.shortfall(Asked(1e-2)) == ""
@@ -208,6 +222,15 @@ def test_where_nothing_strikes_places_are_right_at_any_time():
     """To a thousandth of the longest link, and to a hundredth of their range in the mean."""
     run = trajectory_of(P_x=(0.1 * RIGHT, "m", Kind.PLACE))
     assert Usual().limits(run) == {X: PLACE, ("P.x", Norm.PEAK): pytest.approx(1e-3 / np.ptp(0.1 * RIGHT))}
+
+
+def test_no_place_is_known_better_than_the_journal_that_holds_it():
+    """A tenth of a clearance of 0.1 is 1 % of a range of 1, and 20 % of one of 0.05."""
+    journal = 0.01 * RIGHT, "m", Kind.PLACE, "", "", 0.1
+    run = trajectory_of(P_x=(RIGHT / 2, "m", Kind.PLACE), Q_x=(RIGHT / 40, "m", Kind.PLACE), J_x=journal)
+    allowed = Usual().limits(run)
+    assert allowed[X] == pytest.approx(1e-2 / np.ptp(RIGHT / 2), rel=1e-9)
+    assert allowed["Q.x", Norm.RMS] == pytest.approx(1e-2 / np.ptp(RIGHT / 40)) and allowed["J.x", Norm.RMS] == 0.1
 
 
 @pytest.mark.parametrize("solver", [Spectral(), Exudyn()])
