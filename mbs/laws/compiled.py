@@ -22,7 +22,6 @@ import numpy as np
 
 from ..geometry import Array
 from ..process import has_compiler
-from .table import call
 
 
 class Pointer(NamedTuple):
@@ -172,16 +171,12 @@ def evaluate_compiled(function: Callable[..., object], columns: Sequence[Array])
     return values
 
 
-def _call_rows(address: int, rows: Array, values: Array) -> None:
-    """Call the function at an address with each row."""
-    for i in range(len(values)):
-        values[i] = call(address, rows[i])
-
-
 @cache
 def _row_caller() -> Any:
-    """Compile `_call_rows`, once."""
-    return compile_cached(_call_rows, stamp_of(Path(__file__)))
+    """Compile `call_rows`, once."""
+    from . import table  # it loads Numba, which a run of the engine does not need
+
+    return compile_cached(table.call_rows, stamp_of(Path(table.__file__)))
 
 
 RAISED: list[BaseException] = []

@@ -46,6 +46,12 @@ else:
         return CFUNCTYPE(c_double, POINTER(c_double))(int(address))((c_double * len(given))(*given))
 
 
+def call_rows(address: int, rows: Array, values: Array) -> None:
+    """Call the function at an address with each row."""
+    for i in range(len(values)):
+        values[i] = call(address, rows[i])
+
+
 NormalKind = IntEnum("NormalKind", "POWER VOIGT IMPACT CALLED", start=0)
 """Kinds of normal laws: those of this package, or a function by address."""
 FrictionKind = IntEnum(
