@@ -37,6 +37,8 @@ SHOWN = {
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
 }  # fmt: skip
 """Claims in the printed table and the figure; metrics.json has all."""
+SUMMED = {name: SHOWN[name] for name in ("force.coupler_rocker", "acceleration.rocker")}
+"""Claims in the table of all cases."""
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Comparison of a set with the fullest one, and its number in metrics.json."""
@@ -99,7 +101,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         **status_of(wrong),
         metrics=metrics,
         work={"turns": len(p.cases) * len(p.mode_sets) * p.members * (p.settle + p.cycles)},
-        tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases)],
+        tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases), _summary(metrics, p)],
     )
 
 
@@ -153,16 +155,28 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
     """Make a table of one case: a row a set, a column a number over the rigid rocker's, and its mark."""
     rows = []
     for name in p.mode_sets:
-        row = [NAMES[name]]
-        for claim in SHOWN:
-            over, mark = (metrics[f"{case}.{name}.{claim}.{key}"] for key in ("over_rigid", "agrees"))
-            row.append(f"{over.format('.3f', '.3f')} {next(m for m in MARKS if MARKS[m] == mark.value)}")
-        rows.append(row)
+        rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in SHOWN)])
     notes = (
         f"= within {100 * p.margin:g} % of the fullest set's for sure, ≠ for sure not the same, ? undecided; the chance "
         f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.describe()}."
     )
     return Table(["modes", *SHOWN.values()], rows, f"{case}: over the rigid rocker's, ± standard error", notes)
+
+
+def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
+    """Return a number over the rigid rocker's, by formats of its value and its error, with its mark."""
+    mark = next(mark for mark, value in MARKS.items() if value == metrics[f"{name}.agrees"].value)
+    return f"{metrics[f'{name}.over_rigid'].format(*formats)} {mark}"
+
+
+def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
+    """Make a table of all cases: a row a set, of each case the numbers in `SUMMED` over the rigid rocker's, with their marks."""
+    rows = []
+    for name in p.mode_sets[1:]:
+        cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMED) for case in p.cases]
+        rows.append([NAMES[name], *cells])
+    heads = [f"{unit}, {1e3 * depth:g} mm: {', '.join(SUMMED.values())}" for unit, depth in p.cases.values()]
+    return Table(["modes", *heads], rows, "All cases: over the rigid rocker's")
 
 
 def figure(result: StudyResult) -> Figure:

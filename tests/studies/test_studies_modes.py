@@ -151,6 +151,8 @@ def test_planted_difference_gets_its_mark(monkeypatch):
     }
     row = next(row for row in result.tables[2].rows if row[0] == "bending 1")
     assert float(row[1].split()[0]) == pytest.approx(1.3, abs=0.02) and row[1].endswith(DIFFERS) and row[2].endswith(AGREES)
+    summary = next(row for row in result.tables[-1].rows if row[0] == "bending 1")
+    assert len(summary) == 5 and all(cell.split(", ")[0].endswith(DIFFERS) and cell.endswith(AGREES) for cell in summary[1:])
     assert len(modes.figure(result).axes) == 4
 
 
