@@ -1,4 +1,4 @@
-"""The exact elastic strip: closed form, boundary value problem, fast law.
+"""The elastic strip in closed form, as a boundary value problem, and as a fast force law.
 
 pinned : closed form by elliptic integrals, both ways
 rod : the same strip as a boundary value problem, extensible and shearable
@@ -16,7 +16,7 @@ __all__ = ["law", "pinned", "rod", "strip"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load a module when it is first asked for: most need scipy, which takes longer to load than many runs."""
+    """Import a module at its first use: most need scipy, which takes longer to load than many runs."""
     if name in __all__:
         return import_module(f"buckler.elastica.{name}")
     raise AttributeError(f"module 'buckler.elastica' has no attribute '{name}'")

@@ -1,7 +1,7 @@
-"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method: what `strip` is made of.
+"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method, for `strip`.
 
-Integration matrices, unlike differentiation matrices, keep rounding at 1e-15 while the error falls geometrically with the number
-of points.
+The error falls geometrically with the number of points. Rounding stays at 1e-15, as there are integration matrices only, no
+differentiation matrices.
 """
 
 from __future__ import annotations
@@ -21,17 +21,15 @@ Angle = Callable[[Array], Array]
 
 
 class RodError(RuntimeError):
-    """No equilibrium was found, or not the buckled one."""
+    """No equilibrium was found, or another one than the buckled one."""
 
 
 class NewtonDivergedError(RodError):
-    """Newton's iteration did not settle."""
+    """Newton's iteration did not converge."""
 
 
 class Grid(NamedTuple):
-    """Collocation points of both pieces, the matrix J that integrates from 0, the stress-free angle and where s is beyond
-    `at`.
-    """
+    """Collocation points s of both pieces, matrix J that integrates from 0, stress-free angle; 1 beyond the load, else 0."""
 
     s: Array
     J: Array
@@ -40,7 +38,7 @@ class Grid(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
+    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the rotation of the start."""
 
     sin: Array
     cos: Array
@@ -54,7 +52,7 @@ class Fields(NamedTuple):
 
 @cache
 def integration(nodes: int) -> tuple[Array, Array]:
-    """Chebyshev-Lobatto points on [0, 1], from 2 upwards, and the matrix that integrates from 0 to each of them."""
+    """Return two or more Chebyshev-Lobatto points on [0, 1], and the matrix that integrates from 0 to each of them."""
     points = -np.cos(pi * np.arange(nodes) / (nodes - 1))
     primitives = chebyshev.chebint(np.eye(nodes), lbnd=-1, axis=0)
     to_coefficients = np.linalg.inv(chebyshev.chebvander(points, nodes - 1))
@@ -75,12 +73,12 @@ def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:
 
 
 def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
-    """Subtract steps until they are below rounding or no longer shrink there.
+    """Subtract steps until one is below 1e-9, so that the next would be below rounding.
 
     Raises
     ------
     NewtonDivergedError
-        If 25 steps were not enough, a matrix was singular, or the angles left all bounds.
+        If 25 steps were not enough, a matrix was singular, or a step was above 1e3.
     """
     scale = np.ones_like(unknowns)
     for _ in range(25):
@@ -98,14 +96,14 @@ def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
 
 
 def resample(values: Array, nodes: int) -> Array:
-    """Chebyshev interpolant of values at the Lobatto points, at more of them."""
+    """Interpolate values at Chebyshev-Lobatto points to a larger number of such points."""
     coarse = 2.0 * integration(values.size)[0] - 1.0
     coefficients = np.linalg.solve(chebyshev.chebvander(coarse, values.size - 1), values)
     return chebyshev.chebval(2.0 * integration(nodes)[0] - 1.0, coefficients)
 
 
 def require(name: str, value: object, valid: bool, allowed: str) -> None:
-    """Refuse a value by its name and with what is allowed.
+    """Raise a ValueError with name, value and allowed values.
 
     Raises
     ------

@@ -1,15 +1,14 @@
-"""Load of the buckled strip as a cheap function of its end shortening: the published fit and a better one.
+"""Load of the buckled strip as a fast function of its end shortening: the published fit and a better one.
 
 u is end shortening over length and the load is p = P L^2/(E I), as in `buckler.elastica.pinned`. Both laws hold on
-0 <= u <= 1, for floats and arrays; what lies outside, or is no number, raises ValueError. `quartic` is kept to reproduce
-published results; `fast` is for force sweeps and contact callbacks. It is the rational function
+0 <= u <= 1, for floats and arrays; other values raise ValueError. `quartic` reproduces published results; `fast` is for sweeps
+of forces and contact callbacks. It is the rational function
 
     p(u) = N(x)/D(x),   x = u - 1/2,   N and D of degree 5,
 
-within 2e-13 of the elliptic integrals. The quotient is worth its division: the law has branch points near
-the interval in the complex plane, and a polynomial of the same accuracy needs degree 17. The coefficients
-are a relative least-squares fit at 60 Chebyshev nodes in 40-digit arithmetic; tests/test_elastica_law.py
-holds the fit and compares.
+within 2e-13 of the elliptic integrals. The law has branch points near the interval in the complex plane, so that a polynomial
+of the same accuracy needs degree 17. The coefficients are a relative least-squares fit at 60 Chebyshev nodes in 40-digit
+arithmetic; the tests repeat the fit and compare.
 """
 
 from collections.abc import Sequence
@@ -38,7 +37,7 @@ _BLOCK = 24576
 def quartic(shortening: ArrayLike) -> Reals:
     """Load by the published quartic fit.
 
-    Within 0.19 % of the elastica, worst at u = 0, where it gives 9.888 instead of pi^2.
+    Its error is at most 0.19 %, at u = 0, where it is 9.888 instead of pi^2.
 
     Returns
     -------
@@ -53,9 +52,9 @@ def quartic(shortening: ArrayLike) -> Reals:
 
 
 def fast(shortening: ArrayLike) -> Reals:
-    """Load to a relative error of 1e-12 (2e-13 measured) at the cost of some three plain quartics, a 200th of the integrals.
+    """Load to a relative error of 1e-12 (2e-13 measured), at three times the cost of the quartic and a 200th of the integrals.
 
-    A float takes about a microsecond. Arrays are evaluated in blocks that stay in cache and in place.
+    A float takes about a microsecond. Arrays are evaluated in place, in blocks that fit into the cache.
 
     Returns
     -------
@@ -79,7 +78,7 @@ def _rational(shortening: ArrayLike) -> Reals:
 
 
 def _polynomial(coefficients: Sequence[float], x: Reals) -> Reals:
-    """Horner's rule, highest power first; for floats and, in place, for arrays."""
+    """Evaluate a polynomial by Horner's rule, highest power first; for floats and, in place, for arrays."""
     value = coefficients[0] * x
     value += coefficients[1]
     for c in coefficients[2:]:

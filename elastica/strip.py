@@ -33,13 +33,13 @@ import numpy as np
 from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
 HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
-"""Indices of x, y and the rotation that each support at s = 1 holds."""
+"""Indices of x, y and the rotation that each support at s = 1 prescribes."""
 STEEPEST = 1e6
 """Largest load, displacement and load factor; above it the collocation cannot resolve the boundary layers."""
 MOST_TURN = 0.6
-"""Largest turn of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
+"""Largest rotation of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
 MOST_CORRECTION = 0.3
-"""Largest correction by Newton over the predicted turn of a step. A larger one may lead to another equilibrium."""
+"""Largest correction by Newton over the predicted rotation of a step. A larger one may lead to another equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,10 @@ class Load:
 
     Attributes
     ----------
-    end : (float, float), F L^2/(E I), force on the end s = 1; works on the directions that its support leaves free
-    moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive; works where the end may turn
+    end : (float, float), F L^2/(E I), force on the end s = 1, in the directions that its support leaves free
+    moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive, if the support leaves the rotation free
     inner : (float, float), F L^2/(E I), force on the point `Strip.at`
-    move : (float, float, float), displacement over L in x and y and turn in rad of the end s = 1 where its support holds it
+    move : (float, float, float), displacement over L in x and y, and rotation, rad, of the end s = 1 as far as prescribed
 
     Raises
     ------
@@ -83,11 +83,11 @@ class StripEquilibrium:
     x, y : array (nodes,), centreline over L from (0, 0)
     theta : array (nodes,), rotation of the cross-section, rad; the tangent angle where shear is infinite
     moment : array (nodes,), bending moment M L/(E I)
-    force : array (nodes, 2), n = (nx, ny), F L^2/(E I): what the part beyond s exerts on the part before it
+    force : array (nodes, 2), n = (nx, ny), F L^2/(E I): force of the part beyond s on the part before it
     inner : (float, float), x and y of the point `Strip.at`
     end : (float, float, float), x, y and theta at s = 1
     residual : float, largest defect of equation (4) and of the end conditions between the collocation points
-    unknowns : array, what Newton solved for; a start for the next solution
+    unknowns : array, solution of Newton's method; a start for the next solution
     """
 
     factor: float
@@ -110,7 +110,7 @@ class Strip:
     Attributes
     ----------
     start : "clamped" or "pinned", support at s = 0
-    end : support at s = 1: "free", "rail" (held in x), "roller" (held in y), "guided" (x free), "pinned" or "clamped"
+    end : support at s = 1: "free", "rail" (fixed in x), "roller" (fixed in y), "guided" (x free), "pinned" or "clamped"
     angle : stress-free tangent angle, rad, as a function of s over L; smooth on either side of `at`; None is a straight strip
     axial : float, E A L^2/(E I), positive; infinite for an inextensible strip
     shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
@@ -124,7 +124,7 @@ class Strip:
 
     Notes
     -----
-    A straight inextensible strip between two held ends has no unique axial force: give it a finite axial stiffness or a bow.
+    A straight inextensible strip between two fixed ends has no unique axial force: give it a finite axial stiffness or a bow.
     """
 
     start: str = "clamped"
@@ -155,7 +155,7 @@ class Strip:
 
     @cached_property
     def finer(self) -> Strip:
-        """The same strip with half as many points again, to 200; the residual is measured on it."""
+        """The same strip with 1.5 times as many points, at most 200, for the residual."""
         return replace(self, nodes=min(3 * self.nodes // 2, 200))
 
     @cached_property
@@ -172,15 +172,15 @@ class Strip:
         ----------
         load : Load
         factor : float, load factor, -1e6 to 1e6
-        guess : array, `unknowns` of a neighbouring equilibrium; without one the load is raised from zero in steps, which leads to
-            the equilibrium that is connected with the stress-free shape
+        guess : array, `unknowns` of a neighbouring equilibrium; without one the load is increased from zero in steps, on the path
+            that begins at the stress-free shape
 
         Raises
         ------
         ValueError
             If the factor is outside its range.
         NewtonDivergedError
-            If no equilibrium was found: the load lies beyond a limit point, or the guess too far away.
+            If no equilibrium was found: the load is beyond a limit point, or the guess is too far away.
         """
         require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:
@@ -197,11 +197,11 @@ class Strip:
         return self.at_unknowns(load, factor, self._newton(load, factor, state))
 
     def stress_free(self) -> Array:
-        """Unknowns of the stress-free shape."""
+        """Return the unknowns of the stress-free shape."""
         return np.concatenate((self.grid.angle, (0.0, 0.0, 0.0)))
 
     def at_unknowns(self, load: Load, factor: float, unknowns: Array) -> StripEquilibrium:
-        """Return shape, forces and residual of solved unknowns."""
+        """Return shape, forces and residual for a solution."""
         fields, grid, theta = self.fields(load, factor, unknowns), self.grid, unknowns[:-3]
         x, y = grid.J @ fields.dx, grid.J @ fields.dy
         force = np.column_stack((fields.nx, fields.ny))
@@ -225,7 +225,7 @@ class Strip:
         return Fields(sin, cos, nx, ny, dx, dy, m0 + grid.J @ (nx * dy - ny * dx), phi)
 
     def defect(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
+        """Compute left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
         f, J = self.fields(load, factor, unknowns), self.grid.J
         balance = unknowns[:-3] - self.grid.angle - f.phi - J @ f.m
         place = (J[-1] @ f.dx, J[-1] @ f.dy, unknowns[-4])
@@ -238,7 +238,7 @@ class Strip:
         return np.concatenate((balance, ends))
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Derivative of `defect` by the unknowns, with one more column for the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
+        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
         f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
         slopes = _slope_columns(self, f, load)
         dx, dy = J @ slopes[0], J @ slopes[1]
@@ -267,7 +267,7 @@ class Strip:
         return newton(step, unknowns)
 
     def _nearby(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
-        """Return the unknowns at a load factor from those at another; None where they are far from the tangent there."""
+        """Return the unknowns at a load factor from those at another; None if they are far from the tangent's prediction."""
         matrix = self.jacobian(load, before, unknowns)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
@@ -285,7 +285,7 @@ class Strip:
 
 
 def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
-    """Derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
+    """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
     a, g, n = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size
     double_sin, double_cos = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
     columns = np.zeros((2, n, n + 4))

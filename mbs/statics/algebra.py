@@ -1,8 +1,8 @@
-"""Linear equations, null spaces and eigenvalues of few unknowns, dense, and of many, sparse.
+"""Linear equations, null spaces and eigenvalues, dense for few unknowns and sparse for many.
 
 Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero (Ericsson and Ruhe 1980,
-doi 10.1090/S0025-5718-1980-0583502-2). A factorisation K + c M = L D L^T has as many negative pivots as there are eigenvalues
--s^2 below -c (Sylvester's law of inertia): none is missing.
+doi 10.1090/S0025-5718-1980-0583502-2). The number of negative pivots of K + c M = L D L^T is the number of eigenvalues -s^2 below
+-c (Sylvester's law of inertia), which shows that none is missing.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from ..spectral.linear import Factors, SingularError
 
 EPS = float(np.finfo(float).eps)
 LARGE = 220
-"""Number of unknowns from which matrices are sparse: both solvers take the same time there."""
+"""Number of unknowns from which matrices are sparse: both solvers take the same time at it."""
 MANY = 300
 """Number of coordinates from which only the lowest eigenvalues are computed."""
 COUNT = 20
 """Number of lowest eigenvalues, by default."""
 SPARE = 8
-"""Number of eigenvalues computed in addition."""
+"""Number of additional eigenvalues, among which the largest gap is looked for."""
 CONVERGED = 1e-8
-"""Residual of an inverse's eigenvector, over its eigenvalue."""
+"""Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
 CUT = 1e-9
 """Damping of sparse least squares, over the largest entry: singular values far below it count as zero."""
 Matrix: TypeAlias = Array | csr_array
-"""Matrix, dense of few unknowns, sparse of many."""
+"""Matrix, dense for few unknowns, sparse for many."""
 
 
 def solve(matrix: Matrix, right: Array) -> Array:
@@ -51,7 +51,7 @@ def solve(matrix: Matrix, right: Array) -> Array:
 
 
 def least(matrix: Matrix, right: Array, cut: float) -> Array:
-    """Solve least squares of least size; singular values below the cut, over the largest, count as zero.
+    """Return the least-squares solution of least norm; singular values below the cut, over the largest, count as zero.
 
     A sparse matrix A is solved by [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, and two iterations of refinement.
     """
@@ -66,7 +66,7 @@ def least(matrix: Matrix, right: Array, cut: float) -> Array:
 
 
 def null_space(jacobian: Array, units: Array) -> Array:
-    """Compute columns that span the z with G z = 0, each coordinate in its unit."""
+    """Compute a basis of the null space of G, with scaled coordinates."""
     if not len(jacobian):
         return np.diag(units)
     _, s, vh = np.linalg.svd(jacobian * units)
@@ -128,7 +128,7 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
 def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
     """Compute at least `count` lowest -s^2 of sparse symmetric matrices, and all below minus the shift; vectors.
 
-    Where these are too many for Lanczos's method, one is missing or a pivot is zero, dense matrices give all.
+    Dense matrices give all if these are too many for Lanczos's method, one is missing, or a pivot is zero.
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factors(m, k, -shift)
@@ -149,10 +149,10 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
 
 
 def has_entries(matrix: Matrix) -> bool:
-    """Check for an entry that is not zero."""
+    """Return True if an entry is not zero."""
     return bool(matrix.any() if isinstance(matrix, np.ndarray) else matrix.count_nonzero())
 
 
 def is_symmetric(matrix: Matrix) -> bool:
-    """Check that a matrix is symmetric within rounding."""
+    """Return True if a matrix is symmetric to rounding."""
     return bool(not min(matrix.shape) or abs(matrix - matrix.T).max() <= 1e3 * EPS * abs(matrix).max())

@@ -26,7 +26,7 @@ RISE = 4
 HIGHEST = 40
 """Degree at which refinement ends."""
 PLACES = 1e-8
-"""Relative error at which refinement ends, for states of rest and frequencies."""
+"""Relative error at which refinement ends, for equilibria and frequencies."""
 CRITICAL = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions."""
 FIRST = 0.02
@@ -36,7 +36,7 @@ LONGEST = 0.1
 
 
 class Ending(StrEnum):
-    """Status of a search for rest. Every status but OK comes with a message that says what to do."""
+    """Status of statics. Every status but OK has a message that says what to do."""
 
     OK = "OK"
     FREE_MOTION = "FREE_MOTION"
@@ -44,15 +44,15 @@ class Ending(StrEnum):
     OPEN_CONTACT = "OPEN_CONTACT"
     """No equilibrium: contacts that could resist the motion stay open."""
     NOT_REACHED = "NOT_REACHED"
-    """Newton's method did not get there; the message says how far the load came."""
+    """Newton's method failed before the full load; the message has the load that was reached."""
     UNSTABLE = "UNSTABLE"
-    """Forces balance, but a small motion grows: a mechanism does not stay there."""
+    """Forces balance, but a small motion grows."""
     INACCURATE = "INACCURATE"
-    """Found, with an error larger than asked for."""
+    """Found, with a larger error than required."""
     SINGULAR = "SINGULAR"
     """A path cannot be followed further."""
     TOO_MANY_STEPS = "TOO_MANY_STEPS"
-    """A path did not reach its end, or a search for a periodic motion used up its steps."""
+    """A path did not reach its end, or a search for a periodic motion needed too many steps."""
     SLACK = "SLACK"
     """A rope would have to push."""
     TIMED_OUT = "TIMED_OUT"
@@ -63,7 +63,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer with a status, a message, and a table."""
+    """Base of results: a status, a message, and a table."""
 
     status: Ending
     message: str
@@ -152,13 +152,13 @@ KEYS = {
 
 @dataclass(frozen=True)
 class Equilibrium(Answer):
-    """Equilibrium of a mechanism: OK where forces balance and no small motion grows, UNSTABLE where one does.
+    """Equilibrium of a mechanism: OK if no small motion grows, UNSTABLE if one does.
 
-    At coordinates `q` (n,) constraints have `multipliers` (r,) in the order of `scene.row_names` [N or N m]: -G^T lambda is the
-    force they exert. See `reaction`. `load` is the factor of the loads. It is `stable` if no small motion grows, by the spectrum
-    of the whole tangent; `growth` is the largest rate of one [1/s], 0 if none does. `neutral` are links that a small motion moves
-    without resistance: the equilibrium is one of many. `error` is that of positions over the longest link, and of angles [rad]:
-    change by a higher degree of the strips, and last step.
+    At coordinates `q` (n,) constraints have `multipliers` (r,) in the order of `scene.row_names` [N or N m], with forces
+    -G^T lambda; see `reaction`. `load` is the factor of the loads. `growth` is the largest growth rate of a small motion [1/s],
+    by the spectrum of the whole tangent, 0 if it is `stable`. `neutral` are links that can move without resistance: the
+    equilibrium is one of many. `error` is that of positions over the longest link, and of angles [rad]: change by a higher
+    degree of the strips, and last step of Newton's method.
     """
 
     scene: CompiledScene
@@ -198,7 +198,7 @@ def parameters_at(kind: str, doc: str) -> Any:
 
 @dataclass(frozen=True)
 class Route(Answer):
-    """Path of equilibria or of periodic motions: critical points with errors, a diagram."""
+    """Path of equilibria or of periodic motions, with critical points and their errors."""
 
     ended: str
     scene: CompiledScene
@@ -226,13 +226,13 @@ class Route(Answer):
 
 @dataclass(frozen=True)
 class Path(Route):
-    """Equilibria along a path; OK where `to` was reached. It `ended` by 'reached', 'closed', 'steps' or 'singular'.
+    """Equilibria along a path; OK if `to` was reached. `ended` is 'reached', 'closed', 'steps' or 'singular'.
 
-    The `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number. There are coordinates
-    `q` (steps, n) and `multipliers` (steps, r). `growth` (steps,) is the largest rate at which a small motion grows [1/s], 0
-    where none does, and `unstable` (steps,) the number of negative eigenvalues of K. `points` are limits, branchings and flutter
-    points in their order. `errors` are changes by a higher degree of the strips, of `limits`, `branchings`, `flutter`, and of the
-    positions at `end`, if reached. `branches` are paths that leave its branchings, on request.
+    `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `q`
+    (steps, n) are coordinates, `multipliers` (steps, r) those of constraints. `growth` (steps,) is the largest growth rate of a
+    small motion [1/s], 0 if stable, and `unstable` (steps,) the number of negative eigenvalues of K. `points` are limit points,
+    branchings and flutter points in their order. `errors` are changes by a higher degree of the strips, of `limits`,
+    `branchings`, `flutter`, and of the positions at the `end`. `branches` leave the branchings, if requested.
     """
 
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
@@ -251,7 +251,7 @@ class Path(Route):
 
     @property
     def stable(self) -> Array:
-        """Stability of each equilibrium: no small motion grows, shape (steps,)."""
+        """True for each stable equilibrium, shape (steps,)."""
         return self.growth == 0.0
 
     def point(self, link: str, point: str) -> Array:

@@ -15,23 +15,23 @@ from ..geometry import Array
 from .problem import Problem, Rest, StaticsError
 
 SHORTEST = 1e-7
-"""Arc below which continuation is given up."""
+"""Arc length below which continuation ends."""
 NEAR = 1e-9
-"""Arc, in the metric of the path, that counts as zero."""
+"""Arc length, in the metric of the path, that counts as zero."""
 BEND = 0.15
-"""Angle by which the path should turn in a step [rad]; it sets the length of the next one."""
+"""Angle between the tangents of successive steps [rad] for which the length of the next step is chosen."""
 CORNER = 0.5
-"""Largest turn of the coordinates in a step [rad]; a step that turns more has jumped to a crossing path."""
+"""Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 ASIDE = 1e-2
 """Half width, over the step, of the stencil for a crossing."""
 ALIKE = 1e-3
-"""Largest difference, over the spacing of the stencil, of roots by 4 and by 6 points; above it `root` is used."""
+"""Largest difference of the roots by 4 and by 6 points, over the spacing of the stencil; above it `root` is used."""
 SAME = 1e-2
-"""Largest distance of an equilibrium on the path from the curve of a step, over the step."""
+"""Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 CLOUD = 3
 """Number of known equilibria through which a step is interpolated."""
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs that are tried ahead for a contact that opens or closes, and lengths of the first step behind it."""
+"""Arc lengths at which a contact that opens or closes is looked for, and lengths of the first step behind it."""
 HALVINGS = 30
 """Number of halvings that locate this contact: a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
@@ -47,7 +47,7 @@ class Step(NamedTuple):
 
 
 class Arc:
-    """Metric of a path, its planes and directions."""
+    """Metric, planes and directions of a path."""
 
     def __init__(self, problem: Problem, begun: float, to: float) -> None:
         self.problem, self.span = problem, to - begun
@@ -76,7 +76,7 @@ class Arc:
         begin = Rest(begun[:n], begun[n:-1], float(begun[-1]))
         new = problem.newton(begin, (normal, value, abs(self.span)), near=guess is None, origin=rest)
         way, apart = step * direction, problem.vector(new) - moved
-        for part in (slice(None), slice(n)):  # coordinates alone, too: a large load would hide their change
+        for part in (slice(None), slice(n)):  # also coordinates alone, as a large load would hide their change
             expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
             if off > 0.5 * expected + NEAR:
                 raise StaticsError("too far from where the path was expected")
@@ -124,7 +124,7 @@ class Arc:
         return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
-        """Check that an equilibrium lies on the curve of a step, ahead of its start, not only near it."""
+        """Return True if an equilibrium lies on the curve of a step, after its start."""
         arc, near = self.reach(step, rest), SAME * step.arc
         return near < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < near
 
@@ -140,7 +140,7 @@ class Arc:
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *near]) / step.arc, values)(arc / step.arc))
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Find the root of a function of the equilibria of a step by Brent's method; None where it has one sign."""
+        """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign."""
         seen: dict[float, Rest] = {}
         value: dict[float, float] = {}
 
@@ -157,7 +157,7 @@ class Arc:
             if found not in seen:
                 at(found)
             return seen[found]  # a function may jump there
-        except StaticsError:  # where it has been sought so far, a straight line between the nearest on both sides
+        except StaticsError:  # interpolate linearly between the nearest known equilibria on both sides
             sides = [[arc for arc in seen if value[arc] * value[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
             if not all(sides):
                 return None
@@ -168,9 +168,9 @@ class Arc:
             return Rest(between[:n], between[n:-1], float(between[-1]))
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Find the root of a function that is zero where paths cross, by polynomials, as Newton's matrix is singular there.
+        """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there.
 
-        They interpolate equilibria on both sides of a rough root. Where two of them disagree, `root` is used instead.
+        Polynomials of two degrees interpolate equilibria on both sides of a rough root; if their roots differ, `root` is used.
         """
         if function(step.rest) * function(step.new) > 0.0:
             return None
@@ -188,7 +188,7 @@ class Arc:
         return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
 
     def _rough(self, step: Step, function: Callable[[Rest], float], near: float) -> float:
-        """Find a root to within `near`; where Newton's method fails, as at the crossing itself, evaluate next to it."""
+        """Find a root to within `near`; if Newton's method fails, as at the crossing itself, evaluate next to it."""
 
         def value(arc: float) -> float:
             """Evaluate the function at an arc, or next to it."""
@@ -202,7 +202,7 @@ class Arc:
         return float(brentq(value, 0.0, step.arc, xtol=near))
 
     def reaches_over(self, step: Step, after: Array) -> bool:
-        """Check whether a step turns so much that it may have jumped to another path, and can be shorter."""
+        """Return True if the tangent turns so much in a step that it may be on another path, and the step can be shorter."""
         n = len(step.rest.q)
         one, other = (np.sqrt(self.metric[:n]) * way[:n] for way in (step.direction, after))
         moves = float(np.linalg.norm(other))
@@ -220,6 +220,6 @@ def next_arc(arc: float, turned: float, longest: float) -> float:
 
 
 def _root_of(x: Array, y: list[float]) -> float:
-    """Return the real root of least size of the polynomial through points."""
+    """Return the real root of least magnitude of the polynomial through points."""
     roots = Polynomial.fit(x, y, len(x) - 1).roots()
     return float(min(roots[np.abs(roots.imag) < 1e-9].real, key=abs, default=np.inf))

@@ -1,7 +1,7 @@
 """Critical points in a step along a path: limit points, branchings, simple or multiple, and onsets of flutter.
 
-K alone decides where a path turns or branches: there an eigenvalue of K z = mu M z passes zero. A flutter begins where two of
-them meet, or, with damping, where a complex exponent s passes the imaginary axis.
+At limit points and branchings an eigenvalue of K z = mu M z passes zero. Flutter begins where two eigenvalues meet, or, with
+damping, where a complex exponent s passes the imaginary axis.
 """
 
 from __future__ import annotations
@@ -21,15 +21,16 @@ from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum
 
 FEW = 1
-"""Number of eigenvalues above zero computed of a large tangent: the next ones to pass zero."""
+"""Number of eigenvalues above zero computed for a large tangent: the next ones to pass zero."""
 HALF = 0.5
-"""Largest share of its way to zero that an eigenvalue goes in a piece: a parabola that dips below zero in one goes 3/4 before."""
+"""Largest relative decrease of an eigenvalue in a piece. Before a parabola dips below zero it decreases by 3/4 in a piece."""
 NEAREST = 1.6e-3
-"""Arc down to which pieces are halved for it."""
+"""Arc length at which the halving of pieces ends."""
 SAME = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 UNSURE = (1e-3, 1.0)
-"""Shares of rounding above which growth counts where a flutter begins: near it two values meet, and growth goes as a root."""
+"""Growth rates, over their rounding error, from which an oscillation counts as growing: where flutter begins, two values meet and
+the rate is as a square root."""
 
 
 class TangentState(NamedTuple):
@@ -40,7 +41,7 @@ class TangentState(NamedTuple):
 
     @property
     def growth(self) -> float:
-        """Largest rate of growth [1/s]."""
+        """Largest growth rate [1/s]."""
         return float(self.whole.growth.max(initial=0.0))
 
     @property
@@ -49,13 +50,13 @@ class TangentState(NamedTuple):
         return int(((self.squares.growth > 0.0) & (self.squares.values.imag == 0.0)).sum())
 
     def count_flutters(self, sure: float = 1.0) -> int:
-        """Count oscillations that grow, faster than this share of rounding."""
+        """Count oscillations whose growth rate is above a share of its rounding error."""
         values, rounding = self.whole.values, self.whole.rounding
         return int(((values.real > sure * rounding) & (np.abs(values.imag) > rounding)).sum())
 
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
-    """Compute the stability of an equilibrium, of many unknowns with `count` eigenvalues above zero."""
+    """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero."""
     problem.set(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
     plain = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
@@ -65,9 +66,9 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
 
 @dataclass(frozen=True)
 class Critical:
-    """Critical point of a path: a 'limit', 'branching' or 'flutter', at which `multiple` eigenvalues pass zero.
+    """Critical point of a path, a 'limit', 'branching' or 'flutter', at which `multiple` eigenvalues pass zero.
 
-    Shapes (n, multiple) are the critical eigenvectors of a limit or a branching; `rounding` is the error of its parameter.
+    `shapes` (n, multiple) are the critical eigenvectors of a limit or a branching; `rounding` is the error of the parameter.
     """
 
     kind: str
@@ -110,9 +111,9 @@ Piece = tuple[Step, TangentState, TangentState, Array]
 def _pieces(
     arc: Arc, step: Step, before: TangentState, after: TangentState, turned: Array, last: tuple[Step, TangentState] | None
 ) -> Iterator[Piece]:  # fmt: skip
-    """Halve a step until no eigenvalue goes more than `HALF` of its way to zero: in a longer one two passages may cancel.
+    """Halve a step until no eigenvalue decreases by more than `MOST_DECREASE`, so that none passes zero twice in a piece.
 
-    Nor may it go so far at its rate in the piece before.
+    The decrease extrapolated from the piece before is limited likewise.
     """
     mu, later = _pairs(arc.problem, step, before, after)[:2]
     shares = (mu - later) / np.where(mu, mu, np.inf)
@@ -137,9 +138,9 @@ def _pieces(
 
 
 class Pairs(NamedTuple):
-    """Eigenvalues at both ends of a step: real parts of mu = -s^2 [1/s^2], nan within rounding of zero; negative or not; shapes.
+    """Eigenvalues at both ends of a step, real parts of mu = -s^2 [1/s^2], nan if zero to rounding; True if the sign changes.
 
-    The shapes, (n, pairs), are means of both ends' times the mass matrix, each of modal mass 1.
+    The `shapes`, (n, pairs), are means of both ends times the mass matrix, each of modal mass 1.
     """
 
     before: Array
@@ -149,7 +150,7 @@ class Pairs(NamedTuple):
 
 
 def _pairs(problem: Problem, step: Step, before: TangentState, after: TangentState) -> Pairs:
-    """Pair eigenvalues at the ends of a step by their shapes; in their order two would swap where they cross."""
+    """Pair eigenvalues at the ends of a step by their shapes, as their order changes where two cross."""
     ends = []
     for rest, state in ((step.rest, before), (step.new, after)):
         found = state.squares
@@ -165,7 +166,7 @@ def _pairs(problem: Problem, step: Step, before: TangentState, after: TangentSta
 
 
 def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -> list[Critical]:
-    """Find where eigenvalues, with these shapes, pass zero and the parameter does not turn back."""
+    """Find the branchings at which eigenvalues with these shapes pass zero, except at limit points."""
     rests = []
     for each in crossing:
 
@@ -179,7 +180,7 @@ def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -
         rest = arc.crossing(step, passing)
         rests += [rest] if rest is not None else []
     at = [arc.reach(step, rest) for rest in rests]
-    for limit in limits:  # the eigenvalue that passes zero at the limit is no branching
+    for limit in limits:  # there the eigenvalue belongs to the limit point
         there = arc.reach(step, limit.rest)
         if at:
             k = int(np.argmin(np.abs(np.array(at) - there)))
@@ -196,11 +197,11 @@ def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -
 
 
 def _flutters(arc: Arc, step: Step, before: TangentState, after: TangentState) -> list[Critical]:
-    """Find where oscillations begin or cease to grow: where their number changes, by bisection, within rounding if it can be."""
+    """Find where oscillations begin or cease to grow, by the change of their number, first below the rounding error."""
     for sure in UNSURE:
 
         def keeps(rest: Rest, sure: float = sure) -> float:
-            """Return 1 while as many oscillations grow as at the start of the step, else -1."""
+            """Return 1 while the number of growing oscillations is that at the start of the step, else -1."""
             return 1.0 if state_at(arc.problem, rest).count_flutters(sure) == before.count_flutters(sure) else -1.0
 
         if (rest := arc.root(step, keeps)) is not None:

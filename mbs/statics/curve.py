@@ -1,7 +1,7 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
-Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`. Roots along
-the arc are found where its eigenvalues pass 1 or -1.
+The unknowns are a state x and the parameter p, with P(x, p) = x for the map P of a period. The monodromy matrix dP/dx is that of
+`shooting`. Critical points are roots along the arc at which its eigenvalues pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, o
 from .varied import Paced
 
 SHORTEST = 1e-5
-"""Arc below which continuation is given up."""
+"""Arc length below which continuation ends."""
 SMALL = 1e-3
 """Least size of a motion in the metric, in units of coordinates."""
 LEAP = 0.5
 """Largest change of a multiplier in a step over its distance from 1; a longer step may miss a narrow resonance."""
 NARROW = 1e-3
-"""Arc, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
+"""Arc length, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
 SPENT = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
 
 
 class Orbit(NamedTuple):
-    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], tangent in units, (2 n + 1,), and size."""
+    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], scaled tangent, (2 n + 1,), and size."""
 
     found: Found
     parameter: float
@@ -70,7 +70,7 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, to a last value; the degree of strips is `fixed` or raised for errors."""
+    """Periodic motions over the parameter of a problem, up to `to`; the degree of strips is `fixed` or increased for errors."""
 
     shooting: Shooting
     problem: Problem
@@ -89,7 +89,7 @@ class ResponseCurve:
             self.shooting.period = 1.0 / parameter
 
     def _spread(self, basis: Array) -> Array:
-        """Return the matrix from free coordinates, their rates and the parameter to all of these in units, (2 n + 1, 2 f + 1)."""
+        """Return the matrix from free coordinates, rates and the parameter to all scaled ones, (2 n + 1, 2 f + 1)."""
         part = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(part, part, 1.0))
 
@@ -113,7 +113,7 @@ class ResponseCurve:
         return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, way, size)
 
     def onto(self, orbit: Orbit, arc: float) -> Orbit:
-        """Find the motion at an arc along the direction of another one, on the plane across it, by Broyden's method."""
+        """Find the motion on the plane at an arc length along the tangent of another one, by Broyden's method."""
         self.at(orbit.parameter)
         shooting, basis, ahead = self.shooting, orbit.basis, orbit.way @ self._spread(orbit.basis)
         state = shooting.displace(orbit.found.state, basis, arc * ahead[:-1])
@@ -213,12 +213,12 @@ class ResponseCurve:
         return found
 
     def turns(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the directions of two motions [rad], whose parameter counts by the size of the last."""
+        """Compute the angle between the tangents at two motions [rad], the parameter weighted by the size of the second."""
         one, other = (np.append(each.way[:-1], new.size * each.way[-1]) for each in (orbit, new))
         return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
 
     def leaps(self, orbit: Orbit, new: Orbit) -> bool:
-        """Check whether a multiplier changed so much that a resonance may have been missed."""
+        """Return True if a multiplier changed so much that a resonance may have been missed."""
         far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
         return far and bool((off_from(new.values, orbit.values) > LEAP * np.abs(new.values - 1.0)).any())
 
@@ -247,7 +247,7 @@ class ResponseCurve:
                 ended, end = ("reached", self.to) if way >= 1.0 else ("back", self.begun)
                 found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / self.span < 1.0]
                 self.at(end)
-                with suppress(StaticsError):  # else the curve ends beside it, with the motion found last
+                with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
             arc = next_arc(arc, turned, longest)

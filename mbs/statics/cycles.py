@@ -19,7 +19,7 @@ from .problem import ENDS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, off_from, values_of
 
 PARTS = 4
-"""Number of output points a step."""
+"""Number of output points in a step."""
 APART = 1e-9
 """Least distance of two rows of a motion, over the period."""
 ROUNDS = 4
@@ -28,13 +28,13 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class Periodic(Answer):
-    """Periodic motion of the `period` [s], a result where nothing depends on time.
+    """Periodic motion of the `period` [s], which is a result if nothing depends on time.
 
-    At times from 0 to the period [s] are coordinates and rates `q`, `v` (times, n). `multipliers` (m,) are Floquet's, the largest
-    first. Their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. It is `stable`
-    if none but the trivial multiplier exceeds 1 by more than its error. `trivial` is the index of that of a shift in time, None
-    where something depends on time. `error` is that of positions over the longest link, and of angles [rad], at the start; it
-    includes the residual of the period.
+    `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
+    first. Their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `stable` is
+    True if no multiplier but the trivial one exceeds 1 by more than its error. `trivial` is the index of the multiplier of a
+    shift in time, None if something depends on time. `error` is that of positions over the longest link, and of angles [rad],
+    at the start, with the residual of the period.
     """
 
     scene: CompiledScene
@@ -80,20 +80,20 @@ def periodic(
     ----------
     mechanism : Mechanism
     period : float
-        s, positive: of what drives it, or a multiple. Where nothing depends on time it is where the search begins.
+        Period of the drive or load, or a multiple, s, positive; the start of the search if nothing depends on time.
     settle : int
         Number of periods integrated before the search begins.
     start : Periodic, optional
-        Motion near the one sought; by default the start of the mechanism.
+        Motion near the one to find; by default the start of the mechanism.
     degree : int, optional
-        Degree of the strips; by default it is raised until the error is below 1e-6.
+        Degree of the strips; by default it is increased until the error is below 1e-6.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
     Periodic
-        Its status tells whether one was found.
+        The status is NOT_REACHED or TOO_MANY_STEPS if none was found.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def failure_of(error: BaseException) -> tuple[Ending, str]:
 def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
 ) -> tuple[Shooting, RunState]:  # fmt: skip
-    """Check the input, and make the map of a period and the state where a search begins."""
+    """Check the input; return the map of a period and the state at the start of the search."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
     whole("settle", settle, 0, 1_000_000)
@@ -145,11 +145,11 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
         )
         try:
             new = finer.search(start, found.matrix)
-        except ENDS:  # the one before stands, with the error that was known of it
+        except ENDS:  # keep the motion before, with its error
             break
         sharper, changes, change = compare_multipliers(finer, start, new, values)
         large = changes[np.abs(sharper) > 0.1].max(initial=0.0)
-        if large > before:  # by rounding: the one before stands
+        if large > before:  # by rounding: keep the motion before
             break
         error, errors, before = change, changes, large
         shooting, found, values = finer, new, sharper
@@ -162,7 +162,7 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
     """Return multipliers of a refined motion, their changes as errors, and the error of positions."""
     sharper = values_of(new.matrix)
     errors = off_from(sharper, values)
-    if finer.free:  # one multiplier is 1: those near it may err by as much as they are from it
+    if finer.free:  # one multiplier is exactly 1: the error of those near it is at least the distance from 1
         off = np.abs(sharper - 1.0)
         errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off), errors)
     return sharper, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
@@ -183,7 +183,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     if 1e-4 <= error < np.inf:
         said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
-    kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # after an event is a row of the moment after it
+    kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # without the second row of an event
     rows = out.time[kept]
     motion = CubicHermiteSpline(rows, out.q[kept], out.v[kept])
     time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)

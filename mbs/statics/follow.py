@@ -1,4 +1,4 @@
-"""Paths of equilibria as a load grows, a drive moves or any number changes: limits, branchings, flutter, each with its error."""
+"""Paths of equilibria as a load, a drive or any number changes, with limit points, branchings, flutter, and their errors."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def path(
     longest: float = LONGEST, branch: Branch | None = None, branches: bool = False,
     degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip
-    """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
+    """Follow the equilibria of a mechanism as loads grow, a drive moves or any number changes.
 
-    Loads and drives start at 0, from the stress-free pose, or, if it is free there, where it rests under a first part of the
-    load; a number starts at its value. Loads that stay grow first.
+    Loads and drives start at 0, from the stress-free pose; a mechanism that can move freely there starts at the equilibrium under
+    the first step of the load. A number starts at its value. Constant loads are applied before.
 
     Parameters
     ----------
@@ -51,22 +51,22 @@ def path(
     to : float
         Parameter at which the path ends: factor of the load, travel of the drive, rad or m, or value of the number.
     load : str or list of str, optional
-        Names of the loads that grow ('gravity', 'force.A', ...), by default all. Others stay at 1.
+        Names of the loads that grow ('gravity', 'force.A', ...), by default all. Others are constant.
     drive : str, optional
         Name of the drive that moves ('drive').
     parameter : str, optional
         Path of any number, as in files: 'links.strip.body.section.thickness'.
     steps : int
-        Most steps; a path that has not reached `to` by then ends where it is, with status TOO_MANY_STEPS.
+        Most steps; a path that does not reach `to` has the status TOO_MANY_STEPS.
     step, longest : float
-        First and longest arc: root mean square of changes, in units of the longest link, rad and the range of the parameter.
-        Between steps the curvature of the path decides.
+        First and longest arc length: root mean square of changes, in units of the longest link, rad and the range of the
+        parameter. Other steps follow from the curvature of the path.
     branch : (link, point, (x, y)), optional
         Leave the path at the first branching whose shape moves this point, to the side on which it moves in this direction.
     branches : bool
-        Also follow all paths that leave its branchings, to both sides.
+        Also follow all paths that leave the branchings, to both sides.
     degree : int, optional
-        Degree of the strips; by default it is raised until critical points change by less than 1e-6. A body's `elements`
+        Degree of the strips; by default it is increased until critical points change by less than 1e-6. A body's `elements`
         apply to the engine only.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
@@ -111,7 +111,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 
 
 def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
-    """Refine the degree until critical points and the end do not change."""
+    """Increase the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
     while has_strips(found.scene) and not watching.get().ended:
         finer = run(found.scene.degree + RISE)
@@ -130,7 +130,7 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(one: Path, other: Path) -> dict[str, Array]:
-    """Return differences of the critical points of two degrees; infinite where one lacks them."""
+    """Return differences of the critical points of two degrees; infinite for points of one path only."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         a, b = np.array(getattr(one, name)), np.array(getattr(other, name))
@@ -226,7 +226,7 @@ class _Follower:
         return "steps"
 
     def _offset_load(self, point: Critical) -> Rest:
-        """Return the state of a branching at a slightly higher load, where the other shapes are no longer free."""
+        """Return the state of a branching at a slightly higher load, at which the tangent is no longer singular."""
         return point.rest._replace(parameter=point.rest.parameter + BESIDE * (self.to - self.begun))
 
     def _over(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
@@ -243,7 +243,7 @@ class _Follower:
         if not self.arc.passes(last, rests[0]):
             return ""
         home = self.arc.reach(last, rests[0]) - SAME * last.arc
-        while new and self.arc.reach(last, points[-1].rest) > home:  # its start is critical itself where it is a branching
+        while new and self.arc.reach(last, points[-1].rest) > home:  # the start may be a branching itself
             points.pop()
             new -= 1
         rests[-1] = rests[0]
@@ -271,7 +271,7 @@ class _Follower:
         return None
 
     def _towards(self, point: Critical, link: str, name: str, along: Array) -> Array | None:
-        """Return the critical shape that moves a point of a link most in a direction; None where none moves it."""
+        """Return the critical shape that moves a point of a link most in a direction; None if none moves it."""
         self.problem.set(point.rest.parameter)
         scene = self.problem.scene
         shapes = point.shapes / np.abs(point.shapes / self.problem.units[:, None]).max(axis=0)
@@ -279,7 +279,7 @@ class _Follower:
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
     def _ways(self, point: Critical) -> Iterator[Array]:
-        """Yield directions in which paths leave a branching; of several shapes those that move one point most."""
+        """Yield the directions in which paths leave a branching; for a multiple one those that move a point most."""
         ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
         for link in self.problem.scene.mechanism.links if not ways else ():
             for name in () if link.body.massless else link.points:

@@ -27,7 +27,7 @@ LONGEST_STEP = 0.3
 CLOSE = 1e-10
 """Newton step, in units of the coordinates, that ends the iteration."""
 NOISE = 1e-8
-"""Newton step, in these units, that counts as rounding where it does not shrink: beside a critical point it is amplified."""
+"""Newton step, in these units, below which it may stop shrinking: near a critical point rounding is amplified."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 
@@ -50,9 +50,9 @@ class Rest(NamedTuple):
 
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter, which is `drawn` where the scene is as the mechanism says.
+    """Equations of equilibrium of a scene over a parameter, whose value is `drawn` in the given mechanism.
 
-    It is the factor of `loads`, of which the last is gravity's, and is added to the value of the constraint `row`, -1 for none.
+    The parameter is the factor of `loads`, given by indices, and is added to the value of the constraint `row`, -1 for none.
     `shift` is that of the last spectrum along a path [1/s^2].
     """
 
@@ -68,7 +68,7 @@ class Problem:
 
     @property
     def extents(self) -> Array:
-        """Units of the coordinates by the extent of the whole mechanism, as its longest link may be short, (n,)."""
+        """Units of the coordinates from the extent of the whole mechanism, as its longest link may be short, (n,)."""
         drawn = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
@@ -84,11 +84,11 @@ class Problem:
         return finer, guess._replace(multipliers=finer.balancing(guess))
 
     def start(self, parameter: float) -> Rest:
-        """Return the drawn pose."""
+        """Return the drawn pose, without multipliers."""
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
     def set(self, parameter: float) -> None:
-        """Set loads or the drive."""
+        """Set the parameter in the scene."""
         if self.row >= 0:
             self.scene.tables.values[self.row] = self.value + parameter
         self.scene.tables.factors[list(self.loads)] = parameter
@@ -106,7 +106,7 @@ class Problem:
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of (f - G^T lambda, g) by the parameter, in which both are linear; `here` are their values."""
+        """Compute the derivative of (f - G^T lambda, g) by the parameter, which is linear; `here` are the values at the state."""
         force, gap = here or self.residual(rest, False)[:2]
         after, moved, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([after - force, moved - gap])
@@ -124,10 +124,10 @@ class Problem:
     def newton(
         self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None
     ) -> Rest:
-        """Solve by Newton's method at the parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
+        """Solve by Newton's method at a fixed parameter, or on a plane (normal (n + r + 1,), value, unit of the parameter).
 
-        Where the guess is `near`, steps must decrease from the first on. Stresses of strips are separate unknowns (`strips`).
-        They start from an equilibrium, the `origin`, as the strains of a guess stretch strips too much.
+        With `near`, steps must decrease from the first on. Stresses of strips are separate unknowns (`strips`), which start from
+        an equilibrium, the `origin`, as a guess stretches strips too much.
         """
         before, found = np.inf, None
         with self._stresses(origin or rest, rest.q):
@@ -180,7 +180,7 @@ class Problem:
         return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
 
     def is_balanced(self, rest: Rest) -> bool:
-        """Check the residuals, in units of the coordinates, against the largest force and rounding."""
+        """Return True if residuals, in units of the coordinates, are small against the largest force or rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
         pushes = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
@@ -194,7 +194,7 @@ class Problem:
         )
 
     def balancing(self, rest: Rest) -> Array:
-        """Compute multipliers by least squares, of least size where rows are redundant, shape (r,)."""
+        """Compute multipliers by least squares, those of least norm if rows are redundant, shape (r,)."""
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
@@ -213,7 +213,7 @@ class Problem:
         return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
     def _border_matrix(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
-        """Make the bordered matrix, with a column of the parameter and the normal of a plane as last row; residuals."""
+        """Bordered matrix, with the parameter's column and the plane's normal as last row, the unit of force and residuals."""
         n = self.scene.size
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
@@ -225,14 +225,14 @@ class Problem:
         return whole, scale, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: that of the axial forces of strips over the force it moves."""
+        """Estimate the rounding error of the parameter: that of axial forces of strips over the force per parameter."""
         stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         moved = float(slope[:n][self.units != 1.0].max(initial=0.0))
         return ROUNDING * stiffest / moved if moved else 0.0
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
-        """Compute the eigenvalues of small motions about a state; of many the lowest, and all that grow."""
+        """Compute the eigenvalues of small motions about a state: all, or for many coordinates the lowest and those that grow."""
         watching.get().check()
         return spectrum(self.about(rest), count=count)
 
@@ -272,7 +272,7 @@ def _strips(scene: CompiledScene) -> list[StripBody]:
 
 
 def has_strips(scene: CompiledScene) -> bool:
-    """Check for strips: without them nothing depends on the degree."""
+    """Return True if there are strips, so that results depend on the degree."""
     return bool(_strips(scene))
 
 

@@ -23,10 +23,10 @@ STEPS = 400
 
 @dataclass(frozen=True)
 class Response(Route):
-    """Periodic motions along a curve; most attributes are those of a `Path`, with `q` at the start of a period.
+    """Periodic motions along a curve; attributes are those of a `Path`, with `q` at the start of a period.
 
-    The `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number. `points` are folds,
-    branchings and doublings in their order. `errors` are their changes by finer steps and a higher degree.
+    `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
+    folds, branchings and doublings in their order. `errors` are their changes by finer steps and a higher degree.
     """
 
     motions: list[Periodic] = field(default_factory=list)
@@ -37,7 +37,7 @@ class Response(Route):
 
     @property
     def stable(self) -> Array:
-        """Stability of each motion, shape (steps,)."""
+        """True for each stable motion, shape (steps,)."""
         return np.array([each.stable for each in self.motions])
 
     def amplitude(self, link: str, point: str) -> Array:
@@ -60,34 +60,34 @@ def response(
     Parameters
     ----------
     mechanism : Mechanism
-        Something of it depends on time.
+        Mechanism with a drive, load or motion that depends on time.
     period : float
-        s, of what drives it as it is drawn, or a multiple.
+        Period of the drive or load as given, or a multiple, s.
     to : float
-        Where the curve ends: the motion's frequency, Hz, which begins at 1/period and at which all functions of time and drives
-        then go; or factor of the load, which begins at 1; or value of the number.
+        Parameter at which the curve ends. It is the frequency, Hz, which begins at 1/period and scales all functions of time and
+        drives; or the factor of the load, which begins at 1; or the value of the number.
     load : str or list of str, optional
         Names of the loads ('force.A', 'gravity') that grow, instead of the frequency.
     parameter : str, optional
-        Place of a number, as in files, that changes instead.
+        Path of a number, as in files, that changes instead.
     settle, start, degree
-        As in `periodic`, at the start; the degree is 8 by default, and raised for critical points.
+        As in `periodic`, for the first motion; the degree is 8 by default, and increased for critical points.
     steps : int
         Most steps.
     step, longest : float
-        First and longest arc, of the parameter's way and of the motion's own size.
+        First and longest arc length, over the range of the parameter and the size of the motion.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
     Response
-        Its status tells whether the end was reached.
+        The status is OK if the end was reached.
 
     Raises
     ------
     ValueError
-        If what is asked for makes no sense.
+        If an argument is invalid.
     """
     check_way(to, steps, step, longest, load=load, parameter=parameter)
     shooting, state = prepare(mechanism, period, start, degree, settle)

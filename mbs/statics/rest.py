@@ -1,7 +1,10 @@
-"""Equilibrium of a mechanism under its loads, with stability and error; far from the drawn pose by pseudo-transient continuation.
+"""Equilibrium of a mechanism under its loads, with stability and error, by load steps or pseudo-transient continuation.
 
-Implicit Euler steps on M q' = f - G^T lambda grow: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. For large dt they are Newton's
-(Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
+The latter takes implicit Euler steps of growing length on M q' = f - G^T lambda:
+
+    [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g].
+
+For large dt they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
 """
 
 from __future__ import annotations
@@ -20,24 +23,24 @@ from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omis
 from .problem import BALANCED, ENDS, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
 
 MOVE = 0.1
-"""Intended change in a step far from rest [lengths or rad]."""
+"""Change per step for which the length of the next one is chosen [lengths or rad]."""
 AWAY = 60.0
-"""Distance, over the size of the mechanism, after which a motion counts as endless."""
+"""Length of the path, over the size of the mechanism, after which a motion counts as endless."""
 SHORTEST = 1e-4
 """Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
-"""Largest change in a load increment [lengths or rad]: from farther Newton's method may reach another branch."""
+"""Largest change in a load increment [lengths or rad]: after a larger one Newton's method may reach another branch."""
 CORRECTIONS = 4
-"""Iterations of an implicit step: the first one stretches a strip that turns."""
+"""Most iterations of an implicit step: the first one stretches a strip that rotates."""
 CHANGE = 0.2
-"""Largest last iteration of an implicit step, over the step."""
+"""Largest iterate of an implicit step, over the step, with which it is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 FRICTION = "friction may hold it elsewhere"
 
 
 class RunsAwayError(StaticsError):
-    """Error of a motion that nothing stops."""
+    """Error of a motion without an equilibrium."""
 
 
 class SlackError(StaticsError):
@@ -50,25 +53,25 @@ def equilibrium(
     mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None,
     timeout: float | None = None, progress: bool | None = None,
 ) -> Equilibrium:  # fmt: skip
-    """Find the equilibrium of a mechanism with its drives held at t = 0 and its loads multiplied by `load`.
+    """Find the equilibrium of a mechanism with its drives fixed at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero, from the stress-free start. Where the mechanism is free, or that branch ends, pseudo-transient
-    continuation leads to a stable equilibrium.
+    Loads grow from zero, from the stress-free start. If the mechanism is movable, or the path ends, pseudo-transient continuation
+    leads to a stable equilibrium.
 
     Parameters
     ----------
     mechanism : Mechanism
     load : float
-        Factor of all forces, torques and gravity; springs, contacts and strips keep theirs.
+        Factor of all forces, torques and gravity, not of springs, contacts and strips.
     degree : int, optional
-        Degree of the strips; by default it is raised until the error is below 1e-8 of the longest link.
+        Degree of the strips; by default it is increased until the error is below 1e-8 of the longest link.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
     Equilibrium
-        Its status tells whether forces balance, and whether the state is stable.
+        The status is OK for a stable equilibrium, UNSTABLE for an unstable one.
 
     Raises
     ------
@@ -91,7 +94,10 @@ def equilibrium(
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
-    """Find a stable equilibrium by pseudo-transient continuation; raise a RunsAwayError of a motion farther than `AWAY`."""
+    """Find a stable equilibrium by pseudo-transient continuation; raise a RunsAwayError for a motion beyond `ENDLESS`.
+
+    An unstable equilibrium is left along its fastest growing shape.
+    """
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     begun, kicks, way, watching.get().most = rest, 0, 0.0, STEPS
     away = AWAY * float((problem.extents / problem.units).max(initial=1.0))
@@ -148,7 +154,7 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
 
 
 def find(problem: Problem, load: float) -> tuple[Rest, str]:
-    """Find the equilibrium under a factor of the loads, and a note on the method if not the default."""
+    """Find the equilibrium under a factor of the loads; return also a note on the method, '' for load steps."""
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
@@ -168,7 +174,7 @@ def find(problem: Problem, load: float) -> tuple[Rest, str]:
 
 
 def check_ropes(problem: Problem, rest: Rest) -> None:
-    """Raise an error if a rope would have to push, or one of its ends lies in a pulley."""
+    """Raise an error if a rope would have to push, or one of its ends coincides with a pulley."""
     scene = problem.scene
     for name in (name for name, each in scene.source.elements.items() if isinstance(each, Rope)):
         row = scene.row_names.index(name)
@@ -183,7 +189,7 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
     """Increase the load from zero to its value; return the equilibrium and the share that was reached.
 
-    An increment is halved where it moves the mechanism far or loses stability: Newton's method may have left the path.
+    An increment that moves the mechanism far or loses stability is halved, as Newton's method may have left the path.
     """
     rest, done, part = problem.start(0.0), 0.0, 1.0
     stable = problem.spectrum(rest, 1).stable
@@ -207,7 +213,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
 
 
 def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, float]:
-    """Raise the degree, unless `fixed`, until the error is small."""
+    """Increase the degree, unless `fixed`, until the error is small."""
     error, before = 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, RISE)

@@ -1,9 +1,10 @@
 """Single shooting: periodic motions as fixed points of the map over a period, by Newton's method.
 
-A state x = (q, v) that the constraints allow returns after a period T: P(x) = x. The eigenvalues of the monodromy matrix dP/dx
-are the Floquet multipliers (Floquet 1883, doi 10.24033/asens.220; Seydel 2010, ch. 7, doi 10.1007/978-1-4419-1740-9). Its columns
-are central differences of runs on the same steps (Bock 1983, doi 10.1007/978-1-4684-7324-7_7), so that the map is smooth. Where
-contacts begin, at times that differ from run to run, each run adapts its steps with a tolerance a thousand times smaller.
+A state x = (q, v) on the constraints is mapped to that a period T later; a periodic motion has P(x) = x. The eigenvalues of the
+monodromy matrix dP/dx are the Floquet multipliers (Floquet 1883, doi 10.24033/asens.220; Seydel 2010, ch. 7,
+doi 10.1007/978-1-4419-1740-9). Its columns are central differences of runs on the same steps (Bock 1983,
+doi 10.1007/978-1-4684-7324-7_7), so that the map is smooth. With onsets of contacts, whose times differ from run to run, each run
+adapts its steps with a tolerance a thousand times smaller.
 """
 
 from __future__ import annotations
@@ -25,21 +26,21 @@ from .problem import LONGEST_STEP, StaticsError
 TOLERANCE = 1e-7
 """Tolerance of the run that chooses the steps."""
 COARSER = 1e4
-"""Factor from the tolerance to the relative one of depths of contacts."""
+"""Relative tolerance of depths of contacts over the tolerance."""
 FINE = 1e-10
 """Tolerance within which runs on given steps locate events."""
 STRUCK = 1e-3
-"""Factor of the tolerance where contacts begin: such runs share no steps, so that their errors differ."""
+"""Factor of the tolerance with onsets of contacts: such runs have different steps, so that their errors do not cancel."""
 LONGEST = 1 / 64
 """Longest step over the period."""
 OFFSET = 2e-5
 """Half width of the differences, in units of coordinates and rates."""
 LEAST = 1e-5
-"""Least half width: a hundredth of `FINE` over it is the error of a derivative."""
+"""Least half width of the differences, limited by the error `FINE` of events over it."""
 RETRIES = 20
-"""Most steps of a run for each given one."""
+"""Most steps of a run over the number of given ones."""
 CLOSED = 1e-7
-"""Largest residual of a periodic motion, in units of coordinates: the error of the steps where nothing is damped."""
+"""Largest residual of a periodic motion, in units of coordinates: the error of the steps without damping."""
 THERE = 1e-9
 """Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
@@ -57,11 +58,11 @@ FREE = 1e-6
 
 
 class SpentError(StaticsError):
-    """Error of a search whose budget of steps is used up."""
+    """Error of a search that needs too many steps."""
 
 
 class Found(NamedTuple):
-    """Periodic state, its period, residual, run over the period, and monodromy matrix."""
+    """Periodic state, its period, residual `open`, run over the period, and monodromy matrix."""
 
     state: RunState
     period: float
@@ -72,7 +73,7 @@ class Found(NamedTuple):
 
 @dataclass
 class Shooting:
-    """Map of a state to that a period [s] later, with `left` steps in the budget.
+    """Map of a state to that a period [s] later; `left` is the remaining number of steps.
 
     The run that chooses the steps has a tolerance, and a longest step over the period; `width` is half that of the differences.
     """
@@ -102,7 +103,7 @@ class Shooting:
         return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2))
 
     def _autonomous(self) -> bool:
-        """Check at three times, for a state near the start, that nothing depends on time."""
+        """Return True if nothing depends on time, tested at three times for a state near the start."""
         seen = []
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
         for share in (0.0, 0.217, 0.618):
@@ -111,7 +112,7 @@ class Shooting:
         return all(np.array_equal(seen[0], other) for other in seen[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
-        """Integrate a period on shared steps; or with adaptive ones, which are then shared unless a contact begins."""
+        """Integrate a period on stored steps; or with adaptive ones, which are then stored unless there is an onset."""
         alone = adaptive or self.struck
         tolerance = self.tolerance * (STRUCK if self.struck else 1.0) if alone else FINE
         most = max(1, self.left if alone else min(self.left, RETRIES * len(self.shares)))
@@ -152,7 +153,7 @@ class Shooting:
         return state._replace(q=q, v=v + scene.accelerate(q, still, a.speed - a.jacobian @ v)[0])
 
     def basis(self, state: RunState) -> Array:
-        """Return columns that span the free motions, (n, f), of length 1 in units."""
+        """Return a basis of the motions that the constraints allow, (n, f), orthonormal in units."""
         return null_space(self.scene.assemble(state.q, tangents=False).jacobian, self.units)
 
     def displace(self, state: RunState, basis: Array, change: Array) -> RunState:
@@ -161,7 +162,7 @@ class Shooting:
         return self.project(state._replace(q=state.q + basis @ change[:f], v=state.v + self.pace * (basis @ change[f:])))
 
     def change(self, state: RunState, basis: Array, out: Output) -> Array:
-        """Return the end of a run less a state, without whole turns, (2 f,)."""
+        """Return the end of a run less a state, without whole turns of angles, (2 f,)."""
         back = basis.T / self.units**2
         q = out.q[-1] - state.q
         q = q - np.where(self.units == 1.0, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
@@ -175,13 +176,13 @@ class Shooting:
         return out, np.array(columns).reshape(len(columns), len(columns)).T
 
     def _difference(self, state: RunState, basis: Array, unit: Array, here: Array, onsets: int) -> Array:
-        """Differentiate the map: centrally, or to the side on which as many contacts begin as in the motion.
+        """Differentiate the map: centrally, or on the side with the same number of onsets as in the motion.
 
-        The map has a kink where a contact is touched. Where contacts differ on both sides, the motion `grazes`.
+        The map has a kink where a contact is just touched. If the numbers differ on both sides, the motion `grazes`.
         """
 
         def at(steps: float) -> tuple[Array, bool]:
-            """Return the map a number of units away, and if as many contacts begin."""
+            """Return the map a number of units away; True if the number of onsets is the same."""
             found = self.change(state, basis, self.run(self.displace(state, basis, steps * unit)))
             return found, self.onsets == onsets
 
@@ -195,7 +196,7 @@ class Shooting:
         return side * ahead / self.width
 
     def search(self, state: RunState, matrix: Array | None = None) -> Found:
-        """Find a periodic motion by Newton's method, from later periods where it fails; `matrix` is that of a motion nearby."""
+        """Find a periodic motion by Newton's method, from later periods if it fails; `matrix` is that of a nearby motion."""
         left, period = np.inf, self.period
         for _ in range(SEARCHES):
             self.period = period
@@ -212,7 +213,7 @@ class Shooting:
         return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
 
     def newton(self, state: RunState, matrix: Array | None = None) -> Found:
-        """Iterate by modified Newton's method; compute the monodromy matrix again where convergence is slow."""
+        """Iterate by modified Newton's method; compute the monodromy matrix again if convergence is slow."""
         basis, made, before = self.basis(state), np.inf, np.inf
         if matrix is None or len(matrix) != 2 * basis.shape[1]:
             matrix = np.empty((0, 0))
@@ -223,7 +224,7 @@ class Shooting:
             left = float(np.abs(miss).max(initial=0.0))
             if left < best.open:
                 best = Found(state, self.period, left, out, matrix)
-            elif made <= CLOSED:  # what is left is the error of the steps
+            elif made <= CLOSED:  # the residual is the error of the steps
                 break
             if not matrix.size or left > 0.5 * before:
                 basis, made = self.basis(state), left
@@ -236,7 +237,7 @@ class Shooting:
         return best._replace(matrix=matrix)
 
     def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, miss: Array) -> RunState:
-        """Take a step of Newton's method; where nothing depends on time the period is unknown, and the step of least size."""
+        """Take a step of Newton's method; if nothing depends on time, the period is unknown, and the step has the least norm."""
         square = matrix - np.eye(len(matrix))
         if self.free:
             back = basis.T / self.units**2
@@ -251,7 +252,7 @@ class Shooting:
 
 
 def between(time: Array) -> Array:
-    """Return ends of steps between the rows of a run that wrote every second one, none at an event."""
+    """Return the ends of steps of a run that wrote every second one: a quarter and three quarters between rows, no events."""
     rows = time[np.append(np.diff(time) > 1e-9 * time[-1], True)]
     gaps = np.diff(rows)
     return np.append(np.sort(np.concatenate([rows[:-1] + 0.25 * gaps, rows[:-1] + 0.75 * gaps])), time[-1])

@@ -1,11 +1,12 @@
-"""Small motions about a state: eigenvalues of its whole tangent with their rounding errors.
+"""Small motions about a state: eigenvalues of the whole tangent with their rounding errors.
 
-Solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Neither K nor C need be symmetric: forces that follow the
-motion make K unsymmetric (Bolotin 1963, ch. 1). A state is unstable where an s has a positive real part.
+They are solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Follower forces make K unsymmetric (Bolotin 1963,
+ch. 1), and C need not be symmetric either. A state is unstable if an s has a positive real part.
 
-Eigenvalues are those of the inverse at a shift near the lowest ones, as rounding of the highest hides the lowest of a thin strip.
-One with vectors z, y has the condition number |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|.
-It is that of Tisseur and Meerbergen (2001, doi 10.1137/S0036144500381988). Values within rounding are reported as zero.
+Eigenvalues are computed from the inverse at a shift near the lowest ones, as the rounding error of the highest of a thin strip is
+larger than the lowest. An eigenvalue with vectors z, y has the condition number
+|y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Values below
+their rounding error count as zero.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.linalg import solve  # SciPy's triangular solves take twenty times as long where threads share a core
+from numpy.linalg import solve  # SciPy's triangular solves are twenty times slower if threads share a core
 from scipy.linalg import eig, eigh
 from scipy.sparse import csc_array, diags_array, issparse
 from scipy.sparse.linalg import splu
@@ -41,16 +42,16 @@ ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
 
 UNKNOWN = 1e-4
-"""Relative error of -s^2 beyond which it is computed from M and K."""
+"""Relative error of -s^2 by the inverse beyond which it is computed from M and K."""
 
 
 @dataclass(frozen=True)
 class Tangent:
-    """Equations of small motions on the free coordinates x, z = free x; sparse where there are many.
+    """Equations of small motions on the free coordinates x, z = free x; sparse for many coordinates.
 
-    `free` (n, f) spans the motions that the constraints allow, each coordinate in its unit; `test` those on which constraint
-    forces do no work, the same except for friction that follows them. `summands` (n, n) are the sizes of the summands of the
-    entries of K: across a strip large ones cancel.
+    `free` (n, f) spans the motions that the constraints allow, in units of the coordinates; `test` those on which constraint
+    forces do no work, which differ by friction that follows them. `summands` (n, n) are magnitudes of the summands of the entries
+    of K, of which large ones cancel across a strip.
     """
 
     mass: Any
@@ -83,14 +84,14 @@ class Tangent:
 
     @property
     def conservative(self) -> bool:
-        """True if K alone decides stability: it is symmetric, and rates enter by damping only."""
+        """True if K alone determines stability: it is symmetric, and rates enter by damping only."""
         k, c = self.reduce(self.stiffness), self.reduce(self.damping)
         both = is_symmetric(k) and is_symmetric(c)
         return both and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
 
     @property
     def definite(self) -> bool:
-        """True if energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); False of sparse matrices."""
+        """True if energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); always False for sparse matrices."""
         k = self.reduce(self.stiffness)
         if issparse(k) or not self.conservative:
             return False
@@ -109,8 +110,8 @@ class Tangent:
 class Spectrum:
     """Eigenvalues s (m,) of a tangent [1/s], lowest first, and shapes (n, m); those that decay without oscillation come last.
 
-    They are those of the upper half-plane; of s and -s, where nothing damps, the one that grows. `rounding` is their error [1/s],
-    `shift` the shift of -s^2 at which they were computed [1/s^2].
+    They are those of the upper half-plane; without damping, the growing one of s and -s. `rounding` is their error [1/s], `shift`
+    the shift of -s^2 with which they were computed [1/s^2].
     """
 
     values: Array
@@ -120,16 +121,16 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """Eigenvalues that are zero within rounding: rigid motions, and states at which stability is lost.
+        """True for eigenvalues that are zero to rounding: rigid motions, and states at which stability is lost.
 
-        A value above the shift is not zero, whatever its error.
+        A value above the shift is never zero.
         """
         size = np.abs(self.values)
         return (size <= self.rounding) & (size**2 <= self.shift)
 
     @property
     def growth(self) -> Array:
-        """Real parts, 1/s, zero where they are within rounding."""
+        """Real parts, 1/s, zero below the rounding error."""
         real = self.values.real
         return np.where(np.abs(real) > self.rounding, real, 0.0)
 
@@ -140,7 +141,7 @@ class Spectrum:
 
 
 def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectrum:
-    """Compute all eigenvalues of a tangent; `near` is the shift of a state nearby, if known.
+    """Compute all eigenvalues of a tangent; `near` is the shift of a nearby state, if known.
 
     Sparse matrices give at least the `count` lowest values of -s^2, and all below zero.
     """
@@ -151,13 +152,13 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
         _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, near, count)
     )
     rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
-    creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has no end of them near -1/(retardation time)
+    creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many of them near -1/(retardation time)
     order = np.lexsort((np.abs(values), creeps))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """Estimate the rounding error of each eigenvalue; its square root for a defective double one, as zero is."""
+    """Estimate the rounding error of each eigenvalue; by a square root for a defective double one, as zero is."""
     size = np.abs(values)
     total, lever = np.zeros(len(values)), np.zeros(len(values), complex)
     bend = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
@@ -196,7 +197,7 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: 
 
 
 def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
-    """Replace eigenvalues by Rayleigh quotients where the norm of the residual is a lower error: the high ones.
+    """Replace eigenvalues by Rayleigh quotients if the norm of their residual is a smaller error, as for high ones.
 
     Those far above the shift, which the inverse does not resolve, are computed from M and K.
     """
@@ -225,7 +226,7 @@ def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Arra
 
 
 def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
-    """Return the smallest |s^2| above rounding; the shift where there is none."""
+    """Return the smallest |s^2| above its rounding error; the shift if there is none."""
     weight = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
     moved, size = tangent.rounding(left, right), np.abs(squared)
     with np.errstate(all="ignore"):
@@ -253,6 +254,6 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
 
 
 def _shift(m: Matrix, k: Matrix) -> float:
-    """Return a shift of -s^2 at which the lowest eigenvalues exceed rounding of the highest."""
+    """Return a shift of -s^2 with which the lowest eigenvalues exceed the rounding error of the highest."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)

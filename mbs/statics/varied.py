@@ -29,7 +29,7 @@ class Varied(Problem):
         super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
 
     def set(self, parameter: float) -> None:
-        """Make the scene with this number."""
+        """Make the scene with a value of the number."""
         if parameter != self.current:
             self.current = parameter
             self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)

@@ -18,19 +18,18 @@ from .rest import equilibrium
 from .spectrum import Spectrum
 
 NEAR = 1e-4
-"""Distance from rest, of the mechanism's size, within which a user's law must have one tangent: a vibration is about as large."""
+"""Displacement from rest, over the longest link, up to which the tangent of a user's law must be the same."""
 KINKED = 0.05
-"""Relative change of a frequency within that distance from which the law has a kink at rest; smooth laws change it by 1e-3."""
+"""Relative change of a frequency at that displacement from which the law has a kink at rest; smooth laws change it by 1e-3."""
 
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
     """Small motions exp(s t) about a state, lowest |s| first with rigid motions; decay without oscillation comes last.
 
-    At the state `q` (n,), `values` (count,) are exponents s [1/s], zero where within rounding, and `shapes` (n, count) rates of
+    At the state `q` (n,), `values` (count,) are the s [1/s], zero below the rounding error, and `shapes` (n, count) those of
     the coordinates. `errors` (count,) are those of |s|/2 pi [Hz]: change by a higher degree of the strips, and rounding. `names`
-    are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. It is `stable` if no small motion of the tangent
-    grows.
+    are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True if no small motion grows.
     """
 
     scene: CompiledScene
@@ -69,17 +68,17 @@ def frequencies(
     mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None,
     timeout: float | None = None, progress: bool | None = None,
 ) -> Frequencies:  # fmt: skip
-    """Compute natural frequencies of a mechanism with its drives held.
+    """Compute natural frequencies of a mechanism with its drives fixed.
 
     Parameters
     ----------
     mechanism : Mechanism
     about : Equilibrium, optional
-        By default that under the loads.
+        Equilibrium about which it vibrates; by default that under the loads.
     count : int
-        Number of lowest frequencies, rigid motions among them.
+        Number of lowest frequencies, rigid motions included.
     degree : int, optional
-        Degree of the strips; by default it is raised until all errors are below 1e-8, or rounding.
+        Degree of the strips; by default it is increased until all errors are below 1e-8, or rounding.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
@@ -107,14 +106,14 @@ def _nothing(scene: CompiledScene, status: Ending, message: str) -> Frequencies:
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the small motions, and leave the scene as drawn."""
+    """Compute the small motions, and restore the scene."""
     found = problem.spectrum(rest)
     problem.set(problem.drawn)
     return found
 
 
 def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
-    """Refine the degree until the frequencies do not change."""
+    """Increase the degree until the frequencies do not change."""
     found = _spectrum(problem, rest)
     errors, before = found.rounding[:count], np.inf
     while has_strips(problem.scene):
@@ -144,7 +143,7 @@ def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
 
 
 def _kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
-    """Compute how much eigenvalues change beside the state, where a law of the user has a kink there; else 0."""
+    """Compute the change of eigenvalues near the state, if a user's law has a kink there; else 0."""
     values = _eigenvalues(found)[:count]
     changes = np.zeros(len(values))
     scene = problem.scene.source
@@ -158,12 +157,12 @@ def _kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
 
 
 def _eigenvalues(found: Spectrum) -> Array:
-    """Return eigenvalues, zero where within rounding."""
+    """Return eigenvalues, zero below the rounding error."""
     return np.where(found.neutral, 0.0, found.values)
 
 
 def _cure(kinked: bool) -> str:
-    """Say what to do about frequencies that are not known."""
+    """Return the advice for frequencies that are not known."""
     return "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
 
 
