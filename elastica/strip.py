@@ -32,11 +32,11 @@ import numpy as np
 
 from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
-HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
+PRESCRIBED = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Indices of x, y and the rotation that each support at s = 1 prescribes."""
 STEEPEST = 1e6
 """Largest load, displacement and load factor; above it the collocation cannot resolve the boundary layers."""
-MOST_TURN = 0.6
+MOST_ROTATION = 0.6
 """Largest rotation of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
 MOST_CORRECTION = 0.3
 """Largest correction by Newton over the predicted rotation of a step. A larger one may lead to another equilibrium."""
@@ -137,9 +137,9 @@ class Strip:
 
     def __post_init__(self) -> None:
         require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
-        require("end", self.end, self.end in HELD, "one of " + ", ".join(HELD))
-        loose = self.start == "pinned" and self.end in ("free", "rail")
-        require("end", self.end, not loose, "held in y at least: a strip pinned at its start falls over with this end")
+        require("end", self.end, self.end in PRESCRIBED, "one of " + ", ".join(PRESCRIBED))
+        movable = self.start == "pinned" and self.end in ("free", "rail")
+        require("end", self.end, not movable, "held in y at least: a strip pinned at its start falls over with this end")
         require("axial", self.axial, self.axial > 0.0, "above 0 (E A L^2/(E I))")
         require("shear", self.shear, self.shear > 0.0, "above 0 (G A L^2/(E I))")
         require("at", self.at, 0.01 <= self.at <= 0.99, "0.01 to 0.99 (arc length over L)")
@@ -230,9 +230,9 @@ class Strip:
         balance = unknowns[:-3] - self.grid.angle - f.phi - J @ f.m
         place = (J[-1] @ f.dx, J[-1] @ f.dy, unknowns[-4])
         force = (f.nx[-1], f.ny[-1], f.m[-1])
-        asked = (*load.end, load.moment)
+        applied = (*load.end, load.moment)
         ends = [
-            place[k] - self.rest[k] - factor * load.move[k] if k in HELD[self.end] else force[k] - factor * asked[k]
+            place[k] - self.rest[k] - factor * load.move[k] if k in PRESCRIBED[self.end] else force[k] - factor * applied[k]
             for k in range(3)
         ]
         return np.concatenate((balance, ends))
@@ -242,22 +242,22 @@ class Strip:
         f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
         slopes = _slope_columns(self, f, load)
         dx, dy = J @ slopes[0], J @ slopes[1]
-        ahead = np.zeros((2, n, n + 4))
-        ahead[0, :, n + 1] = ahead[1, :, n + 2] = 1.0
-        ahead[:, :, n + 3] = -np.outer(load.inner, self.grid.beyond)
-        turning = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + ahead[0] * f.dy[:, None] - ahead[1] * f.dx[:, None]
-        moment = J @ turning
+        force = np.zeros((2, n, n + 4))
+        force[0, :, n + 1] = force[1, :, n + 2] = 1.0
+        force[:, :, n + 3] = -np.outer(load.inner, self.grid.beyond)
+        moment_slope = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + force[0] * f.dy[:, None] - force[1] * f.dx[:, None]
+        moment = J @ moment_slope
         moment[:, n] += self.start == "clamped"
         matrix = np.zeros((n + 3, n + 4))
         matrix[:n] = -J @ moment
         matrix[:n, :n] += np.eye(n)
         matrix[:n, n] -= self.start == "pinned"
         angle = np.eye(1, n + 4, n - 1)[0]
-        place, force = (dx[-1], dy[-1], angle), (ahead[0, -1], ahead[1, -1], moment[-1])
-        asked = (*load.end, load.moment)
+        place, end_force = (dx[-1], dy[-1], angle), (force[0, -1], force[1, -1], moment[-1])
+        applied = (*load.end, load.moment)
         for k in range(3):
-            matrix[n + k] = place[k] if k in HELD[self.end] else force[k]
-            matrix[n + k, -1] -= load.move[k] if k in HELD[self.end] else asked[k]
+            matrix[n + k] = place[k] if k in PRESCRIBED[self.end] else end_force[k]
+            matrix[n + k, -1] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
         return matrix
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
@@ -271,11 +271,11 @@ class Strip:
         matrix = self.jacobian(load, before, unknowns)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
-            there = self._newton(load, after, unknowns + change)
+            found = self._newton(load, after, unknowns + change)
         except (np.linalg.LinAlgError, NewtonDivergedError):
             return None
-        turn, off = np.max(np.abs(change[:-3])), np.max(np.abs((there - unknowns - change)[:-3]))
-        return there if off <= MOST_CORRECTION * turn + 1e-9 and turn <= MOST_TURN else None
+        rotation, correction = np.max(np.abs(change[:-3])), np.max(np.abs((found - unknowns - change)[:-3]))
+        return found if correction <= MOST_CORRECTION * rotation + 1e-9 and rotation <= MOST_ROTATION else None
 
     def _residual(self, load: Load, factor: float, unknowns: Array) -> float:
         """Compute the largest defect of the interpolated solution on a grid of 1.5 times as many points."""

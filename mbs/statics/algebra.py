@@ -47,10 +47,10 @@ def solve(matrix: Matrix, right: Array) -> Array:
         pass
     if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
-    return least(matrix, right, 1e-12)
+    return least_squares(matrix, right, 1e-12)
 
 
-def least(matrix: Matrix, right: Array, cut: float) -> Array:
+def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:
     """Return the least-squares solution of least norm; singular values below the cut, over the largest, count as zero.
 
     A sparse matrix A is solved by [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, and two iterations of refinement.
@@ -77,16 +77,16 @@ def null_space(jacobian: Array, units: Array) -> Array:
 def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     """Compute a sparse null space of a sparse G, block by block of rows that share coordinates."""
     scaled = csr_array(jacobian * units)
-    held = np.unique(scaled.indices)
-    rows, at = scaled[:, held], np.setdiff1d(np.arange(len(units)), held)
+    constrained = np.unique(scaled.indices)
+    rows, free = scaled[:, constrained], np.setdiff1d(np.arange(len(units)), constrained)
     _, group = connected_components(rows.T @ rows, directed=False)
     order = np.argsort(group, kind="stable")
-    spans: list[object] = [eye_array(len(at))]
-    for one in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-        some = rows[:, one].toarray()
-        spans.append(null_space(some[some.any(axis=1)], np.ones(len(one))))
-    places = np.concatenate([at, held[order]])
-    return csr_array(units[:, None] * csr_array(block_diag(spans))[np.argsort(places)])
+    blocks: list[object] = [eye_array(len(free))]
+    for columns in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        block = rows[:, columns].toarray()
+        blocks.append(null_space(block[block.any(axis=1)], np.ones(len(columns))))
+    places = np.concatenate([free, constrained[order]])
+    return csr_array(units[:, None] * csr_array(block_diag(blocks))[np.argsort(places)])
 
 
 def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:

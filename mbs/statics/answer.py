@@ -122,8 +122,8 @@ def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     """List effects that the statics leave out: dry friction, and the error of truncated modes."""
     rubs = [element.rubs for element in Scene.of(mechanism).elements.values() if element.rubs]
     modes = [link.name for link in mechanism.links if link.body.linear]
-    said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
-    return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
+    omissions = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
+    return omissions + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
 
 
 def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
@@ -247,7 +247,7 @@ class Path(Route):
 
     limits = parameters_at("limit", "Parameters at limit points.")
     branchings = parameters_at("branching", "Parameters at branchings, repeated for each eigenvalue that passes zero.")
-    flutter = parameters_at("flutter", "Parameters where an oscillation begins or ceases to grow.")
+    flutter = parameters_at("flutter", "Parameters at which an oscillation begins or ceases to grow.")
 
     @property
     def stable(self) -> Array:

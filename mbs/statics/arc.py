@@ -18,17 +18,17 @@ SHORTEST = 1e-7
 """Arc length below which continuation ends."""
 NEAR = 1e-9
 """Arc length, in the metric of the path, that counts as zero."""
-BEND = 0.15
+TARGET_TURN = 0.15
 """Angle between the tangents of successive steps [rad] for which the length of the next step is chosen."""
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
-ASIDE = 1e-2
+STENCIL = 1e-2
 """Half width, over the step, of the stencil for a crossing."""
 ALIKE = 1e-3
 """Largest difference of the roots by 4 and by 6 points, over the spacing of the stencil; above it `root` is used."""
-SAME = 1e-2
+ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
-CLOUD = 3
+KNOWN_POINTS = 3
 """Number of known equilibria through which a step is interpolated."""
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Arc lengths at which a contact that opens or closes is looked for, and lengths of the first step behind it."""
@@ -75,10 +75,10 @@ class Arc:
         begun = moved if guess is None else guess
         begin = Rest(begun[:n], begun[n:-1], float(begun[-1]))
         new = problem.newton(begin, (normal, value, abs(self.span)), near=guess is None, origin=rest)
-        way, apart = step * direction, problem.vector(new) - moved
+        predicted, correction = step * direction, problem.vector(new) - moved
         for part in (slice(None), slice(n)):  # also coordinates alone, as a large load would hide their change
-            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
-            if off > 0.5 * expected + NEAR:
+            expected, found = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (predicted, correction))
+            if found > 0.5 * expected + NEAR:
                 raise StaticsError("too far from where the path was expected")
         return new
 
@@ -125,7 +125,7 @@ class Arc:
 
     def passes(self, step: Step, rest: Rest) -> bool:
         """Return True if an equilibrium lies on the curve of a step, after its start."""
-        arc, near = self.reach(step, rest), SAME * step.arc
+        arc, near = self.reach(step, rest), ON_CURVE * step.arc
         return near < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < near
 
     def reach(self, step: Step, rest: Rest) -> float:
@@ -135,36 +135,35 @@ class Arc:
     def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
         """Interpolate a step at an arc: start and direction by Hermite, and the nearest known equilibria."""
         rests = {step.arc: step.new, **known}
-        near = sorted(rests.keys() - {0.0}, key=lambda each: abs(each - arc))[:CLOUD]
+        near = sorted(rests.keys() - {0.0}, key=lambda each: abs(each - arc))[:KNOWN_POINTS]
         values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in near)]
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *near]) / step.arc, values)(arc / step.arc))
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign."""
-        seen: dict[float, Rest] = {}
+        known: dict[float, Rest] = {}
         value: dict[float, float] = {}
 
         def at(arc: float) -> float:
             """Evaluate the function at an arc."""
-            rest = self.along(step, arc, seen)
-            seen[arc], value[arc] = rest, function(rest)
+            rest = self.along(step, arc, known)
+            known[arc], value[arc] = rest, function(rest)
             return value[arc]
 
         try:
             if at(0.0) * at(step.arc) > 0.0:
                 return None
             found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
-            if found not in seen:
+            if found not in known:
                 at(found)
-            return seen[found]  # a function may jump there
+            return known[found]  # a function may jump there
         except StaticsError:  # interpolate linearly between the nearest known equilibria on both sides
-            sides = [[arc for arc in seen if value[arc] * value[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
+            sides = [[arc for arc in known if value[arc] * value[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
             if not all(sides):
                 return None
             a, b = max(sides[0]), min(sides[1])
-            one, other = value[a], value[b]
-            ends, n = (self.problem.vector(seen[a]), self.problem.vector(seen[b])), len(step.rest.q)
-            between = ends[0] + one / (one - other) * (ends[1] - ends[0])
+            ends, n = (self.problem.vector(known[a]), self.problem.vector(known[b])), len(step.rest.q)
+            between = ends[0] + value[a] / (value[a] - value[b]) * (ends[1] - ends[0])
             return Rest(between[:n], between[n:-1], float(between[-1]))
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
@@ -176,8 +175,8 @@ class Arc:
             return None
         parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
         try:
-            rough = self._rough(step, function, ASIDE * step.arc)
-            rests = [self.along(step, rough + 2.0 * ASIDE * step.arc * part) for part in parts]
+            rough = self._rough(step, function, STENCIL * step.arc)
+            rests = [self.along(step, rough + 2.0 * STENCIL * step.arc * part) for part in parts]
         except StaticsError:
             return self.root(step, function)
         found = [function(rest) for rest in rests]
@@ -201,22 +200,22 @@ class Arc:
 
         return float(brentq(value, 0.0, step.arc, xtol=near))
 
-    def reaches_over(self, step: Step, after: Array) -> bool:
+    def may_have_jumped(self, step: Step, after: Array) -> bool:
         """Return True if the tangent turns so much in a step that it may be on another path, and the step can be shorter."""
         n = len(step.rest.q)
-        one, other = (np.sqrt(self.metric[:n]) * way[:n] for way in (step.direction, after))
-        moves = float(np.linalg.norm(other))
-        turns = float(one @ other) < np.cos(CORNER) * float(np.linalg.norm(one)) * moves
-        return step.arc > 10.0 * SHORTEST and step.arc * moves > NEAR and turns
+        before, now = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
+        size = float(np.linalg.norm(now))
+        turns = float(before @ now) < np.cos(CORNER) * float(np.linalg.norm(before)) * size
+        return step.arc > 10.0 * SHORTEST and step.arc * size > NEAR and turns
 
-    def turns(self, step: Step, after: Array) -> float:
+    def angle(self, step: Step, after: Array) -> float:
         """Return the angle between the direction of a step and another one [rad]."""
         return float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
 
 
 def next_arc(arc: float, turned: float, longest: float) -> float:
     """Return the length of the step after one that turned by an angle [rad], 0.3 to 1.6 times as long."""
-    return min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
+    return min(longest, arc * float(np.clip(TARGET_TURN / max(turned, 1e-300), 0.3, 1.6)))
 
 
 def _root_of(x: Array, y: list[float]) -> float:

@@ -22,11 +22,11 @@ from .spectrum import Spectrum, Tangent, spectrum
 
 FEW = 1
 """Number of eigenvalues above zero computed for a large tangent: the next ones to pass zero."""
-HALF = 0.5
+MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece. Before a parabola dips below zero it decreases by 3/4 in a piece."""
-NEAREST = 1.6e-3
+SHORTEST_PIECE = 1.6e-3
 """Arc length at which the halving of pieces ends."""
-SAME = 1e-5
+SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 UNSURE = (1e-3, 1.0)
 """Growth rates, over their rounding error, from which an oscillation counts as growing: where flutter begins, two values meet and
@@ -121,7 +121,7 @@ def _pieces(
         mu, later = _pairs(arc.problem, last[0], last[1], before)[:2]
         shares = np.append(shares, (mu - later) / np.where(later, later, np.inf) * step.arc / last[0].arc)
     try:
-        if step.arc < NEAREST or not (shares > HALF).any():
+        if step.arc < SHORTEST_PIECE or not (shares > MOST_DECREASE).any():
             raise StaticsError("short enough")
         rest = arc.along(step, 0.5 * step.arc)
         way = arc.direction(rest, step.direction)
@@ -159,10 +159,11 @@ def _pairs(problem: Problem, step: Step, before: TangentState, after: TangentSta
         shapes = shapes / np.sqrt(np.maximum(np.einsum("ij,ij->j", shapes, mass @ shapes), 1e-300))
         values = np.where(found.neutral, np.nan, -(found.values**2).real)
         ends.append((values, (found.growth > 0.0) & (found.values.imag == 0.0), shapes, mass @ shapes))
-    (mu, below, shapes, weighted), (later, under, others, heavier) = ends
-    overlap = weighted.T @ others
+    (mu_a, negative_a, _, momentum_a), (mu_b, negative_b, shapes_b, momentum_b) = ends
+    overlap = momentum_a.T @ shapes_b
     i, j = linear_sum_assignment(-np.abs(overlap))
-    return Pairs(mu[i], later[j], below[i] != under[j], (weighted[:, i] + np.sign(overlap[i, j]) * heavier[:, j]) / 2)
+    shapes = (momentum_a[:, i] + np.sign(overlap[i, j]) * momentum_b[:, j]) / 2
+    return Pairs(mu_a[i], mu_b[j], negative_a[i] != negative_b[j], shapes)
 
 
 def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -> list[Critical]:
@@ -188,7 +189,7 @@ def _branchings(arc: Arc, step: Step, crossing: Array, limits: list[Critical]) -
                 at.pop(k)
                 rests.pop(k)
     order, found = np.argsort(at), []
-    for group in np.split(order, np.flatnonzero(np.diff(np.array(at)[order]) >= SAME * step.arc) + 1) if at else ():
+    for group in np.split(order, np.flatnonzero(np.diff(np.array(at)[order]) >= SAME_POINT * step.arc) + 1) if at else ():
         rest, count = rests[group[0]], len(group)
         squares = state_at(arc.problem, rest, count + FEW).squares
         nearest = np.argsort(np.abs(squares.values))[:count]

@@ -24,18 +24,18 @@ from .answer import RISE
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
 from .problem import ENDS, Problem, Rest, StaticsError, has_strips, prolong
-from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, off_from, values_of
+from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, values_of
 from .varied import Paced
 
 SHORTEST = 1e-5
 """Arc length below which continuation ends."""
 SMALL = 1e-3
 """Least size of a motion in the metric, in units of coordinates."""
-LEAP = 0.5
+MOST_CHANGE = 0.5
 """Largest change of a multiplier in a step over its distance from 1; a longer step may miss a narrow resonance."""
 NARROW = 1e-3
 """Arc length, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
-SPENT = 20 * BUDGET
+CURVE_BUDGET = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
 
 
@@ -214,20 +214,20 @@ class ResponseCurve:
 
     def turns(self, orbit: Orbit, new: Orbit) -> float:
         """Compute the angle between the tangents at two motions [rad], the parameter weighted by the size of the second."""
-        one, other = (np.append(each.way[:-1], new.size * each.way[-1]) for each in (orbit, new))
-        return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
+        a, b = (np.append(each.way[:-1], new.size * each.way[-1]) for each in (orbit, new))
+        return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
     def leaps(self, orbit: Orbit, new: Orbit) -> bool:
         """Return True if a multiplier changed so much that a resonance may have been missed."""
-        far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
-        return far and bool((off_from(new.values, orbit.values) > LEAP * np.abs(new.values - 1.0)).any())
+        wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
+        return wide and bool((distances_to(new.values, orbit.values) > MOST_CHANGE * np.abs(new.values - 1.0)).any())
 
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[CriticalMotion, float]](), "steps", step
-        self.shooting.left = SPENT
+        self.shooting.left = CURVE_BUDGET
         while len(orbits) <= steps and ended == "steps":
             try:
                 watching.get().share = max(watching.get().share, (orbits[-1].parameter - self.begun) / self.span)

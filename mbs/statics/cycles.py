@@ -16,7 +16,7 @@ from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
 from .problem import ENDS, distance_between, has_strips, places, prolong
-from .shooting import Found, Shooting, SpentError, off_from, values_of
+from .shooting import Found, Shooting, SpentError, distances_to, values_of
 
 PARTS = 4
 """Number of output points in a step."""
@@ -102,7 +102,7 @@ def periodic(
     """
     shooting, state = prepare(mechanism, period, start, degree, settle)
     try:
-        return _ladder(shooting, shooting.search(shooting.onward(state, settle)), degree is not None)
+        return _refine(shooting, shooting.search(shooting.onward(state, settle)), degree is not None)
     except ENDS as error:
         none, nothing = np.empty((0, shooting.scene.size)), np.empty(0)
         return Periodic(
@@ -133,7 +133,7 @@ def prepare(
     return Shooting(scene, period), state
 
 
-def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
+def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     """Refine steps and degree until the start does not change; errors are the last change."""
     values, error, before = values_of(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
@@ -161,10 +161,10 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
 def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Array) -> tuple[Array, Array, float]:
     """Return multipliers of a refined motion, their changes as errors, and the error of positions."""
     sharper = values_of(new.matrix)
-    errors = off_from(sharper, values)
+    errors = distances_to(sharper, values)
     if finer.free:  # one multiplier is exactly 1: the error of those near it is at least the distance from 1
-        off = np.abs(sharper - 1.0)
-        errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off), errors)
+        distance = np.abs(sharper - 1.0)
+        errors = np.where(distance < 3.0 * distance.min(), np.maximum(errors, distance), errors)
     return sharper, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
 
 
@@ -172,22 +172,22 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     """Make the result: stability, status, message, and the motion over the period."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
     grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL)) & (np.arange(len(values)) != trivial)
-    said = []
+    message = []
     if grows.any():
         worst = complex(values[grows][0])
         way = "" if abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0 else " and turns" if worst.imag else " and alternates"
-        said.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
+        message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
     status = Ending.OK if error < 1e-4 and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
-        said.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
+        message.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
     if 1e-4 <= error < np.inf:
-        said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
+        message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
     kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # without the second row of an event
     rows = out.time[kept]
     motion = CubicHermiteSpline(rows, out.q[kept], out.v[kept])
     time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)
     return Periodic(
-        status, "; ".join(said), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
+        status, "; ".join(message), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
         not grows.any(), error, trivial,
     )  # fmt: skip

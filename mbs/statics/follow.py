@@ -15,7 +15,7 @@ from ..progress import STOPS, watch, watching
 from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check, check_way, ending
-from .arc import SAME, Arc, Step, next_arc
+from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, TangentState, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .rest import find, settle
@@ -28,7 +28,7 @@ STEPS = 250
 """Most steps, by default."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
 """Sentence on a path whose refinement was stopped."""
-BESIDE = 1e-8
+OFFSET = 1e-8
 """Offset of the parameter from a branching where paths leave it, over the range."""
 
 
@@ -96,7 +96,7 @@ def path(
             problem.set(problem.drawn)
 
     watching.get().most = 2 * steps
-    return _ladder(run, degree)
+    return _refine(run, degree)
 
 
 def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
@@ -110,7 +110,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
         raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
 
 
-def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
+def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
     while has_strips(found.scene) and not watching.get().ended:
@@ -129,21 +129,19 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
     return found
 
 
-def _errors(one: Path, other: Path) -> dict[str, Array]:
+def _errors(a: Path, b: Path) -> dict[str, Array]:
     """Return differences of the critical points of two degrees; infinite for points of one path only."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
-        a, b = np.array(getattr(one, name)), np.array(getattr(other, name))
-        count = max(len(a), len(b))
-        padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in (a, b)]
+        points = [np.array(getattr(path, name)) for path in (a, b)]
+        count = max(map(len, points))
+        padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in points]
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
-    if one.ended != "reached" or other.ended != "reached":  # they do not end at the same parameter
+    if a.ended != "reached" or b.ended != "reached":  # they do not end at the same parameter
         return out
-    link = next(link for link in one.scene.mechanism.links if not link.body.massless)
-    ends = np.array(
-        [[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (one, other)]
-    )
-    out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / one.scene.length])
+    link = next(link for link in a.scene.mechanism.links if not link.body.massless)
+    ends = np.array([[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (a, b)])
+    out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
     return out
 
 
@@ -204,7 +202,7 @@ class _Follower:
                 except StaticsError:
                     return "singular"
             after = self.arc.direction(done.new, done.direction)
-            if self.arc.reaches_over(done, after):
+            if self.arc.may_have_jumped(done, after):
                 arc = 0.3 * done.arc
                 continue
             state = state_at(self.problem, done.new)
@@ -218,7 +216,7 @@ class _Follower:
                 continue
             points += found
             last = None if turned else (done, states[-1])
-            rest, direction, arc, left = done.new, after, next_arc(done.arc, self.arc.turns(done, after), self.longest), False
+            rest, direction, arc, left = done.new, after, next_arc(done.arc, self.arc.angle(done, after), self.longest), False
             rests.append(rest)
             states.append(state)
             if why := self._over(done, rests, points, len(found)):
@@ -227,7 +225,7 @@ class _Follower:
 
     def _offset_load(self, point: Critical) -> Rest:
         """Return the state of a branching at a slightly higher load, at which the tangent is no longer singular."""
-        return point.rest._replace(parameter=point.rest.parameter + BESIDE * (self.to - self.begun))
+        return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.begun))
 
     def _over(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
         """Return the reason of the end, '' if none, and correct the last equilibrium; `new` points are from the last step."""
@@ -242,7 +240,7 @@ class _Follower:
             return "reached"
         if not self.arc.passes(last, rests[0]):
             return ""
-        home = self.arc.reach(last, rests[0]) - SAME * last.arc
+        home = self.arc.reach(last, rests[0]) - ON_CURVE * last.arc
         while new and self.arc.reach(last, points[-1].rest) > home:  # the start may be a branching itself
             points.pop()
             new -= 1

@@ -18,7 +18,7 @@ from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import State
-from .algebra import COUNT, EPS, LARGE, Matrix, least, solve
+from .algebra import COUNT, EPS, LARGE, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
@@ -183,12 +183,12 @@ class Problem:
         """Return True if residuals, in units of the coordinates, are small against the largest force or rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
-        pushes = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
+        applied = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
         weight = np.abs(scene.tables.factors[-1] * scene.tables.weight * units).max(initial=0.0)
-        held = (s.row >= scene.size) & (s.col < scene.size)
-        carried = np.abs(a.entries[3][:-1][held] * units[s.col[held]] * rest.multipliers[s.row[held] - scene.size])
+        of_g = (s.row >= scene.size) & (s.col < scene.size)
+        reactions = np.abs(a.entries[3][:-1][of_g] * units[s.col[of_g]] * rest.multipliers[s.row[of_g] - scene.size])
         rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
-        limit = max(BALANCED * max(pushes, weight, carried.max(initial=0.0)), rounding)
+        limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
         return bool(
             np.abs(force * units).max(initial=0.0) <= limit and np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
         )
@@ -198,7 +198,7 @@ class Problem:
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
-        return least((a.jacobian * self.units).T, a.force * self.units, 1e-10)
+        return least_squares((a.jacobian * self.units).T, a.force * self.units, 1e-10)
 
     def vector(self, rest: Rest) -> Array:
         """Return coordinates, multipliers and parameter, (n + r + 1,)."""
@@ -244,20 +244,20 @@ class Problem:
 
 def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return coordinates of the same state in a scene of higher degree; new members of the hierarchical basis are zero."""
-    one, other = _strips(coarse), _strips(fine)
-    places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in (one, other)]
+    strips = _strips(coarse), _strips(fine)
+    places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in strips]
     out = np.zeros(fine.size)
     rest = [np.setdiff1d(np.arange(s.size), places[i]) for i, s in enumerate((coarse, fine))]
     out[rest[1]] = q[rest[0]]
-    for a, b in zip(one, other, strict=True):
+    for a, b in zip(*strips, strict=True):
         for x, y in zip(a.elements, b.elements, strict=True):
             out[y.places[:, : x.places.shape[1]]] = q[x.places]
     return out
 
 
-def distance_between(scene: CompiledScene, one: Array, other: Array) -> float:
+def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     """Return the largest distance of two states, in units of the coordinates; an upper bound along strips."""
-    change = np.abs(one - other) / scene.units
+    change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
             inner = element.places[:, 2:]  # |N_k| < 1/sqrt(2 k) approximately: their sum bounds the rest

@@ -31,9 +31,9 @@ class Response(Route):
 
     motions: list[Periodic] = field(default_factory=list)
 
-    folds = parameters_at("fold", "Parameters where the curve turns back.")
-    doublings = parameters_at("doubling", "Parameters where motions of twice the period leave the curve.")
-    branchings = parameters_at("branching", "Parameters where other motions of the same period leave the curve.")
+    folds = parameters_at("fold", "Parameters at which the curve turns back.")
+    doublings = parameters_at("doubling", "Parameters at which motions of twice the period leave the curve.")
+    branchings = parameters_at("branching", "Parameters at which other motions of the same period leave the curve.")
 
     @property
     def stable(self) -> Array:

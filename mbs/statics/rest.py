@@ -22,9 +22,9 @@ from .algebra import solve
 from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omissions
 from .problem import BALANCED, ENDS, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
 
-MOVE = 0.1
+TARGET_MOVE = 0.1
 """Change per step for which the length of the next one is chosen [lengths or rad]."""
-AWAY = 60.0
+ENDLESS = 60.0
 """Length of the path, over the size of the mechanism, after which a motion counts as endless."""
 SHORTEST = 1e-4
 """Smallest increment of the load, over the load."""
@@ -32,7 +32,7 @@ LOAD_STEP = 0.1
 """Largest change in a load increment [lengths or rad]: after a larger one Newton's method may reach another branch."""
 CORRECTIONS = 4
 """Most iterations of an implicit step: the first one stretches a strip that rotates."""
-CHANGE = 0.2
+CONVERGED = 0.2
 """Largest iterate of an implicit step, over the step, with which it is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
@@ -99,18 +99,18 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     An unstable equilibrium is left along its fastest growing shape.
     """
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
-    begun, kicks, way, watching.get().most = rest, 0, 0.0, STEPS
-    away = AWAY * float((problem.extents / problem.units).max(initial=1.0))
+    begun, kicks, distance, watching.get().most = rest, 0, 0.0, STEPS
+    endless = ENDLESS * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         watching.get().step()
         new, span, moved = _step(problem, rest, span)
-        way += moved
+        distance += moved
         if moved < 1e-3:
             try:
                 found = problem.newton(new, near=True)
             except StaticsError:
                 found = None
-            if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < MOVE:
+            if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
                 spectrum = problem.spectrum(found)
                 if spectrum.stable or kicks > 20:
                     return found
@@ -119,7 +119,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                 kick = 1e-2 * shape / np.abs(shape / problem.units).max()
                 new, span = found._replace(q=found.q + kick), 1.0 / float(spectrum.growth[worst]) ** 2
         rest = new
-        if way > away:
+        if distance > endless:
             name = moving(problem.scene, rest.q, rest.q - begun.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
     raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - begun.q)}' still moves after {STEPS} damped steps")
@@ -136,20 +136,20 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
     for _ in range(60):
         new, last = rest, a
         for corrected in range(CORRECTIONS):
-            dragged = last.force - matrix @ (new.q - rest.q) / span
+            force = last.force - matrix @ (new.q - rest.q) / span
             scaled, scale = problem.scale_matrix(last, mass / span)
-            out = solve(scaled, np.concatenate([dragged * units / scale, -last.residual]))
+            out = solve(scaled, np.concatenate([force * units / scale, -last.residual]))
             new = Rest(new.q + out[:n] * units, out[n:] * scale, rest.parameter)
             step, change = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
             moved = float(np.abs(step / units).max(initial=0.0))
-            ahead = float(step @ (a.force - a.jacobian.T @ new.multipliers))
-            forward = ahead >= -1e-12 * abs(float(step @ (matrix @ step))) / span or moved < 1e-9
-            if not (np.isfinite(moved) and moved <= 2 * MOVE and forward) or (corrected and change > CHANGE * moved):
+            work = float(step @ (a.force - a.jacobian.T @ new.multipliers))
+            forward = work >= -1e-12 * abs(float(step @ (matrix @ step))) / span or moved < 1e-9
+            if not (np.isfinite(moved) and moved <= 2 * TARGET_MOVE and forward) or (corrected and change > CONVERGED * moved):
                 break
             force, _, last = problem.residual(new)
-            if moved < 1e-9 or float(step @ force) >= -max(ahead, 0.0):  # otherwise it went deep into an open contact
-                return new, span * min(4.0, max(1.2, MOVE / max(moved, 1e-300))), moved
-        span *= max(0.1, min(0.5, MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
+            if moved < 1e-9 or float(step @ force) >= -max(work, 0.0):  # otherwise the step went deep into an open contact
+                return new, span * min(4.0, max(1.2, TARGET_MOVE / max(moved, 1e-300))), moved
+        span *= max(0.1, min(0.5, TARGET_MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
@@ -158,9 +158,9 @@ def find(problem: Problem, load: float) -> tuple[Rest, str]:
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
-    loose = problem.spectrum(problem.start(0.0), 1).neutral.any()
+    movable = problem.spectrum(problem.start(0.0), 1).neutral.any()
     reached = 0.0
-    if not loose:
+    if not movable:
         rest, reached = _grow(problem, load)
         if reached == 1.0:
             return rest, ""
@@ -170,7 +170,7 @@ def find(problem: Problem, load: float) -> tuple[Rest, str]:
         raise
     except StaticsError as error:
         raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
-    return rest, f"beyond {reached:.4g} of the load by damped motion" if not loose else "by damped motion from the drawn pose"
+    return rest, f"beyond {reached:.4g} of the load by damped motion" if not movable else "by damped motion from the drawn pose"
 
 
 def check_ropes(problem: Problem, rest: Rest) -> None:
@@ -240,16 +240,16 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
     neutral = tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))
     status = Ending.INACCURATE if error >= 1e-4 else Ending.UNSTABLE if growth else Ending.OK
-    said = [message] if message else []
-    said += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
-    said += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
+    notes = [message] if message else []
+    notes += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
+    notes += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
     if status is Ending.INACCURATE and error < np.inf:
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
-        said.append(f"its error is {error:.1e} of the longest link{hint}")
+        notes.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
-    said += list_omissions(problem.scene.mechanism, FRICTION)
+    notes += list_omissions(problem.scene.mechanism, FRICTION)
     return Equilibrium(
-        status, "; ".join(said), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
+        status, "; ".join(notes), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
     )  # fmt: skip
 
 

@@ -41,7 +41,7 @@ RETRIES = 20
 """Most steps of a run over the number of given ones."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: the error of the steps without damping."""
-THERE = 1e-9
+CONVERGED = 1e-9
 """Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
 """Most steps of all runs of a search, at each degree and width."""
@@ -51,7 +51,7 @@ ITERATIONS = 12
 """Most iterations of Newton's method in each search."""
 ONWARD = 8
 """Number of periods integrated between two searches."""
-MOVES = 1e-5
+AT_REST = 1e-5
 """Range of coordinates, in their units, below which a motion is rest."""
 FREE = 1e-6
 """Singular value of Newton's matrix, over the largest, below which a direction counts as free."""
@@ -104,12 +104,12 @@ class Shooting:
 
     def _autonomous(self) -> bool:
         """Return True if nothing depends on time, tested at three times for a state near the start."""
-        seen = []
+        found = []
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
         for share in (0.0, 0.217, 0.618):
             a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
-            seen.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
-        return all(np.array_equal(seen[0], other) for other in seen[1:])
+            found.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
+        return all(np.array_equal(found[0], other) for other in found[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
         """Integrate a period on stored steps; or with adaptive ones, which are then stored unless there is an onset."""
@@ -186,14 +186,14 @@ class Shooting:
             found = self.change(state, basis, self.run(self.displace(state, basis, steps * unit)))
             return found, self.onsets == onsets
 
-        (one, same), (other, alike) = at(1.0), at(-1.0)
-        if same == alike:
-            self.grazes = self.grazes or not same
-            return (one - other) / (2 * self.width)
-        near, side = (one, 1.0) if same else (other, -1.0)
-        far, still = at(2.0 * side)
-        ahead = (4.0 * near - 3.0 * here - far) / 2.0 if still else near - here
-        return side * ahead / self.width
+        (plus, same_plus), (minus, same_minus) = at(1.0), at(-1.0)
+        if same_plus == same_minus:
+            self.grazes = self.grazes or not same_plus
+            return (plus - minus) / (2 * self.width)
+        near, side = (plus, 1.0) if same_plus else (minus, -1.0)
+        far, same_far = at(2.0 * side)
+        difference = (4.0 * near - 3.0 * here - far) / 2.0 if same_far else near - here
+        return side * difference / self.width
 
     def search(self, state: RunState, matrix: Array | None = None) -> Found:
         """Find a periodic motion by Newton's method, from later periods if it fails; `matrix` is that of a nearby motion."""
@@ -201,14 +201,14 @@ class Shooting:
         for _ in range(SEARCHES):
             self.period = period
             found = self.newton(self.project(state), matrix)
-            if found.open <= CLOSED and (not self.free or self._way(found.out) > MOVES):  # rest has any period
+            if found.open <= CLOSED and (not self.free or self._range(found.out) > AT_REST):  # rest has any period
                 return found
             left, self.period = min(left, found.open), period
             state = self.onward(state, ONWARD)
         rest = "; only rest" if left <= CLOSED else f": a period leaves {left:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{rest}")
 
-    def _way(self, out: Output) -> float:
+    def _range(self, out: Output) -> float:
         """Return the largest range of a coordinate in a period, in its unit."""
         return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
 
@@ -232,7 +232,7 @@ class Shooting:
             before = left
             state = self._newton_step(state, basis, out, matrix, miss)
         self.period = best.period
-        if best.open <= CLOSED and made > THERE:
+        if best.open <= CLOSED and made > CONVERGED:
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
@@ -247,7 +247,7 @@ class Shooting:
             step = step[:-1]
         else:
             step = solve(square, -miss)
-        longest = LONGEST_STEP * max(1.0, self._way(out))  # in units of the motion where it is larger
+        longest = LONGEST_STEP * max(1.0, self._range(out))  # larger for a large motion
         return self.displace(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
 
 
@@ -264,6 +264,6 @@ def values_of(matrix: Array) -> Array:
     return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
 
 
-def off_from(values: Array, others: Array) -> Array:
+def distances_to(values: Array, others: Array) -> Array:
     """Return the distance of each multiplier to the nearest of others."""
     return np.asarray(np.abs(values[:, None] - others[None]).min(axis=1, initial=np.inf))

@@ -160,15 +160,15 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
     """Estimate the rounding error of each eigenvalue; by a square root for a defective double one, as zero is."""
     size = np.abs(values)
-    total, lever = np.zeros(len(values)), np.zeros(len(values), complex)
-    bend = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
+    total, slope = np.zeros(len(values)), np.zeros(len(values), complex)
+    second = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
     for power, matrix in enumerate((tangent.summands, tangent.damping, tangent.mass)):
         total += size**power * np.einsum("ij,ij->j", np.abs(left), abs(matrix) @ np.abs(right))
         if power:
-            lever += power * values ** (power - 1) * np.einsum("ij,ij->j", left.conj(), matrix @ right)
-    moved = ROUNDING * total
+            slope += power * values ** (power - 1) * np.einsum("ij,ij->j", left.conj(), matrix @ right)
+    error = ROUNDING * total
     with np.errstate(all="ignore"):
-        return np.minimum(moved / np.maximum(np.abs(lever), 1e-300), np.sqrt(moved / np.maximum(bend, 1e-300)))
+        return np.minimum(error / np.maximum(np.abs(slope), 1e-300), np.sqrt(error / np.maximum(second, 1e-300)))
 
 
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
@@ -208,13 +208,13 @@ def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Ar
                 break
             order = np.argsort(squared)
             squared, moved, vectors = squared[order], moved[order], vectors[:, order]
-        tried = eigh(k, m)[1] if plain else vectors
-        quotient = np.einsum("ij,ij->j", tried, k @ tried)
-        residual = k @ tried - m @ tried * quotient
+        trial = eigh(k, m)[1] if plain else vectors
+        quotient = np.einsum("ij,ij->j", trial, k @ trial)
+        residual = k @ trial - m @ trial * quotient
         error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, inner(residual))))
         better = error < moved
         squared, moved = np.where(better, quotient, squared), np.where(better, error, moved)
-        vectors = np.where(better, tried, vectors)
+        vectors = np.where(better, trial, vectors)
     return squared, moved, vectors
 
 

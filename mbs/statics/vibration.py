@@ -17,7 +17,7 @@ from .problem import ENDS, Problem, Rest, has_strips, loads_of, moving
 from .rest import equilibrium
 from .spectrum import Spectrum
 
-NEAR = 1e-4
+AMPLITUDE = 1e-4
 """Displacement from rest, over the longest link, up to which the tangent of a user's law must be the same."""
 KINKED = 0.05
 """Relative change of a frequency at that displacement from which the law has a kink at rest; smooth laws change it by 1e-3."""
@@ -94,7 +94,7 @@ def frequencies(
         if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
             return _nothing(about.scene, about.status, about.message)
         problem, rest = Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load)
-        return _ladder(problem, rest, int(count), degree is not None)
+        return _refine(problem, rest, int(count), degree is not None)
     except STOPS:
         return _nothing(about.scene if about else CompiledScene.of(mechanism, degree), Ending.NOT_REACHED, "none was found yet")
 
@@ -112,7 +112,7 @@ def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
     return found
 
 
-def _ladder(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
+def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
     """Increase the degree until the frequencies do not change."""
     found = _spectrum(problem, rest)
     errors, before = found.rounding[:count], np.inf
@@ -149,10 +149,10 @@ def _kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
     scene = problem.scene.source
     given = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
     for k, shape in enumerate(np.real(found.shapes[:, :count]).T if given else ()):
-        step = NEAR * problem.scene.length * shape / max(np.abs(shape / problem.units).max(), 1e-300)
+        step = AMPLITUDE * problem.scene.length * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
-            beside = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
-            changes[k] = max(changes[k], np.abs(beside - values[: len(beside)])[k] if k < len(beside) else 0.0)
+            near = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
+            changes[k] = max(changes[k], np.abs(near - values[: len(near)])[k] if k < len(near) else 0.0)
     return np.where(changes > KINKED * np.abs(values), changes, 0.0)
 
 
@@ -161,7 +161,7 @@ def _eigenvalues(found: Spectrum) -> Array:
     return np.where(found.neutral, 0.0, found.values)
 
 
-def _cure(kinked: bool) -> str:
+def _advice(kinked: bool) -> str:
     """Return the advice for frequencies that are not known."""
     return "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
 
@@ -176,10 +176,10 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
         else:
             names.append("vibration" if value.imag else "decay")
     wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
-    said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
-    said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {_cure(kinked)}"] if wrong else []
-    said += list_omissions(scene.mechanism, "friction damps as its law does near rest")
+    notes = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
+    notes += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {_advice(kinked)}"] if wrong else []
+    notes += list_omissions(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(
-        status, "; ".join(said), scene, q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
+        status, "; ".join(notes), scene, q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
     )  # fmt: skip

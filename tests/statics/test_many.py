@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from buckler.mbs import Cable, Link, Mechanism, Revolute, Section, equilibrium, frequencies
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
-from buckler.mbs.statics.algebra import least, solve
+from buckler.mbs.statics.algebra import least_squares, solve
 from buckler.mbs.statics.answer import Ending
 from buckler.mbs.statics.problem import Problem, loads_of
 
@@ -80,9 +80,9 @@ def test_a_singular_net_is_solved_by_least_squares_of_least_size(hanging):
     right = dense @ np.random.default_rng(1).standard_normal(len(dense))
     assert np.linalg.matrix_rank(dense, rtol=1e-12) < len(dense)
     truth = np.linalg.lstsq(dense, right, rcond=1e-12)[0]
-    for found in (least(sparse, right, 1e-12), solve(sparse, right)):
+    for found in (least_squares(sparse, right, 1e-12), solve(sparse, right)):
         assert np.abs(dense @ found - right).max() < 1e-9 * np.abs(right).max()
-    assert least(sparse, right, 1e-12) == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
+    assert least_squares(sparse, right, 1e-12) == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
 
 
 @pytest.mark.slow
