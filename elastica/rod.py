@@ -1,8 +1,8 @@
-"""The strip between two pins as a boundary value problem: a second solver beside `elastica.pinned`, extensible and shearable.
+"""The pinned strip as a boundary value problem, extensible and shearable: an independent check of `elastica.pinned`.
 
-A rod is half a `Strip`, clamped at mid-span, its other end free to move across the chord; normalised by E I and by the whole
-stress-free arc length L: p = P L^2/(E I), axial = E A L^2/(E I), shear = G A L^2/(E I). Newton's method begins with a one-term
-Galerkin solution theta = alpha cos(pi s), and must end on its branch.
+By symmetry only half of it is solved, a `Strip` clamped at mid-span, its other end free to move across the chord. Quantities are
+normalised by E I and by the whole stress-free arc length L: p = P L^2/(E I), axial = E A L^2/(E I), shear = G A L^2/(E I).
+Newton's method begins with a one-term Galerkin solution theta = alpha cos(pi s), and must converge to the same branch.
 
 References
 ----------
@@ -22,15 +22,15 @@ from .collocation import Array, RodError, require
 from .strip import Load, Strip, StripEquilibrium
 
 APPROACH = Load(move=(-1.0, 0.0, 0.0))
-"""Shortening of the half over its length."""
+"""Load parameter: shortening of the half over its length."""
 
 
 class WrongBranchError(RodError):
-    """Newton's iteration settled on the straight rod or on a higher buckling mode."""
+    """Newton's method converged to the straight rod or to a higher buckling mode."""
 
 
 class RodSolution(NamedTuple):
-    """Load P L^2/(E I), compressive positive, and equilibrium of the half beyond mid-span, by its own length."""
+    """Load P L^2/(E I), compressive positive, and equilibrium of the half beyond mid-span, normalised by the half's length."""
 
     load: float
     half: StripEquilibrium
@@ -38,7 +38,7 @@ class RodSolution(NamedTuple):
 
 @dataclass(frozen=True)
 class Rod:
-    """A straight rod on two pins: axial and shear stiffness, positive.
+    """A straight rod on two pins, with normalised axial and shear stiffness.
 
     `nodes` are collocation points of each of the two pieces of the half. A ValueError names what lies outside its range.
     """
@@ -52,7 +52,7 @@ class Rod:
 
     @property
     def softness(self) -> float:
-        """Compliance that matters to buckling, c = 1/shear - 1/axial."""
+        """Compliance in the buckling equation, c = 1/shear - 1/axial."""
         return 1.0 / self.shear - 1.0 / self.axial
 
     @property
@@ -83,14 +83,14 @@ class Rod:
         return RodSolution(-4.0 * float(found.force[0, 0]), found)
 
     def _guess(self, half: Strip, shortening: float) -> Array:
-        """Solve theta = alpha cos(pi s) by Galerkin's method for the alpha that has this shortening: unknowns of the half."""
+        """Return the half's unknowns for theta = alpha cos(pi s), whose alpha has this shortening by Galerkin's method."""
         whole, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
         angles = np.geomspace(1e-6, 3.0, 200)
         sin, cos = np.sin(np.outer(angles, mode)), np.cos(np.outer(angles, mode))
         bending = angles * pi**2  # = linear * p + quadratic * p^2
         linear, quadratic = 2.0 * (sin * mode) @ whole, 2.0 * self.softness * (sin * cos * mode) @ whole
         discriminant = linear**2 + 4.0 * quadratic * bending
-        known = np.logical_and.accumulate(discriminant >= 0.0)  # beyond it bending can balance no load
+        known = np.logical_and.accumulate(discriminant >= 0.0)  # at larger angles no load balances the bending
         angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
         shortened = 1.0 - cos[known] @ whole + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ whole)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)

@@ -1,1 +1,1 @@
-"""Any number of a mechanism turned: derivatives of readings, fits to data, designs."""
+"""Derivatives of results by the numbers of a mechanism, fits to data, optimal designs."""

@@ -1,4 +1,4 @@
-"""Signal over a run as a curve, linear or cubic between its samples, with the readings of formulas."""
+"""Signal over a run as a curve, linear or cubic between its samples, with the functions of formulas: maximum, mean, crossings."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from ..geometry import Array
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""
 NEAR = 5
-"""Number of samples from which a slope is computed."""
+"""Number of samples that a slope is computed from."""
 MOMENT = 1e-11
-"""Largest gap of two samples about a jump, over the run."""
+"""Largest time between the two samples of a jump, over the duration of the run."""
 SUDDEN = 1e-3
-"""Largest gap of two samples about a jump, over the lesser of the neighbouring gaps."""
+"""Largest time between the two samples of a jump, over the lesser of the neighbouring intervals."""
 
 
 def spells(x: Array) -> Array:
-    """Return index ranges of samples above zero: first, and one past the last, shape (times, 2)."""
+    """Return index ranges of samples above zero, shape (ranges, 2): the first, and one past the last."""
     above = np.concatenate([[False], x > 0, [False]])
     return np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Signal over a run, samples at times, linear between them. Methods are the words of a formula."""
+    """Signal over a run, samples at times, linear between them. Public methods are the functions of a formula."""
 
     time: Array
     x: Array
@@ -78,11 +78,11 @@ class Curve:
         return slice(max(0, int(parts[k, 0]) - 1), min(len(self.x), int(parts[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time of the sample next to those above zero, the k-th."""
+        """Return the time at which an interval above zero begins or ends: that of the k-th sample, the one next to it."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
-        """Return the time at which the k-th piece has a value between those of its ends."""
+        """Return the time at which the curve has a value between the samples k and k + 1."""
         part = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
@@ -132,7 +132,7 @@ class Smooth(Curve):
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:
-        """Return slopes at samples, of fourth order: of polynomials through five samples, or through all of a shorter piece."""
+        """Return slopes at samples k, those of a polynomial through the five nearest, or through all of a shorter piece."""
         piece = np.searchsorted(self._pieces, k, side="right") - 1
         first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
         size = np.minimum(last - first, NEAR)
@@ -168,14 +168,14 @@ class Smooth(Curve):
         return float(self._cubic(k)((when - self.time[k]) / (self.time[k + 1] - self.time[k])))
 
     def _root(self, k: int, value: float) -> float:
-        from scipy.optimize import brentq  # it takes a while to load, and few need it
+        from scipy.optimize import brentq  # slow to load
 
         cubic = self._cubic(k)
         part = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Extrapolate the samples inside to zero; at an event or an end of the run return the time of the sample there."""
+        """Extrapolate the samples above zero to zero; at a jump or an end of the run return the time of the sample there."""
         inside, cuts = [k + i * step for i in (1, 2, 3)], self._pieces[1:-1]
         for i in (k, k + step):
             if {i, i + 1} & {*cuts.tolist()}:
@@ -190,7 +190,7 @@ class Smooth(Curve):
         return float(self.time[k] + near.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
 
     def _cubic(self, k: int) -> Polynomial:
-        """Return the k-th cubic over 0 to 1."""
+        """Return the cubic between samples k and k + 1 over the fraction of the interval, 0 to 1."""
         h, step = self.time[k + 1] - self.time[k], self.x[k + 1] - self.x[k]
         before, after = h * self._slopes(np.array([k, k + 1]))
         return Polynomial([self.x[k], before, 3 * step - 2 * before - after, before + after - 2 * step])

@@ -1,4 +1,4 @@
-"""Experiments: measured signals over time, readings, bounds of a sensor; and the reader of recordings in text files."""
+"""Experiments: measured signals over time, measured numbers and bounds; and the reader of recordings in text files."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ MARKS = ("\t", ";", ",", " ")
 
 
 class Read(NamedTuple):
-    """Measured number, SI, with its standard deviation; `side` is 'at most' or 'at least' where the sensor gave a bound only."""
+    """Measured number, SI, with its standard deviation; `side` is 'at most' or 'at least' where it is only a bound."""
 
     value: float
     error: float
     side: str = "is"
 
     def lacks(self, predicted: float) -> float:
-        """Compare with a prediction: its distance in standard deviations, 0 on the right side of a bound."""
+        """Return the residual of a prediction in standard deviations, 0 on the right side of a bound."""
         off = (predicted - self.value) / self.error
         return off if not SIDES[self.side] else max(0.0, off * SIDES[self.side]) * SIDES[self.side]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Experiment: settings and measurements, over `time` (samples,) [s], increasing, from the start of the run.
+    """Experiment: settings, and measurements at `time` (samples,) [s], increasing, from the start of the run.
 
-    Its `signals` (samples,) have names of a result, SI, nan where nothing was measured; their `units` are checked against the
-    kind of each. `errors` are standard deviations of signals; the others are estimated by the residuals of the fit. `readings`
-    are by formula, as 'max(B.contact_force)'; `settings` are numbers of the mechanism, by path, that this experiment has. The
-    `duration` [s] is by default the last time.
+    Its `signals` (samples,) are named as in a result, SI, nan where nothing was measured; their `units` are checked against those
+    of the result. `errors` are standard deviations of signals; the others are estimated by the residuals of the fit. `readings`
+    are by formula, as 'max(B.contact_force)'; `settings` are numbers of the mechanism, by path, with their values in this
+    experiment. The `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -99,13 +99,14 @@ def read_csv(
 ) -> list[Experiment]:
     """Read experiments from a text file: the first column is the time, each other one a signal or a setting.
 
-    Text is in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are left out. Units stand in
-    brackets, `angle [deg]` or `angle (deg)`, behind a slash, `angle/deg`, or in a line below the names; without one numbers are
-    SI. Columns are parted by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma. `signals` are
-    fitted: `NAME` of a column, or `COLUMN=NAME`. `settings` are columns with a number of the mechanism, by its path, or that part
-    the experiments: rows of equal values are one experiment. A column `name` only parts. Where a recording goes on from one
-    experiment to the next, each run begins with its first row. `start` is the time of the file at which the run begins [s], by
-    default 0; a file that begins later than it lasts needs it. A ValueError is one line with the file's name.
+    Text is in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are ignored. Units are in
+    brackets, `angle [deg]` or `angle (deg)`, after a slash, `angle/deg`, or in a line below the names; without one numbers are
+    SI. Columns are separated by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma. `signals` are
+    fitted: `NAME` of a column, or `COLUMN=NAME`. `settings` are columns that separate experiments: consecutive rows with equal
+    values are one experiment. Their names are paths of numbers of the mechanism, or any name without a point, that only
+    separates. Where time increases over the whole file, each experiment begins at its first row. `start` is the time of the file
+    at which the run begins [s], by default 0; it is required where the first time is larger than the file's duration. A
+    ValueError is one line with the file's name.
     """
     try:
         content = Path(path).read_bytes()
@@ -165,7 +166,7 @@ def _columns(above: list[list[str]], line: int) -> list[Column]:
 
 
 def _column(heading: str, unit: str) -> Column:
-    """Split a heading into name and unit: text in brackets is a unit, text behind a slash may be one."""
+    """Split a heading into name and unit: text in brackets is a unit, text after a slash may be one."""
     if found := BRACKETED.fullmatch(heading):
         return Column(found["name"], found["square"] or found["round"] or "", heading)
     name, slash, behind = heading.partition("/")
@@ -177,7 +178,7 @@ def _column(heading: str, unit: str) -> Column:
 def _experiments(
     columns: list[Column], rows: Rows, signals: Sequence[str], settings: Sequence[str], start: float | None
 ) -> list[Experiment]:
-    """Convert the required columns to SI, and split their rows into experiments where a setting changes."""
+    """Convert the columns of signals and settings to SI, and split their rows into experiments where a setting changes."""
     pairs = [text.partition("=") for text in signals]
     wanted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
     parting = {name: _find(columns, name) for name in settings}
@@ -224,7 +225,7 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 
 def _factor(column: Column, wanted: str) -> float:
-    """Return the factor of a column's unit to SI; raise a ValueError if it is not of the kind `wanted`."""
+    """Return the factor of a column's unit to SI; raise a ValueError if it does not measure what the unit `expected` does."""
     try:
         return parse_quantity(f"1 {column.unit}", wanted) if wanted else float(measured(f"1 {column.unit}"))
     except ValueError as error:

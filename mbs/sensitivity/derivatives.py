@@ -1,8 +1,9 @@
-"""Derivatives of readings by the numbers of a mechanism: central differences of runs, each with its error.
+"""Derivatives of readings (numbers read off a run) by numbers of a mechanism: central differences, each with its error.
 
-A reading f is taken at p - w, p and p + w. The derivative is (f(p + w) - f(p - w))/2w. The same over 4 w, of runs with looser
-tolerances and strips of a lower degree, differs from it by what width, steps and degree leave. The second difference shows the
-noise of the readings. Both together are the error (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
+A reading f is computed at p - w, p and p + w. The derivative is (f(p + w) - f(p - w))/2w. The error is the sum of two estimates
+(W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7): the truncation errors of width, time steps and strips, by the
+difference from a derivative over 4 w of runs with larger tolerances and strips of a lower degree; and the noise of the readings,
+by the second difference.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from .reading import FAILURES, statical
 from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
-"""Solver of the finer runs by default: at 1e-7 a derivative after an impact errs by up to 1e-4, at 1e-9 by 1e-7."""
+"""Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
 MOVING = 3e-4
 """Half width of the finer difference over the number, for readings of runs."""
 RESTING = 1e-3
-"""Half width of the finer difference over the number, for equilibria and functions."""
+"""Half width of the finer difference over the number, for readings of equilibria and for functions."""
 WIDER = 4.0
 """Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one."""
 ROUNDING = 1e-15
@@ -41,17 +42,17 @@ NOISE = 3.5
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
 SMALL = 1e-2
-"""Relative derivative below which an uncertain derivative is reported as small and not as missing."""
+"""Effect on the reading, relative for a relative change of the number, up to which an uncertain derivative is still returned."""
 KINKED = 0.5
-"""Ratio of the differences of one-sided derivatives over fine and coarse width that shows a kink; smooth readings have 1/4."""
+"""Gap between one-sided derivatives over the finer width, over that of the coarser, above which it is a kink; 1/4 if smooth."""
 VISIBLE = 1e-3
-"""Least difference of one-sided derivatives at a kink, over the derivative."""
+"""Least gap between one-sided derivatives at a kink, over the derivative."""
 
 
 class Derivative(NamedTuple):
-    """Derivative of one reading by one number: values of both, SI, and their units.
+    """Derivative of one reading, its `value` and `unit`, by one number, `at` its value and `by_unit`, SI.
 
-    The derivative and its error are nan and inf where there is none, for the reason in `note`; `below` and `above` are one-sided.
+    Where it does not exist it is nan, its error inf, and `note` says why; `below` and `above` are one-sided derivatives.
     """
 
     reading: str
@@ -79,9 +80,9 @@ class Derivative(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of some readings by some numbers: by reading, in it the largest effect first.
+    """Derivatives of some readings by some numbers, grouped by reading, the largest effect first.
 
-    Standard deviations of numbers, SI, are in `spreads` where they were given.
+    `spreads` are the standard deviations of numbers that were given, SI.
     """
 
     rows: Sequence[Derivative]
@@ -106,7 +107,7 @@ class Sensitivities:
         return dict(sorted(found.items(), key=lambda item: -item[1]))
 
     def __str__(self) -> str:
-        """Return a table, of each reading the largest effect first."""
+        """Return a table, grouped by reading, the largest effect first."""
         heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]
         rows = [
             [row.reading, row.number, f"{row.relative:+.4g}", f"{row.derivative:.6g}", f"{row.error:.1e}",
@@ -144,11 +145,11 @@ def sensitivities(
     duration : float, optional
         s, positive; without it readings are of states of rest.
     by : sequence of str, or mapping of str to float
-        Numbers by their paths, as in files (`links.coupler.body.section.thickness`); with the standard deviation of each,
-        SI, to have the spread of readings. A number that is zero needs one.
+        Numbers by their paths, as in files (`links.coupler.body.section.thickness`); with the standard deviation of each, SI,
+        the standard deviations of readings are computed. A number that is zero needs one.
     of : str, sequence of str, or mapping
-        Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); or by a name of
-        one's own such a text, or a function of the mechanism that returns a number.
+        Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); a mapping gives such
+        texts, or functions of the mechanism that return a number, names.
     solver : Spectral, optional
         Solver of the finer runs; by default with a tolerance of 1e-9.
     at : mapping of str to float, optional
@@ -161,7 +162,7 @@ def sensitivities(
     ValueError
         On a wrong path or reading, before anything runs.
     RunFailedError
-        If the run of the mechanism as it is does not end, or its state of rest is not stable.
+        If the run of the unchanged mechanism fails, or its state of rest is not stable.
     """
     needs_compiler()
     if duration is not None:
@@ -184,7 +185,7 @@ def sensitivities(
 
 
 class Neighbours(NamedTuple):
-    """Mechanism and its neighbours: other arguments, scales of changes, duration."""
+    """Mechanisms that differ from one in one number: `fixed` arguments, `scales` of the changes by number, duration [s]."""
 
     family: Family
     fixed: dict[str, float]
@@ -192,11 +193,11 @@ class Neighbours(NamedTuple):
     duration: float | None
 
     def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Readings:
-        """Read a mechanism with other values of some numbers."""
+        """Compute readings of the mechanism with other values of some numbers."""
         return read(readings, self.family.make(self.fixed | self.family.values | changes), self.duration, solver)
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
-        """Compute derivatives of some readings; of each reading the largest first."""
+        """Compute derivatives of some readings, grouped by reading, the largest first."""
         coarse = finer(solver, 1 / WIDER, -RISE if (solver.degree or 0) > RISE else 0)
         levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
         slopes, why = dict[str, list[Array]](), ""
@@ -220,12 +221,12 @@ class Neighbours(NamedTuple):
         return rows
 
     def slopes(self, readings: Mapping[str, Reading], name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
-        """Take one-sided derivatives by a number, from below and above, shape (readings,) each; nan where a run fails."""
+        """Compute one-sided derivatives by a number, from below and above, shape (readings,) each; nan where a run fails."""
         found = []
         for change in (-width * self.scales[name], width * self.scales[name]):
             try:
                 moved = self.read(readings, solver, **{name: self.family.values[name] + change}).values
-            except FAILURES:  # a number may have an end there
+            except FAILURES:  # the changed number may be out of its range
                 moved = np.full(len(readings), nan)
             found.append((moved - start.values) / change)
         return found
@@ -239,7 +240,7 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
 
 
 def _derivative(about: Derivative, scale: float, found: Sequence[float], share: float, rounding: float) -> Derivative:
-    """Combine one-sided derivatives, finer and coarser, from below and above; `share` is the relative error of the reading."""
+    """Combine one-sided derivatives, from below and above, finer then coarser; `share` is the relative error of the reading."""
     below, above, coarse_below, coarse_above = found
     if isfinite(below) != isfinite(above):
         value, other, note = (below, coarse_below, "") if isfinite(below) else (above, coarse_above, "")

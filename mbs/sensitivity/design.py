@@ -23,17 +23,17 @@ from .searching import BINDS, EnoughError, Search, parse_want, point_of
 BUDGET = 1000
 """Largest number of runs of a search, by default."""
 CORRECTED = 2
-"""Most corrections of a search by the difference of a finer run."""
+"""Most corrections of a search by the difference between a finer run and its own."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """Result of an optimisation: `values`, SI, and the constraints and ends of ranges that are `binding` there.
+    """Result of an optimisation: `values` of the free numbers, SI, and the constraints and ends of ranges that are `binding`.
 
-    The `readings` are those of the finer run, minimised or constrained; `changes` are by that run. It is `possible` if the finer
-    run meets all constraints; the `message` names violated ones with their violations, and a budget that was used up. `units` are
-    those of values and readings, '' of functions of one's own. It is not `complete` where the budget of runs was used up: the
-    design is the best one so far.
+    The `readings`, minimised or constrained, are of a finer run at these values; `changes` are their differences from the run of
+    the search. The design is `possible` if the finer run meets all constraints; the `message` names violated ones with their
+    violations, and why the search ended early. `units` are those of values and readings, '' for a function. It is not `complete`
+    if the budget of runs was used up: the design is then the best one so far.
     """
 
     values: dict[str, float]
@@ -72,7 +72,7 @@ def optimise(
     timeout: float | None = None,
     progress: bool | None = None,
 ) -> Design:
-    """Choose numbers of a mechanism.
+    """Choose numbers of a mechanism that minimise a reading subject to constraints.
 
     Parameters
     ----------
@@ -83,26 +83,26 @@ def optimise(
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI.
     minimise : str
-        A reading, as 'max(drive.torque)'; without one the constraints alone decide.
+        A reading, as 'max(drive.torque)'; without one any design that meets the constraints is returned.
     subject_to : sequence of str or of (reading, low, high)
-        As 'max(B.contact_force) = 1.5 N ± 1 %', 'max(abs(coupler.deflection)) <= 30 mm'.
+        Constraints, as 'max(B.contact_force) = 1.5 N ± 1 %', 'max(abs(coupler.deflection)) <= 30 mm'.
     readings : dict of str to text or callable, optional
-        Names for readings, which the others may use: texts, or functions of the mechanism that return a number.
+        Readings by names that `minimise` and `subject_to` may use: texts, or functions of the mechanism that return a number.
     solver : Spectral, optional
         By default with a tolerance of 1e-8.
     start : dict of str to float, optional
-        Where the search begins: numbers by the names of ranges, SI; the middle of those that are not named.
+        Where the search begins: numbers by their paths, SI; by default the middle of their ranges.
     starts : int
-        That point, and points of a Halton sequence over the ranges; minima are sought from the best of them.
+        Number of starts: that point, and points of a Halton sequence over the ranges; minima are sought from the best of them.
     budget : int
-        Largest number of runs, those for derivatives among them; then the best design so far is returned, with `complete` False.
+        Largest number of runs, with those for derivatives; then the best design so far is returned, with `complete` False.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
     Returns
     -------
     Design
-        `possible` is False, and `message` says why, where the constraints cannot be kept.
+        `possible` is False, and `message` says why, if no design met the constraints.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def optimise(
 
 
 def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]) -> Array:
-    """Place the start in the unit cube."""
+    """Scale the start to the unit cube."""
     for name, value in start.items():
         if name not in ranges:
             raise ValueError(f"start['{name}']: free has no range of that name")
@@ -139,7 +139,7 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
 
 
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
-    """Search, compare with a finer run, and go on with its difference where that violates a constraint."""
+    """Search, and compare with a finer run; if that violates a constraint, search again with readings corrected by it."""
     _until_enough(search, lambda: search.from_starts(starts))
     tried: list[tuple[Array, Array, Array]] = []
     for _ in range(1 + CORRECTED):
@@ -160,7 +160,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
-    """Take a step of a search, to its end or until runs, time or constraints end it."""
+    """Take a step of a search; it ends early if runs or time are used up, or if all that was sought is found."""
     try:
         step()
     except EnoughError:

@@ -30,13 +30,13 @@ POLISHED = 2
 ROUNDS = 60
 """Most evaluations of least squares from a start."""
 VAGUE = 0.5
-"""Width of an interval over the range of a number above which the number is not identified."""
+"""Width of the 95 % interval of a number, over its range, above which the data do not identify it."""
 TOGETHER = 0.95
-"""Correlation of two numbers above which the data identify them only together."""
+"""Correlation of two numbers above which the data identify only a combination of them."""
 
 
 FROM_AXIS = 0.1
-"""Angle at the start, of its range, above which measured turns are taken for angles from an axis: beyond noise."""
+"""First measured angle over the range of all, beyond noise, above which they are taken for angles from the x axis."""
 
 
 class Interval(NamedTuple):
@@ -47,7 +47,7 @@ class Interval(NamedTuple):
 
 
 class ProfileLikelihood(NamedTuple):
-    """Least cost over one number, the others fitted again, and the cost at the ends of the 95 % interval, the `level`."""
+    """Profile likelihood of a number: least `cost` with the number held `at` values, and cost at the ends of the interval."""
 
     at: Array
     cost: Array
@@ -67,12 +67,12 @@ class ProfileLikelihood(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """Numbers that fit data best, SI, with 95 % `intervals` from the tangent there, or from the profile where one was asked for.
+    """Numbers that fit data best, SI, with 95 % `intervals` by linearisation there, or by the profile where one was requested.
 
-    `unidentified` are sentences on numbers that the data do not identify, and on signals that no numbers explain. The
-    `correlation` is (numbers, numbers). `rms` are root mean squares of residuals of each signal, in its unit, over all
+    `unidentified` are sentences on numbers that the data do not identify, and on signals that the mechanism does not explain. The
+    `correlation` is (numbers, numbers). `rms` are root mean squares of the residuals of each signal, in its unit, over all
     experiments. `predicted` are signals at the times of the data, and readings, of each experiment. `cost` is half the sum of
-    squares, in standard deviations; `free` the ranges of the numbers.
+    squared residuals, in standard deviations; `free` are the ranges of the numbers.
     """
 
     values: dict[str, float]
@@ -96,7 +96,7 @@ class Fit:
         return "\n".join([*lines, *left, *self.unidentified])
 
     def plot(self) -> Any:
-        """Draw data beside the fit, what is left, and profiles; return the matplotlib figure."""
+        """Draw data and fit, residuals and profiles; return the matplotlib figure."""
         return find_offer("plot_fit")(self)
 
 
@@ -112,7 +112,7 @@ def fit(
     timeout: float | None = None,
     progress: bool | None = None,
 ) -> Fit:
-    """Fit numbers of a mechanism to what was measured.
+    """Fit numbers of a mechanism to experiments.
 
     Parameters
     ----------
@@ -125,9 +125,9 @@ def fit(
     solver : Spectral, optional
         By default with a tolerance of 1e-8.
     starts : int
-        Points of a Halton sequence over the ranges; least squares are sought from the best of them.
+        Number of starts: the middle of the ranges, and points of a Halton sequence; least squares begin at the best of them.
     profiles : sequence of str
-        Numbers whose interval is wanted from the profile likelihood: for each of nine values the others are fitted again.
+        Numbers whose interval is to come from the profile likelihood: with each at nine values, the others are fitted again.
     timeout, progress
         Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
 
@@ -192,7 +192,7 @@ def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
         """Return the whole point of a part of its coordinates."""
         return np.insert(part, kept, x[kept]) if kept is not None else part
 
-    # a residual of one, with the slope zero, ends the search of data without noise
+    # with an extra residual, the constant 1, `ftol` ends the search even for data without noise
     found = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
@@ -202,7 +202,7 @@ def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
 
 
 def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
-    """Find the least cost over a number, from its best value on to both sides."""
+    """Find the least cost for values of a number, from its best value to both sides."""
     i = problem.names.index(name)
     wide = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
     found = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
@@ -218,7 +218,7 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
 
 
 def _growth(problem: FitProblem) -> float:
-    """Return the factor by which the sum of squares grows to the ends of the 95 % interval of one number."""
+    """Return the sum of squares at the ends of the 95 % interval of one number over the least one."""
     freedom = max(1, problem.count - len(problem.names))
     return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
@@ -258,7 +258,7 @@ def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, corre
 
 
 def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
-    """List signals whose residuals exceed those about their mean by more than chance and tolerance, in sentences."""
+    """List, in sentences, signals that the fit predicts worse than their mean does, and angles from a wrong origin."""
     left, found = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)

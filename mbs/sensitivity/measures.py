@@ -1,10 +1,11 @@
-"""Errors of readings of a result: by the difference of runs, or of chaotic motions by sampling.
+"""Errors of readings of a result: by the difference of two runs, or, of a chaotic motion, sampling errors of its statistics.
 
-Values of a chaotic motion at a time have no error, but its means, rms, peaks and impulses estimate those of all such motions.
-Their sampling error follows from readings of n batches of the run, turns of the drive or equal parts (Law, Simulation Modeling
-and Analysis, 2015, section 9.5). Let s be their standard deviation and t the 97.5 % quantile of Student's distribution of n - 1
-degrees. The half-width of a 95 % interval is t s/sqrt(n) of a mean or rms, and t s sqrt(n) of an impulse. That of a largest or
-smallest value is t s, as the width of its distribution does not depend on n (Gumbel, Statistics of Extremes, 1958).
+The value of a chaotic motion at a time is not predictable, but means, rms, peaks and impulses are statistics of a sample of all
+such motions. Their sampling errors follow by batch means (Law, Simulation Modeling and Analysis, 2015, section 9.5): the run is
+divided into n batches, turns of the drive or equal parts, and the reading computed for each. With their standard deviation s and
+the 97.5 % quantile t of Student's distribution of n - 1 degrees of freedom, the half-width of a 95 % interval is t s/sqrt(n) for
+a mean or rms, t s sqrt(n) for an impulse, and t s for a largest or smallest value, as the width of the distribution of extremes
+(Gumbel, Statistics of Extremes, 1958) does not depend on n.
 """
 
 from __future__ import annotations
@@ -29,26 +30,25 @@ NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": N
 """Norm of a signal's error that bounds a reading; PEAK bounds the others."""
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
-"""Last parts of the names of signals whose peaks are read where no measure is given."""
+"""Quantities, the last parts of signals' names, whose peaks are read by default."""
 ENDED = (Status.TIMED_OUT, Status.INTERRUPTED)
-"""Ends of a run from outside."""
+"""Statuses of a run that was ended from outside."""
 TIMED = re.compile(r"\bat\(")
-"""Readings at a time, which the part of a run may not have."""
+"""Pattern of readings at a given time, which may lie after the end of an incomplete run."""
 APART = ("begins", "ends", "peak")
-"""Readings of single contacts: an error of the force counts only while there is contact, as the force is zero between."""
+"""Readings of single contacts: errors are added only where the signal is not zero."""
 BATCHES = 20
-"""Most batches, and their number where no drive turns: fewer hide the spread, more correlate with each other."""
+"""Most batches, and their number without a turning drive: with fewer s is uncertain, more are correlated."""
 FEWEST = 4
 """Least number of batches for a standard deviation."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
-"""Exponent p of n: the spread of a reading of the whole run is that of a batch times n^p."""
+"""Exponent p of n: the standard deviation of a reading of the whole run is that of one batch times n^p."""
 
 
 class Reading(NamedTuple):
     """Number read off a result, with its error in the unit of the value, nan where it is not known.
 
-    Of the kind "difference" it is a bound by two runs, of "sampling" the half-width of a 95 % interval; else the kind is
-    "unknown".
+    The error is by its `kind` a bound by two runs ("difference"), the half-width of a 95 % interval ("sampling"), or "unknown".
     """
 
     value: float
@@ -73,8 +73,8 @@ def read(result: Result, text: str) -> Reading:
 def bound_error(text: str, result: Result) -> float:
     """Bound the error of a reading, in its unit; nan where the error of a signal is not known to the end of the run.
 
-    Errors of signals are propagated to each reading in the formula, to first order. The difference of linear and cubic
-    interpolation is added.
+    Errors of signals are propagated through each reading in the formula and added; so is the difference of linear and cubic
+    interpolation.
     """
     tree, names = parse_reading(text, result.signals)
     signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
@@ -89,7 +89,7 @@ def bound_error(text: str, result: Result) -> float:
 def _propagate(
     tree: ast.expr, time: Array, signals: Mapping[str, Array], change: Callable[[ast.Call, str, float], float]
 ) -> float:
-    """Sum what the changes of each reading in a formula make of it, to both sides."""
+    """Sum the changes of a formula's value due to changes, up and down, of each reading in it."""
     exact, total = value_of(tree, time, signals), 0.0
     for leaf in ast.walk(tree):
         if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
@@ -118,8 +118,8 @@ def _change(
 
 
 def _spread(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, Array]) -> float:
-    """Estimate the half-width of the interval of one reading."""
-    from scipy.stats import t  # it takes a while to load, and few need it
+    """Estimate the half-width of the 95 % interval of one reading."""
+    from scipy.stats import t  # slow to load
 
     edges = batches(result)
     if reading not in POWERS or len(edges) <= FEWEST:
@@ -143,9 +143,9 @@ def batches(result: Result) -> Array:
 
 
 class Measure(NamedTuple):
-    """Number read off a run by its formula, `name`, and the signals in that; error in its unit, nan where it is not known.
+    """Number read off a run by its formula, `name`, with `signals`; error in its unit, nan where it is not known.
 
-    The error lies `beyond` where it is larger than what was asked for, or not known where others are.
+    It is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
     """
 
     name: str
@@ -157,14 +157,14 @@ class Measure(NamedTuple):
 
     @property
     def relative(self) -> float:
-        """Relative error; nan where it is not known or says nothing: of a value no larger than its error."""
+        """Relative error; nan if it is not known or not below 1."""
         return self.error / abs(self.value) if self.error < abs(self.value) else nan
 
 
 def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
-    """Read these formulas off a run, by default the peaks of its forces, torques and deflections; none of a run that failed.
+    """Read formulas off a run, by default the peaks of its forces, torques and deflections; none off a run that failed.
 
-    A run that was ended from outside has those of the part that ran.
+    A run that was ended from outside is read up to its end.
     """
     ended = result.status in ENDED and len(result.time) > 1
     wanted = [text for text in texts or peaks(result) if not (ended and TIMED.search(text))]
@@ -172,7 +172,7 @@ def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
 
 
 def _measure(result: Result, text: str) -> Measure:
-    """Read a formula and compare its error with the accuracy that was asked for, or with `STRIKE`."""
+    """Read a formula and compare its error with the accuracy requested, or with `STRIKE`."""
     value, error, unit, _ = result.reading(text)
     known = parse_reading(text, result.signals)[1].values()
     names = [name for name in known if result.units.get(name) == unit]
@@ -184,6 +184,6 @@ def _measure(result: Result, text: str) -> Measure:
 
 
 def peaks(result: Result) -> list[str]:
-    """List the default readings: peaks of forces, torques and deflections, of means where ringing is not resolved."""
+    """List the default readings: peaks of forces, torques and deflections, of their means where vibrations are not resolved."""
     names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
     return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]

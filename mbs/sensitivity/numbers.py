@@ -19,7 +19,7 @@ Make = Callable[[Mapping[str, float]], Mechanism]
 
 
 class Standing(NamedTuple):
-    """Entry of a document: declaration if there is one, value, unit."""
+    """Entry of a document: its declaration if there is one, present value, unit."""
 
     about: Declaration | None
     now: Any
@@ -44,7 +44,7 @@ def standing(document: Mapping[str, object], path: str) -> Standing:
 
 
 def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str, now: Any) -> str:
-    """Choose among units, as `rad/s or m/s` of a drive, by the value there or by what is driven."""
+    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by its value or by what is driven."""
     for each in unit.split(" or ") if isinstance(now, str) else ():
         with contextlib.suppress(ValueError):
             parse_quantity(now, each)
@@ -86,7 +86,7 @@ def _field(found: object, name: str, path: str) -> tuple[object, Declaration | N
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: function from numbers by name, present values in SI, units."""
+    """Mechanisms that differ in some numbers: `make` one from these by name; present values in SI, units."""
 
     make: Make
     values: dict[str, float]
@@ -94,10 +94,10 @@ class Family:
 
     @classmethod
     def of(cls, mechanism: Source, names: Iterable[str], given: Mapping[str, float]) -> Family:
-        """Make the family over numbers of a mechanism, by path, or over arguments of a function that makes one.
+        """Make the family of a mechanism whose numbers at some paths vary, or of a function of some arguments that makes one.
 
-        A mapping is the content of a file, with its own paths, as `links.crank.length`. `given` are values of the arguments of a
-        function, which has no numbers to look up. A ValueError names a path without a number.
+        A mapping is the content of a file; paths are its own, as `links.crank.length`. `given` are the present values of a
+        function's arguments. A ValueError names a path without a number.
         """
         if not isinstance(mechanism, Mechanism | Mapping):
             function = mechanism

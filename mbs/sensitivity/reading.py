@@ -5,11 +5,11 @@
     settled(signal)                 its mean over the last tenth of the run;
     at(signal, t)                   its value at a time, s;
     when(signal, value, n)          time, s, at which it crosses a value for the n-th time, n = 1, 2, ...; nan if it does not;
-    begins(signal, n), ends(signal, n)  times, s, between which it is above zero for the n-th time, as a contact force is while
-                                    its contact lasts; -1 is the last time; nan if it is not;
+    begins(signal, n), ends(signal, n)  times, s, between which it is above zero for the n-th time, as a contact force during the
+                                    n-th contact; n = -1 is the last; nan if there is none;
     peak(signal, n)                 its largest value between them;
     abs sqrt sin cos + - * / **     of signals and of numbers;
-    frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; needs no run.
+    frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; without a run.
 
 Signals are those of the result, by their names.
 """
@@ -53,7 +53,7 @@ TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 
 
 class RunFailedError(RuntimeError):
-    """A run that a derivative, a fit or a design needs did not end."""
+    """A run for a derivative, a fit or a design failed."""
 
 
 FAILURES = (RunFailedError, ArithmeticError, ValueError)
@@ -61,7 +61,7 @@ FAILURES = (RunFailedError, ArithmeticError, ValueError)
 
 
 class WrongReadingError(ValueError):
-    """Error of a reading that no run has: no such signal, or another kind of unit."""
+    """Error of a reading that is wrong for every run: no such signal, or a unit of another kind."""
 
 
 class MeasuredValue(NamedTuple):
@@ -87,7 +87,7 @@ def measure(
 
 
 def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
-    """Return a function from a mechanism to a reading of its equilibrium and the error; None of other texts."""
+    """Return a function from a mechanism to its natural frequency at rest and the error; None of other texts."""
     found = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
     if found is None:
         return None
@@ -95,7 +95,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
         """Compute the natural frequency [Hz] and its error."""
-        from ..statics.vibration import frequencies  # it loads the compiled solver, and few need it
+        from ..statics.vibration import frequencies  # loads the compiled solver
 
         found = frequencies(mechanism, count=number)
         if not found.stable:
@@ -108,7 +108,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
 
 def check(text: str, signals: Mapping[str, object] | None = None) -> None:
-    """Raise a ValueError if a text is no reading; without signals its grammar only is checked."""
+    """Raise a ValueError if a text is no reading; without signals only its grammar is checked."""
     if statical(text):
         return
     found = TOKEN.findall(text) if signals is None else list(signals)
@@ -150,7 +150,7 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
 def value_of(
     node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve, given: Mapping[ast.expr, float] = NONE
 ) -> Any:
-    """Evaluate a formula, with `given` values of parts."""
+    """Evaluate a formula; `given` are values of some nodes of its tree."""
     if node in given:
         return given[node]
     match node:

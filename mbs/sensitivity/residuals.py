@@ -1,4 +1,4 @@
-"""Residuals of experiments over the unit cube of the free numbers, and their derivatives."""
+"""Residuals of experiments and their derivatives as functions of the free numbers, scaled to the unit cube."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .runs import run
 
 Bounds = tuple[float, float]
 STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver; its error over `WIDTH` is that of a derivative."""
+"""Default solver; errors of derivatives are its error over `WIDTH`."""
 WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of a number."""
 FAR = 1e3
 """Residual of a run that fails, in standard deviations; violation by a reading without a value."""
 DEPENDENT = 1e-9
-"""Singular value over the largest below which the data do not depend on a direction."""
+"""Singular value, over the largest, below which the data do not depend on its combination of numbers."""
 CLOSE = 1e-7
 """Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
 TIME_ZERO = "time_zero"
@@ -37,10 +37,10 @@ TIME_ZERO = "time_zero"
 
 @dataclass
 class FitProblem:
-    """Residuals over the unit cube of the free numbers.
+    """Residuals as functions of the free numbers, scaled to the unit cube.
 
-    `errors` are standard deviations of signals; `units` those of numbers, and of signals after a run. `failed` is the reason of
-    the first run that failed, `stopped` why the search ended early. `blocked` has numbers beside which both runs fail, and why.
+    `errors` are standard deviations of signals; `units` those of numbers, and of signals after a run. `failed` is why the first
+    failed run did, `stopped` why the search ended early, `blocked` why numbers have no derivative: runs on both sides fail.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -60,7 +60,7 @@ class FitProblem:
     def of(
         cls, mechanism: Source, experiments: list[Experiment], free: Mapping[str, Bounds], solver: Spectral | None
     ) -> FitProblem:
-        """Check the input and place the free numbers in the cube."""
+        """Check the input and scale the free numbers to the cube."""
         if not free:
             raise ValueError("free: no number; give {path: (low, high)}")
         check_ranges(free)
@@ -130,7 +130,7 @@ class FitProblem:
         return np.column_stack([self._slope(x, i, start) for i in range(len(x))])
 
     def _slope(self, x: Array, i: int, start: Array) -> Array:
-        """Take the one-sided difference by one number, towards the middle of its range or, if a run fails, away; else zero."""
+        """Compute the difference quotient by one number, towards the middle of its range or, if a run fails, away; else zero."""
         axis, width = np.arange(len(x)) == i, WIDTH if x[i] < 0.5 else -WIDTH
         for change in (width, -width):
             try:
@@ -156,7 +156,7 @@ class FitProblem:
                 self.errors[name] = max(value, 1e-12 * self.errors[name])
 
     def covariance(self, x: Array) -> Array:
-        """Compute the covariance of the numbers over the cube, s^2 (J^T J)^-1; very large in unseen directions."""
+        """Compute the covariance of the scaled numbers, s^2 (J^T J)^-1; very large in directions without influence."""
         j, r = self.jacobian(x), self.residuals(x)
         _, s, vh = np.linalg.svd(j, full_matrices=False)
         scale = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
@@ -172,7 +172,7 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
 
 
 def read_run(found: Run, each: Experiment, zero: float) -> dict[str, Any]:
-    """Read from a run what an experiment measured; its data begin at the time `zero`."""
+    """Read off a run what an experiment measured; the run begins at the time `zero` of its data."""
     time, values, units = found.record.time, found.values, found.units
     said: dict[str, Any] = {}
     for name in each.signals:

@@ -33,14 +33,14 @@ class Readings(NamedTuple):
 
 
 def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
-    """Divide the tolerances of a solver, and raise the degree of its strips."""
+    """Return a solver with tolerances divided by `times`, and strips of a higher degree."""
     steps = replace(solver.steps, tolerance=solver.tolerance / times) if isinstance(solver.steps, Controlled) else solver.steps
     degree = solver.degree + degrees if solver.degree else None
     return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / times), degree=degree)
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
-    """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `asked` names, or all."""
+    """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `readings` names, or all."""
     watching.get().check()
     watching.get().count += 1
     solver = replace(solver, method="implicit")
@@ -53,9 +53,9 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
-    """Take all readings of a mechanism, those of motions from one run.
+    """Compute readings of a mechanism, those of its motion from one run.
 
-    A RunFailedError says that the run does not end, or that the state of rest of a frequency is not stable.
+    A RunFailedError says that the run fails, or that the state of rest of a frequency is not stable.
     """
     found, ended = list[tuple[float, str, float]](), None
     asked = " ".join(text for text in readings.values() if isinstance(text, str))
@@ -75,7 +75,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Name readings, and check them by their grammar."""
+    """Name readings, and check their grammar."""
     found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
         text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
     }  # fmt: skip

@@ -1,4 +1,7 @@
-"""Search for a design: readings over the unit cube of its numbers, minimised by SLSQP (Kraft 1988) or met by least squares."""
+"""Search for a design: a reading minimised by SLSQP (Kraft 1988), or constraints alone met by least squares.
+
+The free numbers are scaled to the unit cube.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +24,15 @@ from .residuals import FAR, WIDTH
 from .runs import Reading, finer, read
 
 EXACT = 1e-3
-"""Relative tolerance of a value that is required without one."""
+"""Relative tolerance of a constraint `reading = value` without one."""
 KEPT = 1e-6
-"""Relative violation at which a constraint still counts as met: the accuracy of a search."""
+"""Largest relative violation of a constraint that counts as met: the accuracy of a search."""
 BINDS = 1e-3
-"""Relative distance from an end within which a constraint binds."""
+"""Relative distance from an end up to which a constraint is binding."""
 NARROW = 0.1
-"""Relative width up to which a band stands for a value, and binds."""
+"""Relative width up to which a band is taken for a value with a tolerance, always binding."""
 FINER = 32.0
-"""Factor by which the tolerance of the finer run is smaller."""
+"""Tolerance over that of the finer run."""
 POLISHED = 3
 """Number of the best starts from which a minimum is sought."""
 ITERATIONS = 60
@@ -37,20 +40,20 @@ ITERATIONS = 60
 MET = 15
 """Most evaluations of least squares for constraints alone: more would follow noise."""
 SAME = 1e-7
-"""Distance of points, over a range, that count as one: closer ones differ by the noise of runs."""
+"""Distance of points, over a range, below which they count as one, as their runs would differ by noise only."""
 HALF = 0.5
-"""Convergence radius about the middle of a band, over half its width."""
+"""Distance from the middle of a band, over half its width, at which least squares have converged."""
 WIDE = 0.02
-"""Width of wide differences, over a range: they average ripples of a reading, as of the force of an impact."""
+"""Width of the wider differences, over a range: they average ripples of a reading, as of the force of an impact."""
 WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
 class EnoughError(Exception):
-    """End of a search: constraints are met, or the budget of runs is used up."""
+    """Raised to end a search: constraints are met, or the budget of runs is used up."""
 
 
 class Want(NamedTuple):
-    """Constraint of a reading, by its name, to lie between two values; `given` is its value with unit, '' without."""
+    """Constraint: the reading of a name lies between two values; `given` is the value as written with its unit, '' without."""
 
     text: str
     name: str
@@ -60,7 +63,7 @@ class Want(NamedTuple):
 
     @property
     def ends(self) -> list[tuple[float, float, float]]:
-        """Finite ends: side, value, and scale of a violation; side * (reading - value) >= 0 where it is met."""
+        """Finite ends: side, value, scale; a reading violates one by side * (value - reading) / scale if positive."""
         sizes = [abs(each) for each in (self.low, self.high) if isfinite(each) and each]
         pairs = [(1.0, self.low), (-1.0, self.high)]
         return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
@@ -76,7 +79,10 @@ class Want(NamedTuple):
         return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
 
     def residual(self, value: float) -> tuple[float, float]:
-        """Compute the distance from the middle of a narrow band over half its width, else the violation over `EXACT`; slope."""
+        """Compute the residual of a value, and its slope.
+
+        It is the distance from the middle of a narrow band over half its width, else the violation over `EXACT`, plus 1.
+        """
         if not isfinite(value):
             return FAR, 0.0
         if self.is_narrow:
@@ -113,10 +119,10 @@ def parse_want(given: str | tuple[str, float, float]) -> Want:
 
 @dataclass
 class Search:
-    """Readings over the unit cube of the free numbers, with the one to minimise, if any, and constraints.
+    """Readings as functions of the free numbers, scaled to the unit cube; the one to minimise, `aim`, if any, and constraints.
 
-    `offset` is the difference of a finer run, `failed` the reason of the first run's failure, `stopped` why the search ended
-    before its end.
+    `offset` is added to readings: their difference in a finer run. `failed` is why the first run failed, `stopped` why the search
+    ended early.
     """
 
     family: Family
@@ -142,7 +148,7 @@ class Search:
         return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
 
     def read(self, x: Array, solver: Spectral) -> Array:
-        """Take the readings at a point; nan where the run fails."""
+        """Compute the readings at a point; nan where the run fails."""
         self.runs += 1
         try:
             found = read(self.readings, self.family.make(self.values(x)), self.duration, solver)
@@ -159,9 +165,9 @@ class Search:
             return np.full(len(self.readings), np.nan)
 
     def evaluate(self, x: Array) -> Array:
-        """Take the readings at a point once, as a finer run would have them.
+        """Compute the readings at a point, or look them up, and add the offset.
 
-        An EnoughError ends a search whose budget is used up, or that minimises nothing and has all constraints met.
+        An EnoughError ends a search whose budget is used up, or that minimises nothing and has met all constraints.
         """
         key = point_of(x)
         if key not in self.cache:
@@ -173,7 +179,7 @@ class Search:
         return self.cache[key] + self.offset
 
     def slopes(self, x: Array, width: float = WIDTH) -> Array:
-        """Take central differences of the readings over the cube, shape (readings, numbers); 0 where they have no value.
+        """Compute derivatives of the readings over the cube by central differences, shape (readings, numbers); 0 without value.
 
         At an end of the cube, and where a run fails on one side, they are one-sided.
         """
@@ -205,13 +211,13 @@ class Search:
         return [want for want, value in self.pairs(found) if want.miss(value) > KEPT]
 
     def merit(self, found: Array) -> tuple[float, float]:
-        """Compare readings: by the misses of the constraints first, then by what is minimised."""
+        """Return the key by which designs are compared: the sum of violations, then what is minimised."""
         miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.list_violated(found) else 0.0
         aim = float(found[self.row[self.aim]]) if self.aim else 0.0
         return miss, aim if isfinite(aim) else inf
 
     def best(self) -> Array | None:
-        """Find the best point that was run; None where no run has a value."""
+        """Find the best point that was run; None if no run has a value."""
         useful = np.all if self.aim else np.any
         ended = [np.array(key) for key, found in self.cache.items() if useful(np.isfinite(found))]
         return min(ended, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if ended else None
@@ -225,7 +231,7 @@ class Search:
                     self.descend(some[k])
 
     def descend(self, x: Array) -> None:
-        """Minimise along the constraints; with nothing to minimise meet them by least squares, over wide differences first."""
+        """Minimise subject to the constraints; with nothing to minimise meet them by least squares, wide differences first."""
         if not self.aim:
             for width in (WIDE, WIDTH):
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
@@ -245,7 +251,7 @@ class Search:
         )  # fmt: skip
 
     def check(self, x: Array) -> Array:
-        """Take the readings at a point from a finer run."""
+        """Compute the readings at a point by a finer run."""
         moving = any(isinstance(each, str) and not statical(each) for each in self.readings.values())
         return self.read(x, finer(self.solver, FINER, RISE)) if moving else self.cache[point_of(x)]
 

@@ -1,9 +1,9 @@
-"""The equations of motion at a state, linear about it as sparse matrices, and their factors (`CompiledScene.linear`).
+"""Equations of motion linearised about a state as sparse matrices, and their factors (`CompiledScene.linear`).
 
-    M a + C v' + K q' + (G - X)^T lambda' = f',    G q' = g'.
+    M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
-The integrators factor the same matrices in compiled code (`fronts`), with pivots that suit a mass matrix. Here any pivot may be
-taken: a mechanism without mass or stiffness in some direction is held by its constraints alone.
+The integrators factor the same matrices in compiled code (`fronts`), with pivots for a positive definite mass matrix. Here pivots
+are free: in a direction without mass or stiffness only the constraints hold a mechanism.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Matrix = Any
 
 @dataclass(frozen=True)
 class Equations:
-    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for."""
+    """Terms of the equations of motion at one state. Matrices are built from their entries at first use."""
 
     force: Array  # f, without the constraints' forces, (n,)
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # of -df/dlambda, C, K, and G with its transpose, (4, slots + 1)
-    made: Callable[[Array], Matrix] = field(repr=False)  # the matrix of all unknowns from its entries
+    entries: Array = field(repr=False)  # nonzeros of -df/dlambda, C, K, and G with its transpose, (4, nonzeros + 1)
+    made: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its nonzeros
 
     @cached_property
     def stiffness(self) -> Matrix:
@@ -101,5 +101,5 @@ class Linear(NamedTuple):
         return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
 
     def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
-        """Factors of that matrix; a SingularError if it has no inverse: a free motion, or constraints that say the same."""
+        """Factors of that matrix; a SingularError if it has no inverse: a free motion, or redundant constraints."""
         return Factors(self.matrix(mass, damping, stiffness))

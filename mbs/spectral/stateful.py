@@ -1,12 +1,10 @@
 """Forces whose law has states, compiled, with their derivatives.
 
-A state is the velocity of a coordinate of unit mass, and its rate the force there: each has a marker of its own, whose angle is
-that coordinate. Let p be the places of the marker that is pushed, one angle or x and y, and c all of these coordinates and
-p. Then:
+A state is the velocity of an extra coordinate of unit mass, and its rate the force on that; each such coordinate is the angle of
+an extra marker. Let p be the coordinates of the marker that the force acts on, one angle or x and y, and p_c these and the extra
+ones. Component r of the force, or the rate of a state, is F_r:
 
-    dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp'_c = J_c dv + J'_c dq,
-
-F_r a component of the force, or the rate of a state.
+    dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp'_c = J_c dv + J'_c dq.
 """
 
 from __future__ import annotations
@@ -24,21 +22,21 @@ SMALL = 1e-3
 
 @draft
 def _counts(tables, k):
-    """First column of the marker that force k pushes, number of columns, number of states."""
+    """First column of the marker that force k acts on, number of columns, number of states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + Pushed.COUNT]), int(tables.data[number + Pushed.STATES])
 
 
 @draft
 def _value(tables, work, k, r, count):
-    """Component r of the force, or the rate of a state; what its law is a function of stands in work.element."""
+    """Component r of the force, or the rate of a state; the arguments of its law are in work.element."""
     factor = tables.factors[k] if r < count else 1.0
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.element)
 
 
 @draft
 def _of(tables, k, first, count, component):
-    """Marker of a coordinate that the law sees or pushes, its column there, and where it stands in the force's block."""
+    """Marker of a coordinate that is an argument of the law, its column there, and its first row in the force's block."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0
@@ -48,7 +46,7 @@ def _of(tables, k, first, count, component):
 
 @draft
 def _fill(tables, work, k, t):
-    """Put what the law of force k is a function of into work.element: time, places, their rates, states."""
+    """Put the arguments of the law of force k into work.element: time, coordinates, their rates, states."""
     first, count, states = _counts(tables, k)
     a, b, given = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.element
     given[0] = t
@@ -78,7 +76,7 @@ def add_stateful(tables, work, k, t, f):
 
 @draft
 def bend_stateful(tables, work, k, t, q):
-    """Derivatives of the same, by central differences of its law."""
+    """Derivatives of the force and of the rates of its states, by central differences of the law."""
     first, count, states = _counts(tables, k)
     given, out = work.element, work.reports[k]
     _fill(tables, work, k, t)

@@ -1,4 +1,4 @@
-"""Influence of the modes of the rocker: sets of modes of a solid, against the rigid rocker and the fullest set.
+"""Influence of the modes of the rocker: sets of modes of a solid, compared with the rigid rocker and the largest set.
 
 The paper gives its rocker "modes four, five and six" and does not say how they are counted: of the free body's modes, the first
 six of which are rigid; of its flexible modes in space; of those in the plane; or of its bending modes. The compiled solver runs
@@ -31,7 +31,7 @@ LISTED = 12
 BASE = "none"
 """Set of the rigid rocker, with which others are compared."""
 BEST = "bending_1_8_axial_1_4"
-"""Fullest set, with which others are compared."""
+"""Largest set, with which others are compared."""
 SHOWN = {
     "force.coupler_rocker": "force B", "force.rocker_frame": "force C", "acceleration.coupler": "peak a coupler",
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
@@ -41,12 +41,12 @@ SUMMED = {name: SHOWN[name] for name in ("force.coupler_rocker", "acceleration.r
 """Claims in the table of all cases."""
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
-"""Comparison of a set with the fullest one, and its number in metrics.json."""
+"""Comparison of a set with the largest one, and its number in metrics.json."""
 SPEED = FourBarParameters().speed
 """Crank speed [rad/s]."""
 
 Case = tuple[str, float]
-"""A reading of c_max and a side in the plane [m]."""
+"""Unit in which the published c_max is read, and side of the bars in the plane [m]."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _count_modes(depth: float) -> dict[str, Metric]:
-    """Return frequencies by kind, those in the plane beside beam theory's."""
+    """Return frequencies by kind, those in the plane with the exact ones of beam theory."""
     found, table = {}, solid_modes(depth).table()
     for kind, exact in beam_frequencies(depth).items():
         mine = [hertz for _, hertz, what, *_ in table if what == kind]
@@ -116,7 +116,7 @@ def _count_modes(depth: float) -> dict[str, Metric]:
 
 
 def _numbers(p: Parameters, name: str, one: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
-    """Return every claim's number for one set, over that of the rigid rocker and over that of the fullest set."""
+    """Return every claim's number for one set, and its ratios to that of the rigid rocker and to that of the largest set."""
     found: dict[str, Metric] = {}
     level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))
     for claim in CLAIMS:
@@ -129,7 +129,10 @@ def _numbers(p: Parameters, name: str, one: Turns, base: Turns, best: Turns) -> 
 
 
 def sameness(found: Ratio, level: float, margin: float) -> str:
-    """Return = if surely within the margin of 1; ≠ if surely not 1, and not that; else ?. Level is that of one end."""
+    """Return = if the confidence interval lies within the margin about 1; else ≠ if it excludes 1, ? if not.
+
+    The `level` is the probability beyond each end of the interval.
+    """
     reach = found.reach(level)
     if abs(found.value - 1) + reach < margin:
         return AGREES
@@ -137,7 +140,7 @@ def sameness(found: Ratio, level: float, margin: float) -> str:
 
 
 def _modes_table(depth: float) -> Table:
-    """Make the table of each number's mode, in each way of counting."""
+    """Make the table of the modes, numbered in each way of counting."""
     rows: list[list[Any]] = []
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
     for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:LISTED]:
@@ -152,7 +155,7 @@ def _modes_table(depth: float) -> Table:
 
 
 def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
-    """Make a table of one case: a row a set, a column a number over the rigid rocker's, and its mark."""
+    """Make a table of one case, (sets, claims): each number over the rigid rocker's, and its mark."""
     rows = []
     for name in p.mode_sets:
         rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in SHOWN)])
@@ -180,7 +183,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw ratios to the rigid rocker with bars of two standard errors, a panel for each reading of c_max and plane."""
+    """Draw ratios to the rigid rocker with bars of two standard errors, a panel for each unit of c_max and side."""
     p = result.of(Parameters)
     shape = {"squeeze": False, "sharey": True, "sharex": True}
     fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)

@@ -1,15 +1,15 @@
 """The striking coupler over speed, bow, stop stiffness and slider mass, in dimensionless numbers: the regime of every strike.
 
-Every point of the grid is one strike of the beam of `slider-crank`, read as the strip's largest compression and the stop's
-largest force, both over the Euler load P. A theory that knows nothing of the simulation, a strip of sine modes (`sine_strip`),
-stands beside it. Two numbers decide the regime. One is the strip's bend on arrival over its radius of gyration. The other is the
-rise of the compression in Euler loads over a radian of its first vibration:
+Every point of the grid is one strike of the beam of `slider-crank`, with the strip's largest compression and the stop's largest
+force, both over the Euler load P. An independent theory, a strip of sine modes (`sine_strip`), is compared with it. Two numbers
+decide the regime: the strip's deflection at first contact over its radius of gyration, and the dimensionless rate of compression,
 
     s = K' v/(P w1 cos phi).
 
-K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the lean of the chord.
-A straight strip buckles late, at a compression that grows as the root of s; one that bends in time pushes with P (plateau); a
-bowed one is a soft spring (sagging); one that is bent on its way swings before its slider arrives, or keeps it away.
+K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the lean of the chord:
+s is in Euler loads over a radian of the first vibration. A straight strip buckles late, at a compression that grows as the root
+of s; one that has time to buckle pushes with P (plateau); a bowed one is a soft spring (sagging); one that has buckled before
+contact swings, and its slider may never arrive.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LATE = 1.5
 SAGS = 0.95
 """Compression over the Euler load below which the strip sags."""
 STRAIGHT = 5.0
-"""Bend on arrival over the radius of gyration up to which the power of late buckling is read off."""
+"""Deflection at first contact over the radius of gyration up to which the power law of late buckling is fitted."""
 REGIMES = ("late buckling", "plateau", "sagging", "swing")
 SHAPES = ("o", "s", "^", "x")
 
@@ -64,7 +64,7 @@ class Parameters(StrikeAssumptions):
     workers: int = integer(0, 0, 256, "processes, 0 for none but this", "numerics")
 
     def cases(self) -> list[Case]:
-        """Make one strike for each mass, stiffness, bow and speed, the last running fastest."""
+        """Make one strike for each mass, stiffness, bow and speed, in this order of loops."""
         given = self.share(Case) | {"models": ("beam",), "until": UNTIL}
         return [
             Case(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
@@ -73,7 +73,11 @@ class Parameters(StrikeAssumptions):
 
 
 class MapPoint(NamedTuple):
-    """One strike, simulated and by sine modes: forces over the Euler load, bend on arrival over the radius of gyration."""
+    """One strike, simulated and by sine modes: forces over the Euler load.
+
+    `peak` is the largest force of the stop, simulated, and `sine` by sine modes; `early` the change of the end shortening before
+    contact, over the length; `rate` is s; `bend` the deflection at first contact over the radius of gyration.
+    """
 
     case: Case
     peak: float
@@ -87,14 +91,14 @@ class MapPoint(NamedTuple):
     @property
     def regime(self) -> str:
         """Name of the regime by the simulation."""
-        doubled = 0.75 * (np.pi * self.case.imperfection) ** 2  # what a bow shortens the strip by as it doubles
+        doubled = 0.75 * (np.pi * self.case.imperfection) ** 2  # end shortening of a strip whose bow has doubled
         if self.early > BUCKLED_FROM + doubled or not isfinite(self.peak + self.compression):
             return "swing"
         return "late buckling" if self.compression > LATE else "plateau" if self.compression > SAGS else "sagging"
 
     @classmethod
     def of(cls, case: Case, row: Any) -> MapPoint:
-        """Read a row of the sweep, and put the theory beside it."""
+        """Read a row of the sweep, and compute the theory."""
         strip, euler = SineStrip(case), case.section.euler_load(L)
         peak, compression, early = (row.value(f"beam.{name}") for name in ("impact_peak", "impact_push", "early_shortening"))
         failure = "" if row.status in ("OK", "SUSPECT") else f"{case.speed:g} rad/s, bow {case.imperfection:g}: {row.status}"
@@ -126,7 +130,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
-    """Compare the peaks where the strip is whole on arrival, count the regimes, and fit the power of late buckling."""
+    """Compare the peaks of strips not buckled at first contact, count the regimes, and fit the power law of late buckling."""
     met = [x for x in points if x.regime != "swing"]
     ratio = np.array([x.sine / x.peak for x in met] or [nan])
     found = {
