@@ -48,8 +48,8 @@ class Curve:
 
     def when(self, value: float, count: float) -> float:
         """Return the time of the `count`-th crossing of a value [s]; nan if there is none."""
-        off = self.x - value
-        found = np.flatnonzero((off[:-1] < 0) != (off[1:] < 0))
+        below = self.x < value
+        found = np.flatnonzero(below[:-1] != below[1:])
         if not 1 <= count <= len(found):
             return nan
         return self._root(int(found[int(count) - 1]), value)

@@ -31,10 +31,10 @@ class Read(NamedTuple):
     error: float
     side: str = "is"
 
-    def lacks(self, predicted: float) -> float:
+    def residual(self, predicted: float) -> float:
         """Return the residual of a prediction in standard deviations, 0 on the right side of a bound."""
-        off = (predicted - self.value) / self.error
-        return off if not SIDES[self.side] else max(0.0, off * SIDES[self.side]) * SIDES[self.side]
+        residual = (predicted - self.value) / self.error
+        return residual if not SIDES[self.side] else max(0.0, residual * SIDES[self.side]) * SIDES[self.side]
 
 
 @dataclass(frozen=True)
@@ -169,9 +169,9 @@ def _column(heading: str, unit: str) -> Column:
     """Split a heading into name and unit: text in brackets is a unit, text after a slash may be one."""
     if found := BRACKETED.fullmatch(heading):
         return Column(found["name"], found["square"] or found["round"] or "", heading)
-    name, slash, behind = heading.partition("/")
-    if slash and _is_unit(behind):
-        return Column(name.strip(), behind.strip(), heading)
+    name, slash, after = heading.partition("/")
+    if slash and _is_unit(after):
+        return Column(name.strip(), after.strip(), heading)
     return Column(heading, unit, heading)
 
 
@@ -180,10 +180,10 @@ def _experiments(
 ) -> list[Experiment]:
     """Convert the columns of signals and settings to SI, and split their rows into experiments where a setting changes."""
     pairs = [text.partition("=") for text in signals]
-    wanted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
-    parting = {name: _find(columns, name) for name in settings}
+    fitted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
+    setting = {name: _find(columns, name) for name in settings}
     factors = {
-        each: _factor(each, "s" if each is columns[0] else "") for each in (columns[0], *wanted.values(), *parting.values())
+        each: _factor(each, "s" if each is columns[0] else "") for each in (columns[0], *fitted.values(), *setting.values())
     }
     values: dict[Column, list[float]] = {column: [] for column in factors}
     for line, row in rows:
@@ -201,13 +201,13 @@ def _experiments(
         raise ValueError(f"{late}: give start={time[0]:g} if the run begins there, start=0 if it begins at 0 s")
     time = time - (start or 0.0)
     goes_on = bool(settings) and bool((np.diff(time) > 0).all())
-    keys = np.column_stack([arrays[each] for each in parting.values()]) if settings else np.zeros((len(time), 1))
+    keys = np.column_stack([arrays[each] for each in setting.values()]) if settings else np.zeros((len(time), 1))
     found = []
     for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
-        t, given = time[part], {name: float(arrays[column][part[0]]) for name, column in parting.items()}
+        t, given = time[part], {name: float(arrays[column][part[0]]) for name, column in setting.items()}
         found.append(Experiment(
-            t - t[0] if goes_on else t, {name: arrays[column][part] for name, column in wanted.items()},
-            units={name: column.unit for name, column in wanted.items() if column.unit},
+            t - t[0] if goes_on else t, {name: arrays[column][part] for name, column in fitted.items()},
+            units={name: column.unit for name, column in fitted.items() if column.unit},
             settings={name: value for name, value in given.items() if "." in name},
             name=", ".join(f"{name} = {value:g}" for name, value in given.items()),
         ))  # fmt: skip
@@ -224,9 +224,9 @@ def _find(columns: Sequence[Column], name: str) -> Column:
     raise ValueError(f"no column '{name}'; {f'did you mean {close[0]}?' if close else 'there are: ' + ', '.join(names)}")
 
 
-def _factor(column: Column, wanted: str) -> float:
+def _factor(column: Column, expected: str) -> float:
     """Return the factor of a column's unit to SI; raise a ValueError if it does not measure what the unit `expected` does."""
     try:
-        return parse_quantity(f"1 {column.unit}", wanted) if wanted else float(measured(f"1 {column.unit}"))
+        return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

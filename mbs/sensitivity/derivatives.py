@@ -248,8 +248,8 @@ def _derivative(about: Derivative, scale: float, found: Sequence[float], share: 
     else:
         value, other, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, wider = above - below, coarse_above - coarse_below
-    bend = abs(gap - wider / WIDER) / NOISE if isfinite(gap) else 0.0
-    error = abs(value - other) + bend
+    noise = abs(gap - wider / WIDER) / NOISE if isfinite(gap) else 0.0
+    error = abs(value - other) + noise
     none = ""
     if not isfinite(value + other):
         none = "the reading has no value there" if isfinite(about.value) is False else "a run beside it failed"

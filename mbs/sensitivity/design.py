@@ -22,7 +22,7 @@ from .searching import BINDS, EnoughError, Search, parse_want, point_of
 
 BUDGET = 1000
 """Largest number of runs of a search, by default."""
-CORRECTED = 2
+MOST_CORRECTIONS = 2
 """Most corrections of a search by the difference between a finer run and its own."""
 
 
@@ -142,7 +142,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
     """Search, and compare with a finer run; if that violates a constraint, search again with readings corrected by it."""
     _until_enough(search, lambda: search.from_starts(starts))
     tried: list[tuple[Array, Array, Array]] = []
-    for _ in range(1 + CORRECTED):
+    for _ in range(1 + MOST_CORRECTIONS):
         x = search.best()
         if x is None:
             if search.stopped:

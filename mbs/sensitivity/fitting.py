@@ -184,8 +184,8 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
 
 def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
     """Find least squares from a point; all numbers are free but one that is kept."""
-    loose = np.arange(len(x)) != kept
-    if not loose.any():
+    is_free = np.arange(len(x)) != kept
+    if not is_free.any():
         return x
 
     def point(part: Array) -> Array:
@@ -194,8 +194,8 @@ def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
 
     # with an extra residual, the constant 1, `ftol` ends the search even for data without noise
     found = least_squares(
-        lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[loose], 1e-9, 1 - 1e-9),
-        jac=lambda part: np.vstack([problem.jacobian(point(part))[:, loose], np.zeros(len(part))]), bounds=(0.0, 1.0),
+        lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[is_free], 1e-9, 1 - 1e-9),
+        jac=lambda part: np.vstack([problem.jacobian(point(part))[:, is_free], np.zeros(len(part))]), bounds=(0.0, 1.0),
         x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=ROUNDS,
     )  # fmt: skip
     return point(found.x)
@@ -230,12 +230,12 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
     reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
     intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, reach, strict=True)}
     correlation = covariance / np.outer(deviation, deviation)
-    said = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
-    said = [f"{problem.stopped}: these numbers are the best so far", *said] if problem.stopped else said
+    notes = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
+    notes = [f"{problem.stopped}: these numbers are the best so far", *notes] if problem.stopped else notes
     return Fit(
         dict(zip(names, map(float, values), strict=True)),
         intervals | {name: profile.interval() for name, profile in profiles.items()},
-        said, correlation, problem.residual_sizes(best),
+        notes, correlation, problem.residual_sizes(best),
         problem.predict(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
         {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
         problem.units, profiles,

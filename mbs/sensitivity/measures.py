@@ -35,7 +35,7 @@ ENDED = (Status.TIMED_OUT, Status.INTERRUPTED)
 """Statuses of a run that was ended from outside."""
 TIMED = re.compile(r"\bat\(")
 """Pattern of readings at a given time, which may lie after the end of an incomplete run."""
-APART = ("begins", "ends", "peak")
+OF_CONTACTS = ("begins", "ends", "peak")
 """Readings of single contacts: errors are added only where the signal is not zero."""
 BATCHES = 20
 """Most batches, and their number without a turning drive: with fewer s is uncertain, more are correlated."""
@@ -94,9 +94,9 @@ def _propagate(
     for leaf in ast.walk(tree):
         if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
             value = value_of(leaf, time, signals)
-            off = change(leaf, leaf.func.id, value)
-            ways = [value_of(tree, time, signals, given={leaf: value + d}) for d in (off, -off)]
-            total += float(np.max(np.abs(np.subtract(ways, exact))))
+            error = change(leaf, leaf.func.id, value)
+            changed = [value_of(tree, time, signals, given={leaf: value + d}) for d in (error, -error)]
+            total += float(np.max(np.abs(np.subtract(changed, exact))))
     return total
 
 
@@ -106,14 +106,14 @@ def _change(
     """Bound the change of a reading by the errors of its signals."""
     change, norm = 0.0, NORMS.get(reading, Norm.PEAK)
     for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
-        x, off = signals[short], known[short, norm]
+        x, error = signals[short], known[short, norm]
         if norm is Norm.ONSET:
-            change += off + float(np.interp(value, time[1:], np.diff(time)))  # it is a sample
+            change += error + float(np.interp(value, time[1:], np.diff(time)))  # onsets are times of samples
             continue
-        off = off / float(time[-1]) if norm is Norm.IMPULSE else off
-        ways = (np.sign(x),) if reading in APART else (np.sign(x), np.ones(len(x)))
-        others = [value_of(leaf, time, {**signals, short: x + side * off * way}) for way in ways for side in (1, -1)]
-        change += float(np.max(np.abs(np.subtract(others, value))))
+        error = error / float(time[-1]) if norm is Norm.IMPULSE else error
+        shapes = (np.sign(x),) if reading in OF_CONTACTS else (np.sign(x), np.ones(len(x)))
+        changed = [value_of(leaf, time, {**signals, short: x + side * error * shape}) for shape in shapes for side in (1, -1)]
+        change += float(np.max(np.abs(np.subtract(changed, value))))
     return change
 
 

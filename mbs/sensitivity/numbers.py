@@ -52,8 +52,8 @@ def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str
     if way[0] == "drives" and isinstance(way[1], int) and " or " in unit:
         made = Mechanism.from_dict(document)
         return unit.split(" or ")[made.drives[way[1]].target in made.points]
-    carried = way[0] == "links" and isinstance(way[-1], int)  # a position on a link in m; fractions have no unit
-    return unit or ("m" if carried else "")
+    is_position = way[0] == "links" and isinstance(way[-1], int)  # of a point on a link
+    return unit or ("m" if is_position else "")
 
 
 def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:

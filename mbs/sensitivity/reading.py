@@ -136,8 +136,8 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
     try:
         tree = parse(left, names, ALLOWED)
     except ValueError as error:
-        said = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
-        raise ValueError(f"{text}: {said}") from None
+        message = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
+        raise ValueError(f"{text}: {message}") from None
     for call in ast.walk(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in COUNTED:
             name, count = call.func.id, ast.unparse(call.args[-1])

@@ -67,8 +67,8 @@ class FitProblem:
         settings = {name for each in experiments for name in each.settings}
         if both := sorted(settings & set(free)):
             raise ValueError(f"free['{both[0]}']: the experiments set it")
-        asked = [name for name in (*free, *settings) if name != TIME_ZERO]
-        family = Family.of(mechanism, asked, dict.fromkeys(asked, 0.0))
+        varied = [name for name in (*free, *settings) if name != TIME_ZERO]
+        family = Family.of(mechanism, varied, dict.fromkeys(varied, 0.0))
         measured = {name: gather(experiments, name) for name in signals_of(experiments)}
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
@@ -107,9 +107,9 @@ class FitProblem:
     def compare(self, predicted: Sequence[Mapping[str, Any]]) -> Array:
         """Compute the residuals of predictions in standard deviations."""
         parts = []
-        for each, said in zip(self.experiments, predicted, strict=True):
-            parts += [((said[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in each.signals.items()]
-            parts.append(np.array([read.lacks(said[text]) for text, read in each.readings.items()]))
+        for each, own in zip(self.experiments, predicted, strict=True):
+            parts += [((own[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in each.signals.items()]
+            parts.append(np.array([read.residual(own[text]) for text, read in each.readings.items()]))
         found = np.concatenate(parts)
         return np.where(np.isfinite(found), found, FAR)
 
@@ -143,9 +143,9 @@ class FitProblem:
     def residual_sizes(self, x: Array) -> dict[str, float]:
         """Compute the root mean square of each signal's residuals."""
         found: dict[str, list[Array]] = {}
-        for each, said in zip(self.experiments, self.predict(x), strict=True):
+        for each, predicted in zip(self.experiments, self.predict(x), strict=True):
             for name, values in each.signals.items():
-                found.setdefault(name, []).append((said[name] - values)[np.isfinite(values)])
+                found.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
         return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}
 
     def weigh(self, x: Array) -> None:
@@ -174,7 +174,7 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
 def read_run(found: Run, each: Experiment, zero: float) -> dict[str, Any]:
     """Read off a run what an experiment measured; the run begins at the time `zero` of its data."""
     time, values, units = found.record.time, found.values, found.units
-    said: dict[str, Any] = {}
+    predicted: dict[str, Any] = {}
     for name in each.signals:
         if name not in values:
             raise WrongReadingError(str(unknown(name, list(values))))
@@ -182,8 +182,8 @@ def read_run(found: Run, each: Experiment, zero: float) -> dict[str, Any]:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = found.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
-        said[name] = between(time, values[name], slopes, np.clip(each.time - zero, 0.0, time[-1]))
-    return said | {text: measure(text, time, values, units, Smooth).value for text in each.readings}
+        predicted[name] = between(time, values[name], slopes, np.clip(each.time - zero, 0.0, time[-1]))
+    return predicted | {text: measure(text, time, values, units, Smooth).value for text in each.readings}
 
 
 def signals_of(experiments: Sequence[Experiment]) -> list[str]:

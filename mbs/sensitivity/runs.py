@@ -39,7 +39,7 @@ def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
     return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / times), degree=degree)
 
 
-def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
+def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
     """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `readings` names, or all."""
     watching.get().check()
     watching.get().count += 1
@@ -49,7 +49,7 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
     watching.get().end_run(failure)
     if failure:
         raise RunFailedError(f"{failure[0]}: {failure[1]}")
-    return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=asked)
+    return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=readings)
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
@@ -58,7 +58,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
     A RunFailedError says that the run fails, or that the state of rest of a frequency is not stable.
     """
     found, ended = list[tuple[float, str, float]](), None
-    asked = " ".join(text for text in readings.values() if isinstance(text, str))
+    texts = " ".join(text for text in readings.values() if isinstance(text, str))
     for reading in readings.values():
         if callable(reading):
             found.append((float(reading(mechanism)), "", 0.0))
@@ -68,7 +68,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
         elif duration is None:
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
-            ended = ended or run(mechanism, duration, solver, asked)
+            ended = ended or run(mechanism, duration, solver, texts)
             found.append((*measure(reading, ended.record.time, ended.values, ended.units, Smooth), 0.0))
     values, units, errors = zip(*found, strict=True)
     return Readings(np.array(values), list(units), np.array(errors))

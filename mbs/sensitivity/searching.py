@@ -89,8 +89,8 @@ class Want(NamedTuple):
             slope = 2.0 / max(self.high - self.low, KEPT * self.ends[0][2])
             return (value - 0.5 * (self.low + self.high)) * slope, slope
         side, end, scale = max(self.ends, key=lambda one: one[0] * (one[1] - value) / one[2])
-        off = side * (end - value) / (scale * EXACT)
-        return (off + 1.0, -side / (scale * EXACT)) if off > -1.0 else (0.0, 0.0)
+        violation = side * (end - value) / (scale * EXACT)
+        return (violation + 1.0, -side / (scale * EXACT)) if violation > -1.0 else (0.0, 0.0)
 
     def binds(self, value: float) -> bool:
         """Check whether a value lies at an end."""
@@ -189,8 +189,8 @@ class Search:
             ends = [(point, self.evaluate(point)) for point in sides if 0.0 <= point @ axis <= 1.0]
             ends = [end for end in ends if np.isfinite(end[1]).any()]
             ends = ends if len(ends) == 2 else [*ends, (x, here)]
-            (first, before), (last, behind) = ends[0], ends[-1]
-            columns.append((behind - before) / ((last - first) @ axis or 1.0))
+            (first, before), (last, after) = ends[0], ends[-1]
+            columns.append((after - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
     def pairs(self, found: Array) -> list[tuple[Want, float]]:

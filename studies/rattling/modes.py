@@ -26,13 +26,13 @@ from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .mode_sets import BENDING, NAMES, SETS, beam_frequencies, flexibility, set_damping, solid_modes
 from .turns import Judged, Turns, run_turns
 
-LISTED = 12
+MOST_ROWS = 12
 """Flexible modes in the printed table."""
 BASE = "none"
 """Set of the rigid rocker, with which others are compared."""
 BEST = "bending_1_8_axial_1_4"
 """Largest set, with which others are compared."""
-SHOWN = {
+PRINTED = {
     "force.coupler_rocker": "force B", "force.rocker_frame": "force C", "acceleration.coupler": "peak a coupler",
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
 }  # fmt: skip
@@ -89,13 +89,13 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        rockers = [flexibility(depth, each, p.rocker_damping) for each in p.mode_sets]
-        damped = [each and set_damping(each, p.modal_damping, p.rocker_damping) for each in rockers]
+        rockers = [flexibility(depth, modes, p.rocker_damping) for modes in p.mode_sets]
+        damped = [rocker and set_damping(rocker, p.modal_damping, p.rocker_damping) for rocker in rockers]
         made = [p.bars(unit, depth, rocker) for rocker in damped]
-        found = dict(zip(p.mode_sets, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
-        wrong += [f"{name}.{each}: {note}" for each, one in found.items() for note in one.notes]
-        for each, one in found.items():
-            metrics |= _numbers(p, f"{name}.{each}", one, found[BASE], found[BEST])
+        turns = dict(zip(p.mode_sets, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
+        wrong += [f"{name}.{modes}: {note}" for modes, own in turns.items() for note in own.notes]
+        for modes, own in turns.items():
+            metrics |= _numbers(p, f"{name}.{modes}", own, turns[BASE], turns[BEST])
     return StudyResult(
         parameters=p,
         **status_of(wrong),
@@ -109,20 +109,20 @@ def _count_modes(depth: float) -> dict[str, Metric]:
     """Return frequencies by kind, those in the plane with the exact ones of beam theory."""
     found, table = {}, solid_modes(depth).table()
     for kind, exact in beam_frequencies(depth).items():
-        mine = [hertz for _, hertz, what, *_ in table if what == kind]
-        for i, (hertz, known) in enumerate(zip(mine, exact, strict=False), 1):
+        of_solid = [hertz for _, hertz, what, *_ in table if what == kind]
+        for i, (hertz, known) in enumerate(zip(of_solid, exact, strict=False), 1):
             found[f"h{1e3 * depth:g}mm.{kind.replace(' ', '_')}.{i}"] = Metric(hertz, "Hz", exact=float(known))
     return found
 
 
-def _numbers(p: Parameters, name: str, one: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
+def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
     """Return every claim's number for one set, and its ratios to that of the rigid rocker and to that of the largest set."""
     found: dict[str, Metric] = {}
     level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))
     for claim in CLAIMS:
-        own, of = one.means[claim.reading], claim.reading
-        rigid, fullest = (Ratio(1.0, 0.0, 1.0) if one is other else ratio(own, other.means[of]) for other in (base, best))
-        found[f"{name}.{claim.name}"] = own.metric(claim.unit)
+        mean, one = turns.means[claim.reading], Ratio(1.0, 0.0, 1.0)
+        rigid, fullest = (one if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
+        found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
         found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, level, p.margin)], "1")
     return found
@@ -143,14 +143,14 @@ def _modes_table(depth: float) -> Table:
     """Make the table of the modes, numbered in each way of counting."""
     rows: list[list[Any]] = []
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
-    for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:LISTED]:
+    for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:MOST_ROWS]:
         planar = 1 + sum(row[2] is not None for row in rows) if in_plane else None
         exact = f"{next(theory[kind]):.0f}" if kind in theory else None
         rows.append([number, number + 6, planar, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
     heads = ["flexible", "free body", "in the plane", "kind", "Hz", "share of its energy", "beam theory, Hz"]
     thick, slender = (beam_frequencies(depth, shear)[BENDING][3:6] / 1e3 for shear in (True, False))
     notes = "Bending 4 to 6: {:.0f} {:.0f} {:.0f} kHz; {:.0f} {:.0f} {:.0f} kHz without shear and rotary inertia."
-    title = f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, by the number they have"
+    title = f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, and their numbers"
     return Table(heads, rows, title, notes.format(*thick, *slender))
 
 
@@ -158,12 +158,12 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
     """Make a table of one case, (sets, claims): each number over the rigid rocker's, and its mark."""
     rows = []
     for name in p.mode_sets:
-        rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in SHOWN)])
+        rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in PRINTED)])
     notes = (
-        f"= within {100 * p.margin:g} % of the fullest set's for sure, ≠ for sure not the same, ? undecided; the chance "
+        f"= within {100 * p.margin:g} % of the largest set's for sure, ≠ for sure not the same, ? undecided; the chance "
         f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.describe()}."
     )
-    return Table(["modes", *SHOWN.values()], rows, f"{case}: over the rigid rocker's, ± standard error", notes)
+    return Table(["modes", *PRINTED.values()], rows, f"{case}: over the rigid rocker's, ± standard error", notes)
 
 
 def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
@@ -173,7 +173,7 @@ def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
 
 
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
-    """Make a table of all cases: a row a set, of each case the numbers in `SUMMED` over the rigid rocker's, with their marks."""
+    """Make a table of all cases: of each set the numbers in `SUMMED` over the rigid rocker's, with their marks."""
     rows = []
     for name in p.mode_sets[1:]:
         cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMED) for case in p.cases]
@@ -191,12 +191,12 @@ def figure(result: StudyResult) -> Figure:
     for ax, case in zip(axes.ravel(), p.cases, strict=True):
         ax.axvline(1, color="#999999", linewidth=0.8)
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
-        for i, (claim, colour) in enumerate(zip(SHOWN, COLOURS, strict=False)):
+        for i, (claim, colour) in enumerate(zip(PRINTED, COLOURS, strict=False)):
             over = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
             found = np.array([(m.value, m.value * (m.error or 0.0)) for m in over])
             dots: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
             place = np.arange(len(names)) + 0.11 * (2.5 - i)
-            ax.errorbar(found[:, 0], place, xerr=2 * found[:, 1], label=SHOWN[claim], **dots)
+            ax.errorbar(found[:, 0], place, xerr=2 * found[:, 1], label=PRINTED[claim], **dots)
         ax.set_title(case)
         ax.set_yticks(range(len(names)), [NAMES[name] for name in names])
         ax.set_xscale("log")

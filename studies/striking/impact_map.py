@@ -34,13 +34,13 @@ from .sine_strip import L, SineStrip
 from .slider_crank import CONTACT
 from .slider_crank import Parameters as Case
 
-UNTIL = np.radians(190.0)
+END = np.radians(190.0)
 """Crank angle at which a run ends [rad]: the first impact of every regime is over."""
-SINE_TO = 0.05
+MOST_DIFFERENCE = 0.05
 """Largest median difference of the peaks of sine strip and simulation; beyond it the study is suspect."""
 LATE = 1.5
 """Compression over the Euler load above which buckling is late."""
-SAGS = 0.95
+SAGGING = 0.95
 """Compression over the Euler load below which the strip sags."""
 STRAIGHT = 5.0
 """Deflection at first contact over the radius of gyration up to which the power law of late buckling is fitted."""
@@ -65,7 +65,7 @@ class Parameters(StrikeAssumptions):
 
     def cases(self) -> list[Case]:
         """Make one strike for each mass, stiffness, bow and speed, in this order of loops."""
-        given = self.share(Case) | {"models": ("beam",), "until": UNTIL}
+        given = self.share(Case) | {"models": ("beam",), "until": END}
         return [
             Case(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
             for mass, stiffness, bow, speed in product(self.masses, self.stiffnesses, self.bows, self.speeds)
@@ -94,7 +94,7 @@ class MapPoint(NamedTuple):
         doubled = 0.75 * (np.pi * self.case.imperfection) ** 2  # end shortening of a strip whose bow has doubled
         if self.early > BUCKLED_FROM + doubled or not isfinite(self.peak + self.compression):
             return "swing"
-        return "late buckling" if self.compression > LATE else "plateau" if self.compression > SAGS else "sagging"
+        return "late buckling" if self.compression > LATE else "plateau" if self.compression > SAGGING else "sagging"
 
     @classmethod
     def of(cls, case: Case, row: Any) -> MapPoint:
@@ -116,7 +116,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     points = [MapPoint.of(case, row) for case, row in zip(cases, progress(rows, label="theory"), strict=True)]
     metrics = _metrics(points)
     wrong = [point.failure for point in points if point.failure]
-    if not abs(metrics["sine.median"].value - 1) <= SINE_TO:
+    if not abs(metrics["sine.median"].value - 1) <= MOST_DIFFERENCE:
         wrong.append(f"SINE: median peak {metrics['sine.median'].value:.3g} of the simulation's")
     columns = {name: np.array([getattr(x, name) for x in points]) for name in ("rate", "bend", "peak", "compression", "sine")}
     return StudyResult(
@@ -131,8 +131,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
     """Compare the peaks of strips not buckled at first contact, count the regimes, and fit the power law of late buckling."""
-    met = [x for x in points if x.regime != "swing"]
-    ratio = np.array([x.sine / x.peak for x in met] or [nan])
+    unbuckled = [x for x in points if x.regime != "swing"]
+    ratio = np.array([x.sine / x.peak for x in unbuckled] or [nan])
     found = {
         "sine.median": Metric(float(np.median(ratio)), "1"),
         "sine.low": Metric(float(ratio.min()), "1"),
