@@ -37,7 +37,7 @@ PRINTED = {
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
 }  # fmt: skip
 """Claims in the printed table and the figure; metrics.json has all."""
-SUMMED = {name: SHOWN[name] for name in ("force.coupler_rocker", "acceleration.rocker")}
+SUMMED = {name: PRINTED[name] for name in ("force.coupler_rocker", "acceleration.rocker")}
 """Claims in the table of all cases."""
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
@@ -173,7 +173,7 @@ def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
 
 
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
-    """Make a table of all cases: of each set the numbers in `SUMMED` over the rigid rocker's, with their marks."""
+    """Make a table of all cases, a row for each set: the numbers in `SUMMED` over the rigid rocker's, and their marks."""
     rows = []
     for name in p.mode_sets[1:]:
         cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMED) for case in p.cases]
