@@ -43,6 +43,10 @@ MOST_DEGREES = 8
 """Most degrees added at once: the decay of two coefficients cannot be extrapolated farther."""
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
+PREFIX = 1 / 16
+"""Share of the duration of a run in which pins rattle that is compared first: most such motions are found chaotic within."""
+SHORT_RUN = 5000
+"""Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
 
 
 Runner = Callable[[Mechanism, float, Any], Run]
@@ -118,9 +122,13 @@ class Levels:
         return 0.0
 
     @property
-    def prefix(self) -> float:
-        """Share of the duration of the run that first tests for chaos: an eighth where pins rattle in their bushes."""
-        return 1 / 8 if Scene.of(self.mechanism).clearances else 1.0
+    def rattles(self) -> bool:
+        """True if pins rattle in their bushes, a motion that is often chaotic."""
+        return bool(Scene.of(self.mechanism).clearances)
+
+    def prefix(self, run: Run) -> float:
+        """Return the share of the duration in which chaos is looked for first, once the first run is made."""
+        return PREFIX if self.rattles and len(run.record.time) > SHORT_RUN else 1.0
 
 
 class SpectralLevels(Levels):

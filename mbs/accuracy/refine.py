@@ -76,7 +76,7 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
     try:
         coarse = refinement.run_first()
         refinement.best = partial(CheckedRun, coarse.run)
-        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.prefix)
+        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.prefix(coarse.run))
         return refinement.refine(coarse, fine)
     except _FailedError as failure:
         failed = failure.trial.run
@@ -170,7 +170,7 @@ class _Refinement:
                 if answer.worst.ratio <= 1:
                     return answer
                 beyond = answer.worst.ratio
-            intermittent = self.levels.prefix < 1 and pair.separation.is_intermittent
+            intermittent = self.levels.rattles and pair.separation.is_intermittent
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
             falls = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
@@ -192,14 +192,14 @@ class _Refinement:
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
         """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
-        rattles, last, reported = pair.fine.end < self.duration, pair, pair
-        for k in range(1 if rattles else CONFIRMED):
+        last = reported = pair
+        for _ in range(1 if self.levels.rattles else CONFIRMED):
             required = self.required_start(last.separation.start, last.fine.level, self.levels.ratio)
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
             if last.separation.start == inf:
                 return last
-            reported = last if k == 0 and not rattles else reported
+            reported = last if last.coarse.end == self.duration else reported
         return self.answer_until(reported, Status.CHAOTIC)
 
     def required_start(self, start: float, level: Level, ratio: float) -> float:

@@ -72,7 +72,7 @@ def found(off, asked=1e-2, **more):
 
 @pytest.fixture(autouse=True)
 def no_clearance(monkeypatch):
-    monkeypatch.setattr(MadeUp, "prefix", 1.0)
+    monkeypatch.setattr(MadeUp, "rattles", False)
 
 
 def power(order, size):
@@ -155,7 +155,7 @@ def test_refinements_that_cease_to_delay_the_separation_end_as_chaotic():
 @pytest.mark.parametrize(("order", "chaos"), [(0.0, Status.CHAOTIC), (0.5, None)])
 def test_spells_in_which_runs_part_are_chaos_where_refinements_make_them_no_smaller(monkeypatch, order, chaos):
     """Pins rattle for a third of each tenth of the run, and rest: no parting lasts."""
-    monkeypatch.setattr(MadeUp, "prefix", 0.5)
+    monkeypatch.setattr(MadeUp, "rattles", True)
 
     def off(tolerance, time):
         apart = 0.3 * (tolerance / FIRST) ** order * np.cos(20 * time + 7 * np.log(tolerance))
