@@ -43,8 +43,9 @@ MOST_DEGREES = 8
 """Most degrees added at once: the decay of two coefficients cannot be extrapolated farther."""
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
-PREFIX = 1 / 16
-"""Share of the duration of a run in which pins rattle that is compared first: most such motions are found chaotic within."""
+PREFIX = 1 / 8
+"""Share of the duration of a run in which pins rattle that is compared first: most chaotic ones separate within. A sixteenth
+is less than a turn of the rattling crank-rocker, and misses it from another start."""
 SHORT_RUN = 5000
 """Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
 

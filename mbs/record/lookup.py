@@ -130,8 +130,12 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
         slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
         most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
         slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
-        kinked = np.append(True, ~even), np.append(~even, True)  # at the start and at the end of each step
-        first, last = (np.pad(slope, [(0, 0)] * (slope.ndim - 1) + [side]) for side in ((1, 0), (0, 1)))
-        first, last = np.where(kinked[0], 2 * secant - last, first), np.where(kinked[1], 2 * secant - first, last)
-        areas += np.where(kinked[0] & kinked[1], 0.0, first - last) * steps**2 / 12
-    return np.insert(np.cumsum(areas, axis=-1), 0, 0.0, axis=-1)
+        first, last = np.zeros_like(secant), np.zeros_like(secant)  # slopes at the start and at the end of each step
+        first[..., 1:], last[..., :-1] = slope, slope
+        bend, starts, ends = first - last, np.append(True, ~even), np.append(~even, True)  # at kinks
+        bend[..., starts] = 2 * (secant[..., starts] - last[..., starts])
+        bend[..., ends] = np.where(starts[ends], 0.0, 2 * (first[..., ends] - secant[..., ends]))
+        areas += bend * steps**2 / 12
+    found = np.zeros(rate.shape)
+    np.cumsum(areas, axis=-1, out=found[..., 1:])
+    return found

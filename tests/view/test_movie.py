@@ -1,6 +1,7 @@
 """The movie of a run: where things are drawn is where they are."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -102,7 +103,7 @@ def test_a_movie_survives_a_process():
 def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
     record = run("pendulum").film.record
     motion = record.links["plate"]
-    broken = {**record.links, "plate": type(motion)(**{**vars(motion), "q": motion.q.copy()})}
+    broken = {**record.links, "plate": replace(motion, q=motion.q.copy())}
     broken["plate"].q[30:] = np.nan
     movie = make_movie(Record(record.mechanism, record.time, broken, {}))
     assert movie.time[-1] == record.time[29]
