@@ -173,18 +173,20 @@ class CompiledScene:
 
     def assemble(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
-        *, since: float = 0.0, tangents: bool = True, sparse: bool = False,
+        *, tangents: bool = True, sparse: bool = False,
     ) -> Equations:  # fmt: skip
         """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero).
 
         Matrices are sparse arrays of SciPy if that is asked for.
         """
-        n, r, s, w = self.size, len(self.tables.rows), self.tables, self.work
-        v, lam = (np.zeros(n) if v is None else v), (np.zeros(r) if lam is None else lam)
-        memory = self.memory() if memory is None else memory
-        force, matrices, sides = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
-        now = Instant(float(t), float(since), q, v, lam, memory)
-        doors.assemble(s, w, now, matrices if tangents else matrices[3:], force, sides)
+        v, lam = (np.zeros(self.size) if v is None else v), (np.zeros(len(self.tables.rows)) if lam is None else lam)
+        return self.at(Instant(float(t), 0.0, q, v, lam, self.memory() if memory is None else memory), tangents, sparse)
+
+    def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
+        """Assemble the same at an instant, with the time over which bristles bend."""
+        force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
+        matrices = np.zeros((4, len(self.tables.mass)))
+        doors.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
         return Equations(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
@@ -195,10 +197,10 @@ class CompiledScene:
 
     def linear(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
-        *, since: float = 0.0, tangents: bool = True,
+        *, tangents: bool = True,
     ) -> Linear:  # fmt: skip
         """The equations of motion, linear about a state, as sparse matrices."""
-        a = self.assemble(q, v, t, lam, memory, since=since, tangents=tangents, sparse=True)
+        a = self.assemble(q, v, t, lam, memory, tangents=tangents, sparse=True)
         return Linear(self.mass_at(q, sparse=True), *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
 
     def edges(self) -> Array:
