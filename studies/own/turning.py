@@ -27,10 +27,20 @@ from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import add_repeated
-from ..kit.report import Table
+from ..kit.report import Table, to_json
 from ..kit.running import writable
 from ..kit.style import house_style, subplots
-from .verbs import VARIED, Opened, add_json, ask, file_command, print_json, read_quantities, read_range, varied_numbers
+from .verbs import VARIED, Opened, ask, file_command, read_quantities, read_range, varied_numbers
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the option --json."""
+    parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
+
+
+def print_json(content: object) -> None:
+    """Print strict JSON: NaN and infinity are null."""
+    print(to_json(content), end="")
 
 
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:

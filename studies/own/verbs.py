@@ -27,7 +27,6 @@ from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import Command, Parser, add_repeated
 from ..kit.parameters import Cases
-from ..kit.report import to_json
 from ..kit.running import Study, add_options
 from . import study
 from .study import Parameters, digest, solver_options, target_signals
@@ -250,16 +249,6 @@ def ask(call: Callable[..., T], options: argparse.Namespace, *given: Any, **name
     except Interrupted as stop:
         print(f"interrupted; the best so far: {stop}", file=sys.stderr)
         return stop.result, 130
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the option --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
-
-
-def print_json(content: object) -> None:
-    """Print strict JSON: NaN and infinity are null."""
-    print(to_json(content), end="")
 
 
 def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
