@@ -1,4 +1,4 @@
-"""Links as reduced-order flexible bodies: a solid mesh, its finite-element matrices, chosen modes. No engine here.
+"""Links as reduced-order flexible bodies: a solid mesh, its finite-element matrices, chosen modes. Independent of solvers.
 
 `Modal` specifies a link; `reduced(modal, length)` gives its `ReducedModel` in space, and `.plane` of that what
 the plane of motion sees. The deformation is linear: a modal link vibrates but never buckles.

@@ -1,4 +1,4 @@
-"""Free modes of a uniform bar in the plane, from beam theory: what a modal link of `BarModes` is made of."""
+"""Free modes of a uniform bar in the plane by beam theory, for modal links of `BarModes`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .planar import PlanarModel
 from .reduction import reduced
 
 STATIONS = 33
-"""Points along the bar at which its modes are kept for drawing."""
+"""Number of points along the bar at which its modes are stored for drawing."""
 
 
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
@@ -70,7 +70,7 @@ class _Bar:
         return one.T @ (self.weights[:, None] * other)
 
     def _modes(self, stiffness: Array, rigid: int, count: int) -> tuple[Array, Array]:
-        """Frequencies and coefficients, the rigid motions left out."""
+        """Frequencies and coefficients without the rigid motions."""
         squares, vectors = eigh(stiffness, subset_by_index=(0, rigid + count - 1))
         return np.sqrt(squares[rigid:]), vectors[:, rigid:]
 

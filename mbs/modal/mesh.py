@@ -1,4 +1,4 @@
-"""Meshes of links: bars made here, files read by meshio, nodes of any order put in scikit-fem's; pip install 'buckler[modal]'.
+"""Meshes of links: bars, and files read by meshio, converted to scikit-fem; pip install 'buckler[modal]'.
 
 Link axes: origin at the start joint's centre, x towards the end joint's centre, y to the left of x in the plane of motion.
 """
@@ -30,11 +30,11 @@ KINDS = {
 ON = 1e-6
 """Distance within which a node lies on a face or in the plane, relative to the size of the face or to the link's length."""
 ZERO = 1e-9
-"""Determinant of a cell's map that counts as zero, relative to the cell's largest: a collapsed cell has flat corners."""
+"""Determinant of a cell's map that counts as zero, relative to the cell's largest; collapsed cells have such corners."""
 
 
 def skfem() -> Any:
-    """Import scikit-fem, or say how to get it."""
+    """Import scikit-fem; an ImportError says how to install it."""
     try:
         import skfem as found
     except ModuleNotFoundError as error:
@@ -70,7 +70,7 @@ def read_mesh(file: MeshFile) -> tuple[object, float]:
 
 
 def _read(path: str) -> Any:
-    """Read a file by meshio, which prints and exits where it fails."""
+    """Read a file by meshio, which on an error prints and exits."""
     import meshio
 
     if not Path(path).is_file():
@@ -109,7 +109,7 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
 
 
 def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
-    """Make scikit-fem's mesh of cells: corners in meshio's order, all other nodes where they lie, in any order.
+    """Make scikit-fem's mesh of cells: corners are in meshio's order, all other nodes in any order.
 
     The kind is one of `KINDS`; all points, (nodes, 3) in link axes [m], are used, of a planar mesh their first two coordinates.
     """
@@ -145,7 +145,7 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
     nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
     full = grid.elem()
-    if len(full.doflocs) != len(second.doflocs):  # serendipity cells: the nodes they lack lie where their map has them
+    if len(full.doflocs) != len(second.doflocs):  # serendipity cells: missing nodes by their map
         nodes = np.einsum("ik,cid->ckd", _values(second, full.doflocs), nodes)
     places = grid.doflocs.copy()
     places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)
@@ -167,7 +167,7 @@ def _check_connected(grid: Any, where: str) -> None:
 
 
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
-    """Refuse cells whose map folds, and cells that lie on the same side of a shared face as their neighbours.
+    """Raise an error for cells whose map folds, and for cells on the same side of a shared face as their neighbours.
 
     A cell whose nodes go round the other way is none of them: its determinant has one sign.
     """

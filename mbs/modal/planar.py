@@ -1,4 +1,4 @@
-"""The planar floating frame: what a modal link does in the plane of motion, in numpy, without an engine.
+"""The planar floating frame: motion, energy and momentum of a modal link in the plane, independent of solvers.
 
 Frame at the undeformed centre of mass, x along the link. A material point X is at r = R + A(theta) (X + sum phi_k q_k).
 State vectors are (R_x, R_y, theta, q_1 ... q_m), theta the link's direction; arrays of them have shape (times, 3 + m).
@@ -136,7 +136,7 @@ class ModalStrain(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModalHistory:
-    """A modal link with recorded coordinates (times, 3 + m) and their rates: the same questions as for a beam's `Strip`.
+    """A modal link with recorded coordinates (times, 3 + m) and their rates, with the interface of a beam's `Strip`.
 
     `stations` are other names of the stations, `direction` that of the link at t = 0 [rad].
     """
@@ -150,7 +150,7 @@ class ModalHistory:
 
     @property
     def mass(self) -> float:
-        """Kg."""
+        """Mass [kg]."""
         return self.model.mass
 
     def point(self, name: str) -> tuple[Array, Array]:
@@ -168,7 +168,7 @@ class ModalHistory:
         return self.model.motion(self.stations.get(point, point), self.q, self.q_t, self.q_tt)
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration, each (times, 2): the frame's, as the modes leave it alone."""
+        """Position, velocity and acceleration of the centre of mass, that of the frame, each (times, 2)."""
         none = np.zeros_like(self.q) if self.q_tt is None else self.q_tt
         return self.q[:, :2], self.q_t[:, :2], none[:, :2]
 
@@ -190,7 +190,7 @@ class ModalHistory:
         return self.q[:, 3:] @ (shapes[2] - (shapes[0] + shapes[1]) / 2)
 
     def foreshortening(self) -> Array:
-        """Return the foreshortening of the chord by bending [m], shape (times,); linear modes leave it out."""
+        """Return the foreshortening of the chord by bending [m], shape (times,), which linear modes do not have."""
         x, w = self.model.line[:, 0], self.q[:, 3:] @ self.model.line_shapes[:, 1].T
         slopes = np.diff(w, axis=1) / np.diff(x)
         lift = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])

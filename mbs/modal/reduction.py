@@ -60,7 +60,7 @@ class ReducedModel:
         return plane_part(self.participation)
 
     def table(self) -> list[tuple[int, float, str, float, bool]]:
-        """For each mode: number, Hz, kind, share of that kind, whether the plane of motion sees it."""
+        """For each mode: number, Hz, kind, share of that kind, whether it is in the plane of motion."""
         shares = self.participation.max(axis=1, initial=0.0)
         rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, self.moves_in_plane, strict=True)
         return [(int(n), float(f), kind, float(share), bool(seen)) for n, f, kind, share, seen in rows]
@@ -72,7 +72,7 @@ def plane_part(shares: Array) -> Array:
 
 
 def reduced(modal: Modal, length: float) -> ReducedModel:
-    """Mesh, assemble and reduce a link of this length [m]; kept for the next call while the mesh's file is the same."""
+    """Mesh, assemble and reduce a link of this length [m]; cached while the mesh's file is the same."""
     file = Path(modal.mesh.path) if isinstance(modal.mesh, MeshFile) else None
     return _reduce_cached(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
 
@@ -94,7 +94,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     """Reduce an assembled link."""
     joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
     interfaces = _interfaces(solid, joints, modal.interface)
-    wanted: Any = modal.modes  # of a solid, or there would be none to reduce
+    wanted: Any = modal.modes  # not None: a solid has modes
     omega, modes = _all_modes(solid, wanted, interfaces)
     shares = participation(solid, modes)
     chosen, damping = _choose(modal, plane_part(shares), omega, solid.rigid)
@@ -127,14 +127,14 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
 
 
 def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Compute all modes the numbers may choose from; of free ones no more than needed."""
+    """Compute all modes from which numbers choose; free ones up to the highest number."""
     if isinstance(wanted, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if wanted.fixed > most:
             raise ValueError(f"fixed = {wanted.fixed}: must lie in [0, {most}], as many as the mesh has")
         return craig_bampton(solid, interfaces, wanted.fixed)
     most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(wanted.numbers)
-    count = (3 if wanted.counting == "in-plane" else 1) * highest + 2  # of two modes of one frequency, both are needed
+    count = (3 if wanted.counting == "in-plane" else 1) * highest + 2  # both modes of a pair of equal frequency
     while True:
         omega, modes = free_modes(solid, min(count, most))
         found = plane_part(participation(solid, modes)).sum() if wanted.counting == "in-plane" else count

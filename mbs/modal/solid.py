@@ -20,11 +20,11 @@ from .mesh import skfem
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of a mode; the first two move the link in the plane."""
 SLABS = 24
-"""Slices across the link by which a mode's motion is read."""
+"""Number of slices across the link by which modes are classified."""
 IN_PLANE = 1e-6
-"""Mean share of energy in the plane below which modes of one frequency stay as they are: rounding leaves 1e-12."""
+"""Mean share of energy in the plane below which modes of equal frequency are not rotated: rounding leaves 1e-12."""
 CLUSTER = 1e-3
-"""Relative distance of frequencies that count as one: a square bar's two bending modes come in any mixture."""
+"""Relative distance of frequencies that count as equal: two bending modes of a square bar may be any linear combinations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Solid:
 
     @property
     def rigid(self) -> int:
-        """Modes of the free body that carry no flexibility: 6, or 3 in the plane."""
+        """Number of rigid modes: 6, or 3 in the plane."""
         return self.dim * (self.dim + 1) // 2
 
     @cached_property
@@ -69,7 +69,7 @@ class Solid:
 
 
 def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -> Solid:
-    """Assemble mass and stiffness of linear elasticity, of second order on all cells, as first-order ones lock in bending.
+    """Assemble mass and stiffness of linear elasticity with elements of second order, as first-order ones lock in bending.
 
     The mesh, in link axes [m], has one kind of cells; a planar one is `width` [m] thick normal to its plane, in plane stress.
     Poisson's ratio is below 0.5.
@@ -139,9 +139,9 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
 
 
 def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -> tuple[Array, Array]:
-    """Eigenvalues next to the shift, which the factors have in them, and eigenvectors."""
+    """Eigenvalues next to the shift, included in the factors, and eigenvectors."""
     inverse = scipy.sparse.linalg.LinearOperator(stiffness.shape, factors.solve)
-    start = np.cos(np.arange(mass.shape[0]))  # any fixed vector: the modes are the same in each run
+    start = np.cos(np.arange(mass.shape[0]))  # a fixed vector: the same modes in each run
     found: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
     return found
 
@@ -195,14 +195,14 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
 
 
 def _tidy(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array]:
-    """Remove what rounding left of rigid motion, normalise, settle mixtures and signs."""
+    """Remove rigid motion left by rounding, normalise, fix linear combinations and signs."""
     mass, dim = solid.full_mass, solid.dim
     rigid = rigid_motions(solid.nodes - solid.centre, dim)
     vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
     shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
     shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
     breaks = np.flatnonzero(np.diff(omega) > CLUSTER * omega[1:]) + 1
-    # where modes of one frequency mix, the one that moves in the plane most comes first
+    # of modes of equal frequency the combination with most motion in the plane comes first
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])

@@ -1,6 +1,6 @@
 """The compiled second solver: spectral strips in absolute coordinates, a constant mass matrix, joints as constraints.
 
-Without a compiler `interpreted` stands in for `compiling`: the same functions, as plain Python.
+Without a compiler the module `interpreted` takes the place of `compiling`: kernel functions are run as plain Python.
 """
 
 import sys

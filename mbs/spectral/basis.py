@@ -26,7 +26,7 @@ def basis(degree: int, x: Array, derivative: int = 0) -> Array:
 
 @lru_cache(maxsize=4096)
 def _members(degree: int, x: bytes, derivative: int) -> Array:
-    """The same, found once: runs of many mechanisms ask for the same points."""
+    """Cached `basis`: all mechanisms use the same points."""
     values: Array = legendre.legval(np.frombuffer(x), _series(degree, derivative)).T
     values.flags.writeable = False
     return values
@@ -51,10 +51,10 @@ def gauss(count: int) -> tuple[Array, Array]:
 
 
 def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, float]) -> Array:
-    """Coefficients of a function of x: its ends exactly, the slopes of the rest by least squares; shape (degree + 1,).
+    """Coefficients of the fit to a function of x, exact at the ends, its slope by least squares; shape (degree + 1,).
 
-    As the slopes of the higher members are orthonormal, each coefficient is an integral of the function against P_k', once
-    the linear part is taken away.
+    As the slopes of the higher members are orthonormal, each coefficient is an integral of the function, minus its linear part,
+    times P_k'.
     """
     x, w = gauss(degree + 24)
     rest = function(x) - basis(1, x) @ np.array(ends)

@@ -1,4 +1,4 @@
-"""Compile all that runs of both integrators need, so that no run waits for it: `buckler --compile`."""
+"""Compile all functions of both integrators before the first run: `buckler --compile`."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..process import COMPILING, has_compiler
 from ..solvers import Spectral
 
 SHORT = 1e-3
-"""Duration of the runs that compile [s]: their results do not matter."""
+"""Duration of the runs, made only to compile [s]."""
 LAW = Impact(1e8, 1e4, 1e-5)
-"""Law of the runs that compile, by typical numbers."""
+"""Contact law of these runs."""
 FRICTION = Coulomb(0.1, 0.1)
-"""Friction of the runs that compile."""
+"""Friction of these runs."""
 
 
 def compile_all() -> float:

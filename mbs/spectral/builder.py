@@ -1,7 +1,4 @@
-"""Gathers a mechanism's coordinates, markers, constraints and forces, and packs them into the kernel's tables.
-
-The files of the kinds call it; it knows no kind.
-"""
+"""Collects a mechanism's coordinates, markers, constraints and forces, as elements of each kind add them; `packing` follows."""
 
 from __future__ import annotations
 
@@ -35,7 +32,7 @@ class BuiltBody(Protocol):
 
 @dataclass(frozen=True)
 class Attached:
-    """A mass carried by a link at a point: it turns with the link if it has an inertia."""
+    """A mass attached to a link at a point; one with an inertia turns with the link."""
 
     point: str
     mass: float
@@ -44,7 +41,7 @@ class Attached:
 
 @dataclass
 class ConstraintRow:
-    """A constraint: name, first measure, drive or -1, what it is held to (None: as at t = 0), how many measures it has."""
+    """A constraint: name, first measure, drive or -1, prescribed value (None: that at t = 0), number of its measures."""
 
     name: str
     measure: int
@@ -60,7 +57,7 @@ class ConstraintRow:
 
 @dataclass
 class ForceRow:
-    """A force: its name, kind, what it acts on, laws, numbers."""
+    """A force: name, kind, markers (or a measure in `a`), laws, constraint whose reaction it follows, numbers."""
 
     name: str
     kind: int
@@ -74,13 +71,13 @@ class ForceRow:
 
 @dataclass
 class Builder:
-    """The mechanism's arrays in the making."""
+    """Lists from which a mechanism's arrays are made."""
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
     bodies: dict[str, BuiltBody] = field(default_factory=dict)  # of each link, by name
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
-    notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled or says the same
+    notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled
     q: list[float] = field(default_factory=list)
     masses: list[tuple[Array, Array]] = field(default_factory=list)
     weights: list[tuple[Array, Array]] = field(default_factory=list)
@@ -109,13 +106,13 @@ class Builder:
     # --- coordinates and masses ---------------------------------------------------------------------------------------
 
     def coordinates(self, values: Sequence[float]) -> int:
-        """Take new coordinates with these values at t = 0; returns the first."""
+        """Add coordinates with these values at t = 0; returns the number of the first."""
         first = len(self.q)
         self.q += [float(x) for x in values]
         return first
 
     def angles(self, *places: int) -> None:
-        """Say which coordinates are angles: their unit is 1 rad; that of others is the mechanism's length."""
+        """Mark coordinates as angles, whose unit is 1 rad; that of others is the mechanism's length."""
         self.units |= dict.fromkeys(places, 1.0)
 
     def mass(self, places: Sequence[int], block: Array) -> None:
@@ -127,7 +124,7 @@ class Builder:
         self.weights.append((np.asarray(places, dtype=int), np.asarray(amounts, dtype=float)))
 
     def numbers(self, *values: ArrayLike) -> int:
-        """Keep numbers; returns where they begin."""
+        """Append numbers to the data; returns where they begin."""
         first = len(self.data)
         for value in values:
             self.data += np.ravel(value).astype(float).tolist()
@@ -136,7 +133,7 @@ class Builder:
     # --- markers and measures -----------------------------------------------------------------------------------------
 
     def deforms(self, one: Sequence[int], other: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
-        """Say which coordinates tell how a body deforms, one by one or in pairs across a chord; they share a unit."""
+        """Mark coordinates as deformations of one body, with a common unit: single, or (x, y) pairs, taken across a chord."""
         group = 1 + max((row[2] for row in self.elastic), default=-1)
         pairs = zip(one, other or [-1] * len(one), strict=True)
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in pairs]
@@ -154,18 +151,18 @@ class Builder:
         return self._marker_rows[key]
 
     def ground(self, place: Pair) -> int:
-        """A marker fixed at a place."""
+        """Add a marker fixed at a place."""
         return self.add_marker(MarkerKind.GROUND, 0, 0, (), (*place, 0.0))
 
     def point(self, x: float, y: float, mass: float) -> int:
-        """A free point with mass; returns its marker."""
+        """Add a free point with mass; returns its marker."""
         o = self.coordinates((x, y))
         self.mass((o, o + 1), mass * np.eye(2))
         self.weigh((o, o + 1), mass * np.array(self.mechanism.gravity))
         return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
 
     def marker(self, link: str, point: str) -> int:
-        """Marker of a point as part of a link, or of its place on the ground."""
+        """Return the marker of a point of a link, or of its place on the ground."""
         return self.ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
 
     def angle_of(self, marker: int) -> float:
@@ -190,7 +187,7 @@ class Builder:
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
-        """The same marker without its angle, where that depends on more coordinates than its place."""
+        """Return a marker at the same place without angle, if its angle depends on more coordinates than the place."""
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
@@ -200,14 +197,14 @@ class Builder:
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
-        """Hold a sum of coefficients times measures, added one after the other, to a value (None: as at t = 0) and a motion."""
+        """Constrain a sum of coefficients times consecutive measures to a value (None: that at t = 0) plus a drive's motion."""
         for share, measure in terms:
             self.directions[measure] = (*self.directions[measure][:2], share)
         self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
     def pin(self, name: str, one: int, other: int) -> None:
-        """Hold two markers together."""
+        """Constrain two markers to one place."""
         if one != other:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
                 self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, one, other, direction))], value=0.0)
@@ -217,7 +214,7 @@ class Builder:
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
-        """Add a row of the table of laws, or find the one kept under this key."""
+        """Add a row to the table of laws, or find the one with this key."""
         if key is not None and key in self._law_rows:
             return self._law_rows[key]
         addresses = [p.address for p in pointers]
@@ -231,13 +228,13 @@ class Builder:
         return len(self.laws) - 1
 
     def add_motion(self, motion: Ramp | Motion, name: str) -> int:
-        """Add a drive's motion: a ramp of its speed, or functions of time."""
+        """Add the motion of a drive: a ramp of its speed, or functions of time."""
         if isinstance(motion, Ramp):
             self.motions.append((MotionKind.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
             functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
-            if has_user_code(motion) and not all(p.compiled for p in functions):  # an integral of ours nobody can mend
+            if has_user_code(motion) and not all(p.compiled for p in functions):  # users cannot mend our integral
                 self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions
             self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
@@ -245,7 +242,7 @@ class Builder:
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
-        """Add a force or torque whose law has states, on what its marker's place, or turn, is from a column on."""
+        """Add a force or torque whose law has states; `column` is the first of its marker's state on which it acts: X or TURN."""
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]

@@ -1,7 +1,7 @@
-"""Columns of the compiled solver's states that signals are, so that statistics need no record of a run.
+"""Signals read directly from the compiled solver's states, so that statistics need no record of a run.
 
-A column is a component of a force's report, of a marker's state or second rates, or a multiplier. Signals that are none of these
-are made from the record of a stretch of the run, as those of a single run.
+Such a signal, a column, is a component of a force's report, of a marker's state or acceleration, or a multiplier. Other signals
+are made from the record of each part of the run, as those of a single run.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ Column = tuple[int, int, int, int, float]
 
 @dataclass(frozen=True)
 class Channels:
-    """Signals by name, as columns of the compiled solver or of records."""
+    """Signals by name, read from columns of the compiled solver or from records."""
 
     names: tuple[str, ...]  # those that are columns come first
     columns: Array  # source, index, component, transform; (columns, 4)
@@ -82,7 +82,7 @@ class Channels:
 
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
-        """Find the columns of signals in a scene; markers that it lacks are added to it."""
+        """Find the columns of signals in a scene; missing markers are added to it."""
         known = {name: column for name in names if (column := _column(scene, name)) is not None}
         order = tuple(sorted(names, key=lambda name: name not in known))
         columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
@@ -125,7 +125,7 @@ STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Re
 
 
 def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Force, friction, depth, sliding speed of a joint with clearance, force and depth of a stop."""
+    """Find forces, depth and sliding speed of a joint with clearance, force and depth of a stop."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
         joint = isinstance(element, Clearance) and element.point == owner
@@ -139,7 +139,7 @@ PLACES = {"x": State.X, "y": State.Y, "vx": State.VX, "vy": State.VY}
 
 
 def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Place and velocity of a point, as part of the first link that has it."""
+    """Find position and velocity of a point, on the first link that has it."""
     links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
     if owner not in scene.mechanism.points or what not in PLACES or not links:
         return None
@@ -147,7 +147,7 @@ def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 
 def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Motion of the centre of mass of a link that is rigid or modal, and of `LINK.middle`, half-way between its ends."""
+    """Find the motion of the centre of mass of a rigid or modal link, and of `LINK.middle`, half-way between its ends."""
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or what not in (*PLACES, "ax", "ay") or station not in ("", "middle"):
@@ -169,7 +169,7 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
 
 
 def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Torque or force of a drive."""
+    """Find the torque or force of a drive."""
     if what not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
         return None
     return (Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.PLAIN, -1.0) if owner in scene.row_names else None

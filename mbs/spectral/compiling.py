@@ -1,4 +1,4 @@
-"""Compilation of the kernel: once for all mechanisms, kept on disk, without the interpreter's lock."""
+"""Compilation of the kernel by Numba: once for all mechanisms, cached on disk, without the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..progress import Ticker, Watch, is_interactive
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
-"""Types of a function with machine code of its own, and the function that writes that code."""
+"""Signature of a function, and the one that writes its code for LLVM."""
 TEXT = (
     "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs. "
     "`buckler --compile` does it beforehand."
@@ -39,7 +39,7 @@ ALL = 215
 """Functions that Numba compiles for a run of the implicit integrator, the inner ones among them."""
 WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
-"""Fast-math flags that let sums be reordered and made four at a time; NaN and infinity keep their meaning."""
+"""Fast-math flags that let sums be reordered and vectorised; NaN and infinity keep their meaning."""
 
 
 class Announcer(Listener):
@@ -102,11 +102,11 @@ def jit(function: F) -> F:
 
 
 class _Draft(JITCodeLibrary):
-    """Code for callers only: it is optimised and translated once, as part of theirs, and not at every level of calls anew."""
+    """Code for callers only: it is optimised and translated once, as a part of theirs, and not again at each level of calls."""
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """A stand-in that notes no environment: there is no machine code that has one."""
+        """An object that ignores environments, as there is no machine code that has one."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
@@ -139,22 +139,20 @@ def draft(function: F, **options: object) -> F:
 
 
 def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
-    """Replace the type of a constant argument by the general one: Numba compiles a function anew for each number that it is
-    called with.
-    """
+    """Replace the type of a constant argument by the general one: else Numba compiles a function again for each constant."""
     folded, found = fold(args, kws)
     return folded, tuple(map(types.unliteral, found))
 
 
 def inline(function: F) -> F:
-    """Compile a function into those that call it: handing over all tables in a call takes a tenth of a microsecond."""
+    """Compile a function into those that call it, as passing all tables in a call takes a tenth of a microsecond."""
     return draft(function, forceinline=True)
 
 
 class Reference(types.Type):
-    """Type of a pointer to the places and shapes of a named tuple's arrays: one pointer in place of some hundred numbers.
+    """Type of a pointer to the addresses and shapes of a named tuple's arrays: one pointer instead of some hundred numbers.
 
-    They do not count as references to the arrays: the tuple must outlive the call.
+    It holds no references to the arrays: the tuple must outlive the call.
     """
 
     def __init__(self, whole: types.Type) -> None:
@@ -189,14 +187,14 @@ def _holds_arrays(whole: types.Type) -> bool:
 
 
 def _hand_on(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-    """Return the argument, with a share in the reference counts of its arrays."""
+    """Return the argument, with the reference counts of its arrays raised."""
     context.nrt.incref(builder, signature.return_type, values[0])
     return values[0]
 
 
 @intrinsic
 def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
-    """Hand a table by reference to functions that are called from here; anything else as it is."""
+    """Pass a table by reference to functions that are called from here; anything else as it is."""
     if not _holds_arrays(whole):
         return whole(whole), _hand_on
 
@@ -259,12 +257,12 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
 
 @inline
 def view(array, first, count):
-    """Return elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
+    """Return `count` elements of a contiguous array from `first`: a slice without checks and reference counting."""
     return carray(_place(array, first), (count,))
 
 
 def compile_below(function: F) -> F:
-    """Compile a function that stands with the laws, below the kernel, and those that it calls."""
+    """Compile a function of `laws`, a layer below the kernel, and those that it calls."""
     return compile_plain(function, draft)
 
 

@@ -1,4 +1,4 @@
-"""Constraints of the compiled solver from the rows of an element, and markers of the places that elements name."""
+"""Constraints of the compiled solver from the rows of an element, and markers of the points that elements name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOWHERE = (0.0, 0.0)
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
-    """Add the rows of a joint, guide, drive or coupling; a strut leans on its neighbour and needs none of its pins."""
+    """Add the rows of a joint, guide, drive or coupling; pins of a strut need none, as its ends are points of its neighbours."""
     for row in element.rows(builder.mechanism):
         if row.start_only:
             continue
@@ -29,7 +29,7 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 
 def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield coefficient and measure of the kernel; nothing for two places that are one."""
+    """Yield coefficient and measure of the kernel; nothing if both markers are the same."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield share, (MeasureKind.ANGLE, a, b, NOWHERE)
@@ -41,13 +41,13 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
 
 
 def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
-    """A direction at t = 0 as seen from a marker that has an angle then."""
+    """Components of a direction at t = 0 in the frame of a marker."""
     x, y = rotate(-np.array(builder.angle_of(marker)), direction)
     return float(x), float(y)
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Marker of a point as part of a body; of rigid links and the ground also of points that are not theirs, as at t = 0."""
+    """Marker of a point on a body; on rigid links and the ground any point is fixed to it where it is at t = 0."""
     if link == GROUND:
         return builder.ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]

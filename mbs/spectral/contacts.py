@@ -1,4 +1,4 @@
-"""Contacts over a step, compiled: when they close and let go, and what they remember of it."""
+"""Contacts over a step, compiled: when they close and open, and their memories."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def touches(tables, k):
 
 @draft
 def begins_smoothly(tables, k):
-    """Tell whether a contact's force begins without a kink and takes no onset speed, so that no step need end at its onset."""
+    """Return True if a contact's force begins without a kink and without onset speed: no step need end at its onset."""
     law = tables.forces[k, Forces.LAW]
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and tables.law_numbers[law, 1] > 1.0
 
@@ -31,14 +31,14 @@ def depth_of(tables, reports, k):
 
 @draft
 def rate_of_depth(tables, reports, k):
-    """Its rate."""
+    """Rate of contact k's depth, from its report."""
     side = 1.0 if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL else tables.data[tables.forces[k, Forces.NUMBERS]]
     return side * reports[k, Report.RATE]
 
 
 @draft
 def hermite(x, h, start, start_rate, end, end_rate):
-    """Cubic with these values and slopes at the ends of a step of length h, at the fraction x."""
+    """Value at the fraction x of a step of length h of the cubic with these values and slopes at its ends."""
     first, last = (1.0 + 2.0 * x) * start + x * h * start_rate, (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
     return (1.0 - x) ** 2 * first + x * x * last
 
@@ -50,7 +50,7 @@ def crossing(h, start, start_rate, end, end_rate):
     if end > 0.0:
         high = 1.0
     elif start_rate > 0.0 and end_rate < 0.0:
-        # both ends outside, in between perhaps inside: look at the top
+        # both ends are negative: find the maximum between them
         a, b = 0.0, 1.0
         for _ in range(40):
             m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
@@ -76,9 +76,9 @@ def crossing(h, start, start_rate, end, end_rate):
 def first_onset(tables, before, reports, h, landing, outside, smooth):
     """Fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step is to end `outside` of the face, and may miss that by as much: one that ended a rounding error inside would have
-    the contact's force at its last node. Where that is zero it may miss the face by the landing. Contacts that begin smoothly
-    count if `smooth`, or where they also end within the step: its stages may have missed them.
+    The step is to end at the distance `outside` before the face, with an error up to that, as the last node of a step that ends a
+    rounding error inside has a contact force. If `outside` is zero, the error is up to `landing`. Contacts whose force begins
+    smoothly count if `smooth`, or if they also open within the step, whose stages may have missed them.
     """
     first, miss = 2.0, outside if outside > 0.0 else landing
     for k in range(tables.forces.shape[0]):
@@ -93,9 +93,9 @@ def first_onset(tables, before, reports, h, landing, outside, smooth):
 
 @draft
 def first_edge(tables, before, reports, h, landing, outside):
-    """Fraction of the step at which a measure first comes to an edge of its law, from either side; 2 if none does.
+    """Fraction of the step at which a measure first reaches an edge of its law, from either side; 2 if none does.
 
-    As at a contact's face the step is to end `outside` of the edge.
+    As at a contact's face the step is to end at the distance `outside` before the edge.
     """
     first = 2.0
     for i in range(tables.edges.shape[0]):
@@ -110,7 +110,7 @@ def first_edge(tables, before, reports, h, landing, outside):
 
 @draft
 def _past_edge(tables, reports, i):
-    """Way that a measure has gone past edge i of its law, negative before it, and its speed."""
+    """Distance of a measure beyond edge i of its law in its direction of motion, negative before it, and its speed."""
     k = int(tables.edges[i, 0])
     rate = reports[k, Report.RATE]
     return (reports[k, Report.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
@@ -118,7 +118,7 @@ def _past_edge(tables, reports, i):
 
 @draft
 def reaches_edge(tables, before, reports, landing, near):
-    """Return True if a measure has come as near to an edge of its law, and is about to pass it."""
+    """Return True if a measure is up to `near` before an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
         if abs(before[k, Report.LENGTH] - edge) > landing and -near <= _past_edge(tables, reports, i)[0] <= 0.0:
@@ -128,7 +128,7 @@ def reaches_edge(tables, before, reports, landing, near):
 
 @draft
 def time_to_edges(tables, reports, near):
-    """Time after which all measures that are about to pass an edge, and as near, are a tenth of that past it."""
+    """Time until all measures up to `near` before an edge of their law are 0.1 `near` beyond it."""
     time = 0.0
     for i in range(tables.edges.shape[0]):
         past, speed = _past_edge(tables, reports, i)
@@ -139,7 +139,7 @@ def time_to_edges(tables, reports, near):
 
 @draft
 def time_to_faces(tables, reports, near):
-    """Time after which all contacts that are about to close, and as near, are a tenth of that inside."""
+    """Time until all contacts about to close, up to `near` before their face, are 0.1 `near` deep."""
     time = 0.0
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
@@ -151,9 +151,8 @@ def time_to_faces(tables, reports, near):
 
 @draft
 def lets_go(tables, before, reports, largest, share, landing):
-    """Return True if a contact lost a share of its largest force so far, or was passed through.
-
-    There is a kink to be cut out.
+    """Return True if the step must be shortened to a kink: a contact lost a share of its largest force so far, or is passed
+    through within the step.
     """
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
@@ -170,10 +169,10 @@ def lets_go(tables, before, reports, largest, share, landing):
 
 @draft
 def remember_onset(tables, before, reports, k, m, controls, near):
-    """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
+    """Update memory m of contact k after a step: return 1 if it closed, -1 if it opened, else 0.
 
-    A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face. It counts as
-    closed, too, where it comes as near as `near` and is about to close.
+    As steps end where a contact closes, the onset speed is that at the end of the step which is nearer to the face. A contact
+    counts as closed, too, if it comes up to `near` before the face and is about to close.
     """
     old, new, rate = depth_of(tables, before, k), depth_of(tables, reports, k), rate_of_depth(tables, reports, k)
     if new > -old >= 0.0:
@@ -189,9 +188,8 @@ def remember_onset(tables, before, reports, k, m, controls, near):
 
 @draft
 def closing(tables, before, reports, least):
-    """Time from a step's start, or, negative, from its end, to where a contact that closes is as far beyond its face as there.
-
-    0 if none closes.
+    """Time from a step's start, or, negative, from its end, to where a closing contact is as far beyond the face as it is before
+    it there, or the reverse; 0 if none closes.
     """
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
@@ -206,7 +204,7 @@ def closing(tables, before, reports, least):
 
 @draft
 def bend_of_depths(tables, before, reports, h):
-    """Largest distance of closed contacts' depths from straight lines over a step, over the depth."""
+    """Largest deviation of closed contacts' depths over a step from a straight line, over the depth."""
     most = 0.0
     for k in range(tables.forces.shape[0]):
         if touches(tables, k):
@@ -218,9 +216,9 @@ def bend_of_depths(tables, before, reports, h):
 
 @draft
 def error_of_depth(tables, state, shifted, h, k, least, noise):
-    """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
+    """Error of contact k's depth over the largest of that depth, its change in the step, and `least`; 0 below the noise.
 
-    `shifted` are the reports where the error leads, `state.shifted` those of the step's end.
+    `shifted` are the reports at the state plus its error, `state.shifted` those of the step's end.
     """
     before, reports = state.before, state.shifted
     old, new = depth_of(tables, before, k), depth_of(tables, reports, k)

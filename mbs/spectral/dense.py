@@ -1,7 +1,7 @@
 """States of a run between the steps of an integrator.
 
-Places and rates are those of polynomials of fifth degree through places, rates and second rates at both ends of a step; second
-rates and multipliers there come from the equations of motion.
+Coordinates and rates follow from the polynomial of fifth degree with their values, rates and second rates at both ends of a step;
+second rates and multipliers from the equations of motion.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ BARE = 1e-9
 
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
-    """The same run with so many states more in each step, at equal distances, but for steps of next to no length."""
+    """Return a run with `between` more states in each step, at equal distances; steps of almost no length have none."""
     long = np.diff(out.time) > BARE * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
@@ -29,7 +29,7 @@ def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
 
 
 def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
-    """States at times within a run; bristles are those of these times."""
+    """Return the states at times within a run."""
     step = np.clip(np.searchsorted(out.time, times, side="right") - 1, 0, max(0, len(out.time) - 2))
     nxt = np.minimum(step + 1, len(out.time) - 1)
     h = out.time[nxt] - out.time[step]

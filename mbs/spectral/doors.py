@@ -1,4 +1,4 @@
-"""Entry points of the kernel from Python besides the integrators: equations of motion at a state, places of markers."""
+"""Functions of the kernel that Python calls, besides the integrators: equations of motion at a state, states of markers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def place(tables, work, q, v):
 
 @jit
 def measure_at(tables, work, k, grad, hess):
-    """Length or angle k, its gradient and Hessian. Markers are placed."""
+    """Return measure k, and fill its gradient and Hessian. Markers are placed."""
     value, _ = measure(tables, work, k, grad)
     curve(tables, work, k, grad, hess)
     return value
@@ -34,10 +34,9 @@ def mass_at(tables, work, q, mass):
 
 @jit
 def assemble(tables, work, now, matrices, force, sides):
-    """Forces, residuals g, right sides of G v = speed and G a = change as rows of sides, and matrices by their entries.
+    """Fill in forces; residuals g and right sides of G v = speed and G a = change, the rows of `sides`; and matrices.
 
-    Those (4, slots + 1) are -df/dlambda, damping, stiffness, and G and its transpose; where they are only the last one, it is
-    filled alone.
+    These, (4, slots + 1) nonzeros, are -df/dlambda, damping, stiffness, and G with its transpose; or the last alone.
     """
     forces(tables, work, now, force)
     every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
@@ -52,7 +51,7 @@ def assemble(tables, work, now, matrices, force, sides):
 
 @jit
 def carry(tables, work, shift):
-    """Carry the strips' stresses, unknowns of their own, over a change of the coordinates since forces were last assembled."""
+    """Update the strips' stresses, which are unknowns, for a change of the coordinates since forces were last assembled."""
     carry_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 

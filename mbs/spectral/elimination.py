@@ -1,6 +1,6 @@
-"""Order of elimination of the unknowns of a mechanism's matrices, found once by minimum degree: fronts for `fronts`.
+"""Order of elimination of the unknowns of a mechanism's matrices by minimum degree: frontal matrices for `fronts`.
 
-A constraint's row goes after all coordinates that it holds. Sources and reasons: docs/theory-spectral.md, matrices.
+A constraint's multiplier is eliminated after all coordinates in it. Sources and reasons: docs/theory-spectral.md, matrices.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..geometry import Array
 
 
 class Fronts(NamedTuple):
-    """The order of elimination, as the kernel gets it.
+    """The order of elimination for the kernel.
 
     Columns of fronts: pivots; size; where its unknowns begin; where its matrix begins; the front that takes over what is left, or
     -1; where the places there of its later unknowns begin; 1 where its pivots are rows of constraints. Each comes before the one
@@ -40,7 +40,7 @@ class Fronts(NamedTuple):
 
 
 class _Front(NamedTuple):
-    """A front in the making."""
+    """A front before numbering: its pivots, later unknowns, and whether its pivots are constraints."""
 
     pivots: list[int]
     later: list[int]
@@ -48,9 +48,9 @@ class _Front(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Fronts for a matrix of so many unknowns, coordinates first and then rows; found once for all of the same pattern.
+    """Fronts for a matrix of `unknowns`, first `coordinates` and then constraints; cached for each pattern.
 
-    Slots have a row and a column, and are `filled` where they may be other than zero; shape (slots,).
+    Entries have a row and a column, and are `filled` if they may be nonzero; shape (slots,).
     """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _fronts_of(*pattern, coordinates, unknowns)
@@ -93,7 +93,7 @@ def _fronts_of(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknown
 
 
 def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
-    """Unknowns that meet the same others, and which groups each meets."""
+    """Groups of unknowns with the same neighbours in the matrix, and the neighbouring groups of each."""
     near: list[set[int]] = [set() for _ in range(unknowns)]
     for i, j in zip(row.tolist(), col.tolist(), strict=True):
         near[i].add(j)
@@ -116,7 +116,7 @@ def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[li
 
 
 def _eliminate(groups: list[list[int]], meets: list[set[int]], coordinates: int) -> list[_Front]:
-    """Fronts of single groups, in the order of elimination."""
+    """Fronts, one for each group, in the order of elimination."""
     weight = [len(members) for members in groups]
     row = [members[0] >= coordinates for members in groups]
     waits = [sum(not row[m] for m in meets[g]) if row[g] else 0 for g in range(len(groups))]

@@ -1,4 +1,4 @@
-"""Events of the implicit integrator, compiled: contacts that close or let go, and jumps of accelerations. See `radau`."""
+"""Events of the implicit integrator, compiled: contacts that close or open, and jumps of accelerations. See `radau`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROUNDING = 1e-15
 
 @draft
 def restart(model, t):
-    """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
+    """Compute accelerations and multipliers after a jump of them, from M a + G^T lambda = f, G a = change."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n, r = state.q.size, state.lam.size
     work.held[:] = 0.0
@@ -49,19 +49,19 @@ def restart(model, t):
 
 @draft
 def landing(state, controls):
-    """Depth up to which a contact is at its face."""
+    """Distance up to which a contact counts as at its face."""
     return LANDING * controls.tolerance * state.whole.max()
 
 
 @draft
 def outside(state, controls):
-    """Distance from its face at which a step to an onset ends."""
+    """Distance before its face at which a step to an onset ends."""
     return max(OUTSIDE * landing(state, controls), ROUNDING * state.whole.max())
 
 
 @draft
 def remember(tables, work, state, controls, counts):
-    """Take over the accepted step: onset speeds of contacts, bristles; whether a contact closed, let go or an edge is reached."""
+    """Update memories after an accepted step; return True if a contact closed or opened, or an edge is reached."""
     near = 2.0 * outside(state, controls)
     changed = reaches_edge(tables, state.before, work.reports, landing(state, controls), near)
     for k in range(tables.forces.shape[0]):
@@ -80,7 +80,7 @@ def remember(tables, work, state, controls, counts):
 
 @draft
 def jump(model, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers; an Euler step takes contacts past faces, laws past edges."""
+    """Restart after a jump of accelerations and multipliers, an Euler step beyond faces of contacts and edges of laws."""
     state, near = model.state, 2.0 * outside(model.state, controls)
     past = max(time_to_faces(model.tables, state.before, near), time_to_edges(model.tables, state.before, near))
     past = min(past, NEARLY * clock.previous, NEARLY * (controls.end - clock.time))

@@ -1,7 +1,8 @@
-"""Dormand-Prince 5(4), compiled, for mechanisms that rattle: onsets located, constraints solved at the level of accelerations.
+"""Dormand-Prince 5(4), compiled, for rattling mechanisms: steps end at onsets, constraints are solved for accelerations.
 
-M^-1 is kept, and corrected in closed form for modal links that no constraint touches. Positions and velocities are put back
-onto the constraints after each step. Bristles are states. Equations and source: docs/theory-spectral.md, explicit integration.
+The constant mass matrix is factored once, and modal links that no constraint touches are corrected in closed form. After each
+step positions and velocities are projected onto the constraints. Bristles are states. Equations and source:
+docs/theory-spectral.md, explicit integration.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0
 
 @inline
 def _has_changed(tables, flight):
-    """Tell whether the matrix is another than the one factored last: of modal links, or with other gradients of constraints."""
+    """Return True if the matrix differs from the one factored last: by modal links, or by gradients of constraints."""
     changed = (tables.modal.shape[0] > 0 and flight.apart[0] == 0) or flight.begun[0] == 0
     for i in range(flight.jacobian.size):
         changed = changed or flight.jacobian[i] != flight.factored[i]
@@ -56,7 +57,7 @@ def _has_changed(tables, flight):
 
 @draft
 def rates_at(model, t, y, out):
-    """Rates of a state: velocities, accelerations, bristles'."""
+    """Compute the rates of a state: velocities, accelerations, rates of bristles."""
     tables, order, work, flight = model.tables, model.order, model.work, model.flight
     n, r = flight.force.size, flight.lam.size
     q, v = y[:n], y[n : 2 * n]
@@ -100,7 +101,7 @@ def rates_at(model, t, y, out):
 
 @jit
 def look(model, out):
-    """Fill accelerations and multipliers of out at its states."""
+    """Fill in accelerations and multipliers at the states of out."""
     flight = model.flight
     n = flight.force.size
     for i in range(out.time.size):
@@ -127,7 +128,7 @@ def _is_off(tables, flight, allowed):
 
 @inline
 def _put_back(tables, order, flight):
-    """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
+    """Project the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
     n, r = flight.force.size, flight.lam.size
     for level in range(2):
         y = flight.new[level * n : level * n + n]
@@ -141,11 +142,11 @@ def _put_back(tables, order, flight):
 
 @inline
 def _stages(model, t, h):
-    """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
+    """Compute the seven stages; flight.new becomes the solution of fifth order, and reports are those of its end."""
     flight = model.flight
     for stage in range(1, 7):
         target, f, c = flight.new if stage == 6 else flight.trial, flight.rates, WEIGHTS[stage]
-        for i in range(flight.y.size):  # in one go, weights of zero and all: rates are finite, see _try
+        for i in range(flight.y.size):  # in one sum with zero weights: rates are finite, see _try
             target[i] = flight.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
@@ -154,7 +155,7 @@ def _stages(model, t, h):
 
 @inline
 def _error(flight, h, tolerance):
-    """Embedded error over what is allowed: of coordinates, in their units, and of rates, in units a largest rate so far."""
+    """Embedded error over the tolerance: of coordinates in their units, of rates in units times the largest rate so far."""
     n, worst = flight.force.size, 0.0
     for i in range(2 * n):
         e = 0.0
@@ -162,7 +163,7 @@ def _error(flight, h, tolerance):
             e += ERRORS[j] * flight.rates[j, i]
         share = abs(h * e) / (flight.units[i] if i < n else flight.units[i - n] * flight.pace[0])
         if not share < math.inf:
-            return math.inf  # not a number is larger than nothing
+            return math.inf  # nan fails all comparisons
         worst = max(worst, share)
     return worst / tolerance
 
@@ -177,7 +178,7 @@ def _next_stop(clock, controls, stops):
 
 @draft
 def _try(model, clock, h, last, controls, counts):
-    """Try a step of length h, the last before a stop or not; return False if error or contacts ask for a shorter one."""
+    """Try a step of length h, the `last` before a stop or not; return False if error or contacts need a shorter one."""
     flight = model.flight
     _stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
     counts.iterations += 6
@@ -199,7 +200,7 @@ def _try(model, clock, h, last, controls, counts):
 
 @draft
 def _accept(model, clock, at, stop, controls, out, counts):
-    """Take over a step to the time `at`, put back onto the constraints, and write its row."""
+    """Accept a step to the time `at`: project it onto the constraints, and write its row."""
     tables, order, work, flight = model.tables, model.order, model.work, model.flight
     n, before, clock.time = flight.force.size, clock.time, at
     changed = _remember(tables, work, flight, controls, counts)
@@ -224,7 +225,7 @@ def _accept(model, clock, at, stop, controls, out, counts):
 
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
-    """Go on from the state to the end, or until out is full; as `run_implicit`."""
+    """Integrate from the state to the end, or until out is full; as `run_implicit`."""
     flight = model.flight
     counts.samples = 0
     if counts.steps == 0:
@@ -234,7 +235,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
         stop = _next_stop(clock, controls, stops)
         h = min(clock.wanted, controls.longest)
-        reach = 1.0 if clock.held > 0.0 else 1.0001  # not beyond an onset, which would be stepped over again
+        reach = 1.0 if clock.held > 0.0 else 1.0001  # a step beyond an onset would be rejected again
         if clock.time + reach * h >= stop:
             h = stop - clock.time
         last = h >= stop - clock.time
@@ -253,7 +254,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
 
 @inline
 def _remember(tables, work, flight, controls, counts):
-    """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
+    """Update onset speeds of contacts; return True if one closed or opened."""
     changed = False
     n = flight.force.size
     for k in range(tables.forces.shape[0]):
@@ -271,7 +272,7 @@ def _remember(tables, work, flight, controls, counts):
 
 @inline
 def _write(flight, out, counts, t, before):
-    """Write the state as a row; bristles as they stand, with no time since."""
+    """Write the state as a row, with bristles of this time."""
     n, i = flight.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

@@ -1,4 +1,4 @@
-"""Forces between markers, compiled: along a measure, of a pin in a bush, and pushes; each with its derivatives.
+"""Forces between markers, compiled: along a measure, of a pin in a bush, and at a marker; each with its derivatives.
 
 Tangents of a force along a measure are (2) of docs/theory-spectral.md.
 """
@@ -28,7 +28,7 @@ from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 @draft
 def _pressing(tables, work, k, now):
-    """Force that the friction of force k follows: a constraint's own, or that of the contact before it; 0 of other forces."""
+    """Normal force of force k if that is friction: a constraint's multiplier, or the force of a contact; else 0."""
     row = tables.forces[k, Forces.ROW]
     if row >= 0:
         return now.lam[row]
@@ -37,7 +37,7 @@ def _pressing(tables, work, k, now):
 
 @inline
 def _along(tables, work, k, now, f):
-    """A force along a measure."""
+    """Add force k, along a measure, and report it."""
     number, grad, reaction = tables.forces[k, Forces.A], work.grad, _pressing(tables, work, k, now)
     value, rate = measure(tables, work, number, grad)
     force = tables.factors[k] * value_along(tables, k, now, value, rate, reaction)
@@ -50,7 +50,7 @@ def _along(tables, work, k, now, f):
 
 @draft
 def _bend_along(tables, work, k, now, mass):
-    """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
+    """Add derivatives of a force along a measure; of friction also those by its normal force."""
     number, grad, hess, reaction = tables.forces[k, Forces.A], work.grad, work.hess, _pressing(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
@@ -83,7 +83,7 @@ def _bend_along(tables, work, k, now, mass):
 
 @draft
 def _follow_contact(tables, work, k, now, share):
-    """Add derivatives of friction along a face by the markers through its contact's force, of which it is a share."""
+    """Add derivatives of friction along a face, `share` times its contact's force, by those of that force."""
     contact, number, grad, h, c = tables.forces[k, Forces.B], tables.forces[k, Forces.A], work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], share * tables.factors[contact]
     a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
@@ -118,7 +118,7 @@ def _add_cross(tables, work, k, number, grad, factor, mass):
 def touch(tables, work, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
-    e = r_pin - r_bush, n = e/|e|; both bodies feel the force at the pin's surface r_pin + R n, so that force and moment balance.
+    e = r_pin - r_bush, n = e/|e|; the force acts on both bodies at the pin's surface r_pin + R n, so that moments balance.
     """
     a, b = work.state[tables.forces[k, Forces.A]], work.state[tables.forces[k, Forces.B]]
     number = tables.forces[k, Forces.NUMBERS]
@@ -140,7 +140,7 @@ def touch(tables, work, k, mem, since, out):
 
 @inline
 def _push_of_pin(tables, k, number, out):
-    """Pin's radius, eccentricity, friction's force, and all force on the pin, of a contact that is closed."""
+    """Pin's radius, eccentricity, friction and total force on the pin of a closed contact."""
     nx, ny = out[Report.FX], out[Report.FY]
     push, drag = tables.factors[k] * out[Report.VALUE], tables.factors[k] * out[Report.FRICTION]
     return tables.data[number], out[Report.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
@@ -148,7 +148,7 @@ def _push_of_pin(tables, k, number, out):
 
 @inline
 def _journal(tables, work, k, mem, since, f):
-    """A pin in a bush."""
+    """Add the force of a pin in a bush."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
     touch(tables, work, k, mem[k], since, out)
@@ -161,7 +161,7 @@ def _journal(tables, work, k, mem, since, f):
 
 @draft
 def _bend_journal(tables, work, k, q, mem, since):
-    """Derivatives of the force of a pin in a bush."""
+    """Add derivatives of the force of a pin in a bush."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
     if out[Report.LENGTH] <= 0.0:
@@ -176,7 +176,7 @@ def _bend_journal(tables, work, k, q, mem, since):
     sway = (work.state[ma, State.VX] - work.state[mb, State.VX]) * tx + (work.state[ma, State.VY] - work.state[mb, State.VY]) * ty
     h, c = work.by_place, work.by_rate
     for j in range(6):
-        # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
+        # derivatives by x_j, then by its rate: e along n and t, sliding speed
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
@@ -203,7 +203,7 @@ def _bend_journal(tables, work, k, q, mem, since):
 
 @draft
 def _moment(tables, work, k, push_x, push_y):
-    """Moment of a push about its marker, where its line of action stays in the plane."""
+    """Moment of a force about its marker if its line of action goes through a fixed point."""
     a, number = tables.forces[k, Forces.A], tables.forces[k, Forces.NUMBERS]
     rx, ry = tables.data[number + 4] - work.state[a, State.X], tables.data[number + 5] - work.state[a, State.Y]
     return tables.data[number + 3] * (rx * push_y - ry * push_x)
@@ -211,7 +211,7 @@ def _moment(tables, work, k, push_x, push_y):
 
 @inline
 def _push(tables, work, k, t, f):
-    """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
+    """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point."""
     a, b, number = tables.forces[k, Forces.A], tables.forces[k, Forces.B], tables.forces[k, Forces.NUMBERS]
     law = tables.forces[k, Forces.LAW]
     px, py = tables.data[number], tables.data[number + 1]
@@ -226,7 +226,7 @@ def _push(tables, work, k, t, f):
 
 @draft
 def _bend_push(tables, work, k, q):
-    """Derivatives of a force at a marker."""
+    """Add derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
     h = work.by_place
     add_geometric(tables, work, a, q, (-fx, -fy, -_moment(tables, work, k, fx, fy)), work.stiff, 0)

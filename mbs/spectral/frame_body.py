@@ -17,7 +17,7 @@ from .tables import MarkerKind, MeasureKind
 
 @dataclass
 class FrameBody:
-    """Coordinates (x, y, theta) of the frame at the centre of mass, then the modes'."""
+    """Rigid or modal link: coordinates (x, y, theta) of the frame at the centre of mass, then the modes'."""
 
     offset: int  # first coordinate
     centre: Array  # place of the frame at t = 0 [m], (2,)
@@ -34,7 +34,7 @@ class FrameBody:
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
-        """Marker of the place where it is at t = 0; `turned`: its angle is that turned since then."""
+        """Marker of a point at this place at t = 0; its angle is theta or, if `turned`, that turned since then."""
         arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
         local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
@@ -73,7 +73,7 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
 
 
 def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
-    """Add a mass at a marker of a body whose mass matrix cannot take it: a point pinned there, a rotor that turns with it."""
+    """Add a mass at a marker of a body outside its mass matrix: a point pinned there, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
         builder.loose.append((len(builder.q), link, each.point, False))

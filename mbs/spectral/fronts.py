@@ -1,11 +1,11 @@
-"""Factors of a mechanism's matrices, front by front, compiled. See `elimination` for the order.
+"""Multifrontal LU factors of a mechanism's matrices, compiled. See `elimination` for the order.
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
 
-Among rows of constraints one that is weak on the diagonal gives way to the largest, with its column: where two rows say nearly
-the same, as the pins of two bars do that are pinned twice, the better one is kept in every pose. Else they keep their order, as
-a multiplier that is left out stays as it is guessed. A row's pivot of rounding counts as none: its multiplier is zero.
+A constraint whose pivot is small is exchanged, row and column, with that of the largest: of two nearly redundant constraints, as
+of two bars pinned together twice, the better conditioned one is then kept in every pose. Otherwise the order is kept, as the
+multiplier of a redundant constraint stays at its guess. A pivot below rounding counts as zero, and so is its multiplier.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def factor(order, a, factors, swaps, amount):
 
 @draft
 def _hand_over(order, factors, amount, f):
-    """Add what is left of a front to the one that takes over."""
+    """Add the Schur complement of a front to its parent front."""
     pivots, size, first, at, parent, places, row = order.fronts[f]
     large, start, count = order.fronts[parent, 1], order.fronts[parent, 3], size - pivots
     to, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
@@ -60,7 +60,7 @@ def _hand_over(order, factors, amount, f):
 
 @draft
 def _eliminate(order, factors, swaps, amount, f):
-    """Eliminate a front's pivots; in place of each stands its reciprocal then."""
+    """Eliminate a front's pivots; each is replaced by its reciprocal."""
     pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
     row = order.fronts[f, 6]
     for c in range(pivots):
@@ -94,7 +94,7 @@ def _eliminate(order, factors, swaps, amount, f):
 
 @draft
 def _bring_strong(order, factors, amount, f, c):
-    """Let pivot c, where it is weak on the diagonal, change places with the largest, row and column; return that one's place."""
+    """Exchange pivot c, if it is small, with the largest on the diagonal, row and column; return the place of that."""
     pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
     r, here = c, abs(factors[at + c * (size + 1)])
     largest = here
@@ -115,7 +115,7 @@ def _bring_strong(order, factors, amount, f, c):
 
 @draft
 def _swap_rows(factors, at, size, c, p):
-    """Let rows c and p of the front that begins at `at` change places."""
+    """Exchange rows c and p of the front that begins at `at`."""
     upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
     for j in range(size):
         upper[j], other[j] = other[j], upper[j]
@@ -131,7 +131,7 @@ def solve(order, factors, swaps, x, room):
     for f in range(lone, order.fronts.shape[0]):
         pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
         unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
-        if pivots == 1:  # as most are of rigid bodies: in place
+        if pivots == 1:  # as most of rigid bodies
             for i in range(1, size):
                 x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
             continue

@@ -1,4 +1,4 @@
-"""Collocation at Radau points with variable steps, compiled: onsets located, kinks hit, constraints kept. See `radau`."""
+"""Collocation at Radau points with variable steps, compiled: steps end at onsets and kinks. See `radau`."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ ROOM = 1e-2
 
 @draft
 def _begin(model, t, tolerance):
-    """Fill in what the first step needs to know of the start."""
+    """Initialise the state for the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     elastic_stresses(tables, work, state.q, state.v, state.stress)
     work.mixed[0], work.held[:] = MIXED, 0.0
@@ -83,10 +83,9 @@ def _begin(model, t, tolerance):
 
 @draft
 def _error(model, t, h, controls, least):
-    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of equal
-    steps.
+    """Project the step's end onto the constraints; return the largest local error over the tolerance.
 
-    Reports are those of the end.
+    It is that of the coordinates, or of depths and forces of closed contacts; 0 of equal steps. Reports are those of the end.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance
@@ -105,7 +104,7 @@ def _error(model, t, h, controls, least):
             closed = True
     if closed:
         copy(work.reports, state.shifted)
-        for i in range(n):  # the first row of the error's equation gives that of the rates
+        for i in range(n):  # error of the rates, by the first row of the error's equation
             state.dv[0, i], state.dq[0, i] = v[i] + REAL / h * state.step[i] - state.dq[0, i], q[i] + state.step[i]
         place_markers(tables, work, state.dq[0], state.dv[0])
         add_forces(tables, work, now, state.force)
@@ -134,7 +133,7 @@ def _take_over(state):
 
 @draft
 def _next_stop(model, clock, controls, stops, out, counts):
-    """The next time at which a step must end. At a kink that has come, accelerations jump."""
+    """Return the next time at which a step must end; at a kink just reached restart, as accelerations jump."""
     while clock.stop < stops.size:
         due = stops[clock.stop]
         if due > clock.time + controls.shortest:
@@ -147,7 +146,7 @@ def _next_stop(model, clock, controls, stops, out, counts):
 
 @draft
 def _length(clock, controls, stop):
-    """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short.
+    """Length of the next step: as the error allows, up to the stop, or half-way to it if the step after would be short.
 
     A step to an event is not halved: it would be lengthened to the event and halved again for ever.
     """
@@ -159,7 +158,7 @@ def _length(clock, controls, stop):
 
 @draft
 def _try(model, clock, h, at, controls, counts):
-    """Try a step of length h to the time `at`; return False if Newton's method, error or contacts ask for a shorter one."""
+    """Try a step of length h to the time `at`; return False if Newton's method, error or contacts need a shorter one."""
     tables, work, state = model.tables, model.work, model.state
     shortest, near = controls.shortest, landing(state, controls)
     fresh = clock.fresh or abs(h - clock.made) > 1e-9 * h
@@ -191,7 +190,7 @@ def _try(model, clock, h, at, controls, counts):
 
 @draft
 def _accept(model, clock, h, target, controls, out, counts):
-    """Take over a step of length h to the time `target`, and write its rows."""
+    """Accept a step of length h to the time `target`, and write its rows."""
     tables, work, state = model.tables, model.work, model.state
     changed, before = remember(tables, work, state, controls, counts), clock.time
     if dense(controls):
@@ -216,7 +215,7 @@ def _accept(model, clock, h, target, controls, out, counts):
 
 @draft
 def _lengthen(clock, h, shortest):
-    """Length of the step after one of length h that stood, by its error and the last one's: K. Gustafsson's predictive rule."""
+    """Length of the step after an accepted one of length h, by its error and the last one's: K. Gustafsson's predictive rule."""
     error = max(clock.error, 1e-8)
     factor = min(clock.grow, SAFETY * error**-ORDER)
     if clock.last_error > 0.0:
@@ -228,9 +227,9 @@ def _lengthen(clock, h, shortest):
 
 @jit
 def run_implicit(model, clock, controls, stops, out, counts):
-    """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
+    """Integrate from the model's state to the end, or until out is full; stops are times at which a step must end.
 
-    Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
+    All samples, or every n-th step, are written to out. The model's state and the clock are kept for the next call.
     """
     state, mixed = model.state, model.work.mixed
     counts.samples = 0

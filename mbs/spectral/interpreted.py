@@ -1,4 +1,4 @@
-"""Functions of `compiling` without a compiler: functions stay as they are written."""
+"""Functions of `compiling` without a compiler, which return functions unchanged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 def plain(function: T) -> T:
-    """The function itself."""
+    """Return the function unchanged."""
     return function
 
 
@@ -23,5 +23,5 @@ def copy(source: Array, target: Array) -> None:
 
 
 def view(array: Array, first: int, count: int) -> Array:
-    """Return elements of an array from one on."""
+    """Return `count` elements of an array from `first`."""
     return array[first : first + count]

@@ -27,7 +27,7 @@ from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Row
 
 @inline
 def _numbers(tables, row):
-    """Places of a modal link: first coordinate, that of its modes, their number; radial, gram, gyration, stiffness begin."""
+    """Indices of a modal link: first coordinate, first of its modes, number of modes; where its four integrals begin."""
     o, m, d = tables.modal[row, 0], tables.modal[row, 1], tables.modal[row, 2]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
@@ -40,7 +40,7 @@ def _block(tables, row):
 
 @draft
 def _times(tables, at, i, m, x, first):
-    """Row i of the (m, m) numbers at a place, times the amplitudes in x."""
+    """Row i of the (m, m) matrix that begins at `at`, times the amplitudes in x from `first`."""
     total = 0.0
     for j in range(m):
         total += tables.data[at + i * m + j] * x[first + j]
@@ -66,7 +66,7 @@ def add_modal(tables, q, v, f):
 
 @draft
 def bend_modal(tables, work, q, v, damp, stiff):
-    """Derivatives of the forces of modal links."""
+    """Add derivatives of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, stiffness = _numbers(tables, row)
         spin = v[o + 2]
@@ -95,7 +95,7 @@ def mass_matrix(tables, work, q, mass):
 
 @draft
 def renew_mass(tables, work, q, jacobian, mass):
-    """Write anew what changes of M(q), G and G^T."""
+    """Overwrite the variable entries of M(q), G and G^T."""
     for row in range(tables.modal.shape[0]):
         _, m, slot = tables.blocks[_block(tables, row)]
         for k in range(slot, slot + m * m):
@@ -106,7 +106,7 @@ def renew_mass(tables, work, q, jacobian, mass):
 
 @draft
 def renew_rows(tables, jacobian, mass):
-    """Write G and G^T anew."""
+    """Overwrite G and G^T."""
     for r in range(tables.rows.shape[0]):
         _, m, slot = tables.blocks[r]
         for i in range(m - 1):
@@ -131,7 +131,7 @@ def add_modal_mass(tables, work, q, mass):
 
 @draft
 def _coupling(tables, row, q, i):
-    """Inertia that the amplitude of mode i of a modal link adds, and mass between it and the frame's angle."""
+    """Inertia that mode i of a modal link adds per unit amplitude, and its coupling mass with the frame's angle."""
     _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
     wide, swirl = 2.0 * tables.data[radial + i], 0.0
     for j in range(m):
@@ -142,7 +142,7 @@ def _coupling(tables, row, q, i):
 
 @draft
 def couple_modes(tables, work, q, a):
-    """Turn M_0^-1 f into M(q)^-1 f in the accelerations of modal links that no constraint touches.
+    """Change M_0^-1 f to M(q)^-1 f in the accelerations of modal links that no constraint touches.
 
     M(q) differs from the constant M_0 in the frame's inertia and in its row and column of the modes, whose own mass is 1.
     """
@@ -206,7 +206,7 @@ def forces(tables, work, now, f):
 
 @draft
 def tangents(tables, work, now, mass, damp, stiff):
-    """Derivatives of the forces filled in last: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
+    """Compute derivatives of the last computed forces: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
     bend_strips(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
@@ -245,8 +245,7 @@ def change_at(tables, work, r, t, side, change):
 def rows_at(tables, work, t, residual, jacobian, speed):
     """Residuals g, Jacobian G and right sides of G v = speed. Markers are placed.
 
-    G's entries stand as the blocks' members do: those of row r from `blocks[r, 0]` on, its own multiplier's, the last, without
-    meaning.
+    G's entries are in the order of the blocks' members, those of row r from `blocks[r, 0]`; the last is not used.
     """
     for r in range(tables.rows.shape[0]):
         row_at(tables, work, r, t, residual, jacobian, speed)

@@ -12,9 +12,9 @@ from .tables import ForceKind, Forces, Memory, MotionKind
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
 bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
 AFTER = 1e-6
-"""Step [s] of the difference that gives a drive's acceleration just after a time: short beside any motion."""
+"""Step [s] of the difference for a drive's acceleration just after a time, short compared with any motion."""
 BEFORE = -AFTER
-"""Step [s] of the difference that gives a drive's acceleration just before a time."""
+"""Step [s] of the difference for a drive's acceleration just before a time."""
 
 
 @draft
@@ -28,7 +28,7 @@ def normal_slopes(tables, law, depth, rate, onset):
 
 @draft
 def rubbing(tables, law, speed, mem, since):
-    """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
+    """Friction coefficient and bristle: that advanced from the last step, or, if since < 0, the present one (it is a state)."""
     kind = tables.laws[law, LawColumn.KIND]
     if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
         return friction(tables, law, speed, 0.0), 0.0
@@ -61,7 +61,7 @@ def motion(tables, k, t):
 
 @draft
 def second_rate(tables, k, t, side):
-    """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
+    """Acceleration of drive k at time t; at a jump the limit from the side AFTER or BEFORE."""
     kind, pace = tables.motions[k, LawColumn.KIND], tables.pace[0]
     t = pace * t
     if kind == MotionKind.RAMP:
@@ -75,7 +75,7 @@ def second_rate(tables, k, t, side):
 
 @draft
 def dry(speed, p):
-    """Friction given as a force: dynamic, static minus dynamic, viscous, regularisation and Stribeck speeds."""
+    """Friction force; p: dynamic, static minus dynamic, viscous coefficient, regularisation and Stribeck speeds."""
     fast = abs(speed) - p[3]
     if fast <= 0.0:
         return (p[0] + p[1]) * speed / p[3]
@@ -108,7 +108,7 @@ def motor(t, speed, p, address):
 
 @draft
 def value_along(tables, k, now, value, rate, reaction):
-    """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
+    """Force k along its measure; `reaction` is the normal force of friction."""
     t, mem = tables.pace[0] * now.time, now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]

@@ -1,4 +1,4 @@
-"""Markers and measures, compiled: places, angles and what lies between them, with first and second derivatives."""
+"""Markers (points with an angle) and measures (lengths and angles between two), compiled, with two derivatives."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, Measures, Sta
 
 @inline
 def _place_frame(tables, work, m, q, v, drifts):
-    """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
+    """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
     o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
     d = tables.markers[m, Markers.DATA]
     lx, ly, angle, rx, ry, turn = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2], 0.0, 0.0, 0.0
@@ -42,7 +42,7 @@ def _place_frame(tables, work, m, q, v, drifts):
 
 @inline
 def _place_linear(tables, work, m, q, v):
-    """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
+    """Compute x = sum N_i x_i, y and angle likewise; derivatives by the coordinates are constant."""
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     for row in range(3):
         value, rate = 0.0, 0.0
@@ -54,7 +54,7 @@ def _place_linear(tables, work, m, q, v):
 
 @inline
 def _place_curve(tables, work, m, q, v):
-    """Place x = sum N_i x_i, y likewise; the angle is that of (x', y'), the one nearest to what it was last."""
+    """Compute x = sum N_i x_i, y likewise; of the angles of (x', y') the one nearest to the last."""
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     p, j, dj = work.state[m], work.slope, work.drift
     x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -78,7 +78,7 @@ def _place_curve(tables, work, m, q, v):
 
 @inline
 def place_marker(tables, work, m, q, v, drifts):
-    """State of marker m and its derivatives at coordinates q and rates v; those of its rates, for tangents, if `drifts`."""
+    """Compute the state of marker m and its derivatives at coordinates q and rates v; those of its rates if `drifts`."""
     kind = tables.markers[m, Markers.KIND]
     if kind == MarkerKind.FRAME:
         _place_frame(tables, work, m, q, v, drifts)
@@ -90,7 +90,7 @@ def place_marker(tables, work, m, q, v, drifts):
 
 @draft
 def place_markers(tables, work, q, v):
-    """The same of all markers, in their order."""
+    """Compute the states of all markers and their derivatives."""
     for m in range(tables.markers.shape[0]):
         place_marker(tables, work, m, q, v, True)
 
@@ -170,7 +170,7 @@ def measure(tables, work, k, grad):
 
 @draft
 def curve(tables, work, k, grad, hess):
-    """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
+    """Hessian of measure k, of this gradient, by (x, y, angle) of markers a and b; returns False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     for i in range(6):
@@ -199,9 +199,9 @@ def add_gradient(tables, work, k, grad, factor, out):
 
 @inline
 def put_gradient(tables, work, k, grad, factor, out, at):
-    """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on.
+    """Write factor times the gradient of measure k by the coordinates of marker a, then of marker b, to out from `at`.
 
-    Returns the place after them.
+    Returns the index after them.
     """
     for side in range(2):
         m = tables.measures[k, Measures.A + side]
@@ -217,8 +217,8 @@ def put_gradient(tables, work, k, grad, factor, out, at):
 def add_pair(tables, work, pair, slopes, factor, right, out):
     """Add factor J^T slopes R of two markers to the block of their coordinates, slopes of shape (6, 6).
 
-    R is J itself, work.slope, or the derivatives of the markers' rates by the coordinates, work.drift. The pair is both markers
-    and where the block begins.
+    R is J itself, work.slope, or the derivatives of the markers' rates by the coordinates, work.drift. The pair is (marker,
+    marker, where the block begins).
     """
     start = pair[2]
     for i in range(2):
@@ -237,7 +237,7 @@ def add_pair(tables, work, pair, slopes, factor, right, out):
 
 @draft
 def clear_block(tables, work, block):
-    """Make room for a block's entries."""
+    """Set a block's entries to zero."""
     m = tables.blocks[block, BlockColumn.WIDTH]
     for i in range(m):
         for j in range(m):
@@ -247,7 +247,7 @@ def clear_block(tables, work, block):
 
 @draft
 def add_entries(tables, block, entries, values):
-    """Add a block's entries to the matrix they are a part of."""
+    """Add a block's entries to those of the whole matrix."""
     _, m, slot = tables.blocks[block]
     for i in range(m):
         for j in range(m):
@@ -263,7 +263,7 @@ def rate_of(work, one, other, k):
 
 @inline
 def bias_of(tables, work, k, grad, hess):
-    """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
+    """Second rate of measure k, of this gradient, at zero coordinate acceleration."""
     a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
         total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]

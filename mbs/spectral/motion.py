@@ -1,4 +1,4 @@
-"""Motion of strips as plain arrays: the record's view of the compiled solver's polynomials. Numpy only."""
+"""Motion of strips of the compiled solver as plain arrays, for records."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class SpectralStrip:
 
     @property
     def shears(self) -> bool:
-        """True if it has an angle of its own."""
+        """True for Reissner's strip, whose angle is a field."""
         return self.pieces[0].places.shape[0] == 3
 
     def _at(self, arc: float) -> tuple[Piece, float]:
@@ -108,7 +108,7 @@ class SpectralStrip:
         return total
 
     def strains(self) -> list[Strain]:
-        """Axial, shear (Reissner's only) and bending strains with their rates; points in one row of all pieces."""
+        """Axial, shear (Reissner's only) and bending strains with their rates, at the points of all pieces."""
         parts = [self._strains(piece) for piece in self.pieces]
         weights = np.concatenate([p[0] for p in parts])[None]
         section, material = self.section, self.section.material
@@ -138,7 +138,7 @@ class SpectralStrip:
         return w * piece.jacobian, [a - b for a, b in zip(value, free, strict=True)], rate
 
     def stations_of(self) -> tuple[Array, Array, Array]:
-        """Gauss points at which loads along it act: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        """Gauss points of line loads: lengths (k,), (x, y, angle since t = 0) and their rates, (times, k, 3)."""
         lengths, fields, rates = [], [], []
         for piece in self.pieces:
             x, w = gauss(piece.degree + 3)

@@ -1,4 +1,4 @@
-"""Newton's method for the nodes of a step, compiled: its matrices, kept while they contract, and when it ends. See `radau`."""
+"""Newton's method for the nodes of a step, compiled, with matrices that are kept while it converges. See `radau`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SLOW = 0.3
 
 @draft
 def renew(tables, orders, work, state, t, h, counts):
-    """Make the Newton matrices anew, at the middle node."""
+    """Compute and factor the Newton matrices at the middle node; return False if they are not finite."""
     q, lam = state.places[1], state.multipliers[1]
     since = NODES[1] * h
     copy(state.stresses[1], work.stress)
@@ -81,7 +81,7 @@ def _lacks(tables, work, state, t, h):
 
 @draft
 def _correct(tables, orders, work, state, h):
-    """One Newton step from what the equations lack; its size in the coordinates' units, and in whole ones."""
+    """Take a Newton step; return its size in the coordinates' units, and in their whole units."""
     n, m = state.q.size, state.step.size
     k1, k2 = h / REAL, h / PAIR
     for k in range(m):
@@ -106,7 +106,7 @@ def _correct(tables, orders, work, state, h):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
             whole = max(whole, abs(state.dq[i, k]) / state.whole[k])
             if not abs(state.dq[i, k]) < np.inf:
-                return np.inf, np.inf  # not a number is larger than nothing
+                return np.inf, np.inf  # nan fails all comparisons
         size = max(size, size_of(state, tables.elastic, state.dq[i]))
         carry_stresses(tables, work, state.dq[i], state.dv[i], state.stresses[i], state.slacks[i])
     integrate(state, h)
@@ -115,9 +115,9 @@ def _correct(tables, orders, work, state, h):
 
 @draft
 def newton(model, t, h, allowed, fresh, counts):
-    """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
+    """Solve for the nodes; return the ratio of the last two Newton steps if it converged, else 2.
 
-    Where a kept matrix contracts too slowly, it is made anew from the nodes as they are.
+    If a kept matrix converges too slowly, it is renewed at the present nodes.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last, ratio, left = 0.0, 0.0, MOST

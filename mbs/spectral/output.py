@@ -1,4 +1,4 @@
-"""Records and memory of the compiled integrators: controls, clock, counts, rows of a run, states and room to work in."""
+"""Data of the compiled integrators: controls, clock, counts, rows of a run, states and work arrays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Ended = IntEnum("Ended", "OK UNDERFLOW NOT_FINITE TOO_MANY", start=0)
 
 
 def _record(**kinds: str) -> np.dtype[np.void]:
-    """A type of records whose fields, of these kinds, compiled functions read and write by name."""
+    """Type of records with fields of these kinds, which compiled functions read and write by name."""
     return np.dtype((np.record, [(name, kind) for kind, names in kinds.items() for name in names.split()]))
 
 
@@ -62,7 +62,7 @@ class Output(NamedTuple):
 
 
 def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
-    """Make room for so many rows of n coordinates, r multipliers, memories of shape k."""
+    """Allocate rows of n coordinates, r multipliers, memories of shape k."""
     q, v, a = (np.zeros((rows, n)) for _ in range(3))
     return Output(np.zeros(rows), q, v, a, np.zeros((rows, r)), np.zeros((rows, *k)))
 
@@ -82,7 +82,7 @@ RadauState = namedtuple(
 
 
 class Radau(NamedTuple):
-    """All that the implicit integrator works on: a mechanism, how its matrices are eliminated, its state."""
+    """Data of the implicit integrator: a mechanism, orders of elimination of its matrices, work arrays, state."""
 
     tables: Tables
     orders: Orders
@@ -99,7 +99,7 @@ DormandPrinceState = namedtuple(
 
 
 class DormandPrince(NamedTuple):
-    """All that the explicit integrator works on: a mechanism, how its mass matrix is eliminated, its state."""
+    """Data of the explicit integrator: a mechanism, order of elimination of its mass matrix, work arrays, state."""
 
     tables: Tables
     order: Fronts

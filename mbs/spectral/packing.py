@@ -1,7 +1,7 @@
-"""A builder's lists, packed into the kernel's tables, and where the entries of a mechanism's matrices stand.
+"""A builder's lists, packed into the kernel's tables, and the sparsity pattern of a mechanism's matrices.
 
-Matrices are sums of blocks, of constraints, forces, strips, modes and masses. Their entries share slots, one for each pair of
-unknowns that meet anywhere.
+Matrices are sums of blocks, of constraints, forces, strips, modes and masses. A slot is a nonzero of the sum: one for each pair
+of unknowns that are in a block together.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .tables import ForceKind, MeasureKind, Pushed, StripKind, Tables
 
 
 class Block(NamedTuple):
-    """A small matrix: its unknowns, and which parts of it may be filled, as ranges of rows and columns; all by default."""
+    """A small matrix: its unknowns, and its parts that may be nonzero, as ranges of rows and columns; all by default."""
 
     unknowns: Sequence[int] | Array
     parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)
@@ -46,7 +46,7 @@ def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
 
 
 def _blocks(builder: Builder) -> list[Block]:
-    """The small matrices whose sum the mechanism's are: of constraints, forces, strips, modal links, masses."""
+    """Blocks of constraints, forces, strips, modal links, masses, in this order."""
     n = len(builder.q)
     rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = [
@@ -62,13 +62,13 @@ def _blocks(builder: Builder) -> list[Block]:
 
 
 def _of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
-    """Coordinates that move a force's second marker; of one with states all of theirs, from the first on."""
+    """Coordinates of a force's second marker; of a force with states those of the markers of all."""
     count = int(force.numbers[Pushed.STATES]) if force.kind == ForceKind.STATEFUL else 1
     return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
 def _row_block(builder: Builder, row: ConstraintRow, unknown: int) -> Block:
-    """Block of a constraint: its gradient, and second derivatives, that couple both markers if a direction turns."""
+    """Block of a constraint: its gradient, and second derivatives, which couple both markers if a direction turns."""
     unknowns: list[int] = []
     parts: list[tuple[slice, slice]] = []
     for number in row.measures:

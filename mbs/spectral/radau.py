@@ -1,7 +1,7 @@
-"""One step of the collocation at three Radau points, compiled: first guess, error, projection; `newton` solves it.
+"""One step of the collocation at three Radau points, compiled: first guess, error, projection; `newton` solves the equations.
 
-Unknowns are rates and multipliers at the nodes; constraints hold at the level of velocities (index 2). The eigenvalues of A^-1
-take Newton's equations apart into a real and a complex problem. Equations and sources: docs/theory-spectral.md, (3) to (5).
+Unknowns are rates and multipliers at the nodes; constraints hold at the level of velocities (index 2). The eigenvectors of A^-1
+decouple Newton's equations into a real and a complex problem. Equations and sources: docs/theory-spectral.md, (3) to (5).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .tables import STATE, Instant
 
 
 def _coefficients() -> tuple[Any, ...]:
-    """Nodes, A, A^-1, its real and complex eigenvalues, T and T^-1 that take it apart, weights of the error."""
+    """Nodes, A, A^-1, its real and complex eigenvalue, T and T^-1 that diagonalise it, weights of the error."""
     root = np.sqrt(6.0)
     nodes = np.array([(4 - root) / 10, (4 + root) / 10, 1.0])
     powers = np.vander(nodes, increasing=True)
@@ -72,8 +72,8 @@ def lagrange(at, j):
 
 @draft
 def predict(state, h, before):
-    """First guess at the nodes: rates by the last step's polynomial, or where there is none, or a tiny one, by the present
-    acceleration; multipliers and stresses by the line through the last step's last two nodes, or as they are.
+    """First guess at the nodes: rates by the last step's polynomial, multipliers and stresses by the line through its last two
+    nodes. After a jump or a tiny step rates are guessed by the present acceleration, the others as they are.
     """
     n, known = state.q.size, h < FAR * before
     for i in range(3):
@@ -99,7 +99,7 @@ def predict(state, h, before):
 
 @draft
 def integrate(state, h):
-    """Places and accelerations at the nodes from the rates there."""
+    """Compute coordinates and accelerations at the nodes from the rates there."""
     for i in range(3):
         for k in range(state.q.size):
             r0, r1, r2, v = state.rates[0, k], state.rates[1, k], state.rates[2, k], state.v[k]
@@ -122,13 +122,13 @@ def solve_real(orders, state, right):
 
 @draft
 def _embedded_slope(nodes, start, k):
-    """Part of the nodes of component k in its slope at the start, times the length of the step, by the embedded formula."""
+    """Contribution of the nodes to component k of the embedded formula, times the length of the step."""
     return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
 
 
 @draft
 def error_of(tables, orders, state, h):
-    """Put the local error of the coordinates into x.step; its size in their units."""
+    """Compute the local error of the coordinates in state.step; return its size in their units."""
     n, r, k1 = state.q.size, state.lam.size, h / REAL
     moved, pushed = state.dq[0], state.dv[0]
     for k in range(n):
@@ -148,10 +148,10 @@ def error_of(tables, orders, state, h):
 
 @draft
 def put_back(tables, orders, work, state, t, h):
-    """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
+    """Project the step's end onto the constraints: coordinates by the Newton matrix, rates and accelerations in the mass metric.
 
-    Reactions between rigid links are those with which forces and accelerations leave nothing along the constraints, and those
-    at the other nodes follow; see docs/theory-spectral.md, (5).
+    Multipliers of rigid links are corrected so that the equations of motion hold along the constraints, and those at the other
+    nodes likewise; see docs/theory-spectral.md, (5).
     """
     n, r, q, v, a, lam = state.q.size, state.lam.size, state.places[2], state.rates[2], state.seconds[2], state.multipliers[2]
     if r == 0:
@@ -196,7 +196,7 @@ def put_back(tables, orders, work, state, t, h):
 
 @draft
 def _project(orders, state, rows, y):
-    """Take from y what makes the constraints' rows, with least kinetic energy."""
+    """Subtract from y the change with the given products with the constraints' rows and least kinetic energy."""
     _fill(state.right, y.size, rows)
     solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
     for i in range(y.size):
@@ -205,7 +205,7 @@ def _project(orders, state, rows, y):
 
 @draft
 def _fill(right, n, rows):
-    """Make a right side of rows alone."""
+    """Fill a right side with zero for coordinates, and `rows` for multipliers."""
     right[:] = 0.0
     for k in range(rows.size):
         right[n + k] = rows[k]
@@ -213,7 +213,7 @@ def _fill(right, n, rows):
 
 @draft
 def deformation(state, elastic, k):
-    """An inner coordinate, or a vector's part across its chord, whose direction is noted."""
+    """Return an inner coordinate, or the component of a pair across its chord, whose direction is stored."""
     i, j = elastic[k, 0], elastic[k, 1]
     if j < 0:
         return state.q[i]
@@ -225,9 +225,9 @@ def deformation(state, elastic, k):
 
 @draft
 def follow_units(state, elastic, tolerance):
-    """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows.
+    """Update the units of inner coordinates: the largest deformation so far, bounded below by rounding.
 
-    A state's is 1, or its largest value so far.
+    The unit of a state is 1, or its largest value so far.
     """
     least = max(1e-5, FAINT / tolerance)
     for k in range(elastic.shape[0]):

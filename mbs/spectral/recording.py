@@ -1,4 +1,4 @@
-"""Record of a run of the compiled solver: motions of links and blocks, channels of elements."""
+"""Record of a run of the compiled solver: motions of links and blocks, data of elements."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def follow(tables, work, out, wanted, traces, reports):
 
 
 def record_of(scene: CompiledScene, out: Output) -> Record:
-    """Turn what a run left into plain arrays of links, blocks and elements."""
+    """Convert the rows of a run to plain arrays of links, blocks and elements."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
     frames = {}
@@ -91,7 +91,7 @@ def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], rep
 
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
-    """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
+    """Marker at a rigid link's own centre of mass, without attached masses; its mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)
     centre = body.start + np.array([c * x - s * y, s * x + c * y])
@@ -119,7 +119,7 @@ def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
-    """Channels that elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
+    """Data of elements by name: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):

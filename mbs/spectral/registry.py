@@ -1,4 +1,4 @@
-"""Kinds of elements for the compiled solver: what acts between bodies, each a force on measures of markers; and a line a kind."""
+"""Functions that add links and elements of each kind to the compiled solver's lists, with tables of them by kind."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .tables import ForceKind, MeasureKind, State, StripKind
 
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
-    """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
+    """Add the contact of the first body's pin in the second's bush, concentric at the start."""
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
     builder.add_force(name, ForceKind.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
@@ -49,7 +49,7 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
 
 
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
-    """Add the contact of a point against a face; it is kept on the side on which it starts."""
+    """Add the contact of a point with a face, on the side of which it starts."""
     mechanism = builder.mechanism
     side, face, across = stop.side(mechanism), stop.face(mechanism), stop.across(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
@@ -58,7 +58,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     start = before[0] * across[0] + before[1] * across[1]
 
     def measure(line: tuple[float, float]) -> int:
-        """Add the way along a line that turns with the face."""
+        """Add the distance along a direction that turns with the face."""
         if stop.carrier == GROUND:
             return builder.add_measure(MeasureKind.FIXED, a, b, line)
         return builder.add_measure(MeasureKind.TURNING, a, b, turned_back(builder, b, line))
@@ -71,7 +71,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
-    """Add a force, constant or given in time; its direction is fixed, or turns with a link; its line may be fixed, too."""
+    """Add a force, constant or a function of time; its direction is fixed, or turns with a link."""
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
@@ -90,7 +90,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 
 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
-    """Add one of them: of each Gauss point its share of the length."""
+    """Add a line load: at each Gauss point the load of its part of the length."""
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.ground(NOWHERE)
     for piece, element in enumerate(strip.elements):
@@ -121,7 +121,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
-    """Add the torque of a `Motor`, its voltage constant or given in time."""
+    """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
     marker = marker_at(builder, load.at(builder.mechanism))
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
     law, voltage = -1, 0.0
@@ -142,7 +142,7 @@ def add_spring(builder: Builder, name: str, load: Spring) -> None:
 
 
 def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
-    """Add the force of a spring along a measure: -k (l - l0) - c l', or less that of its law of (l - l0, l')."""
+    """Add the force of a spring along a measure l: -k (l - l0) - c l', or minus its law's value at (l - l0, l')."""
     if load.law is None:
         builder.add_force(name, ForceKind.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
@@ -179,7 +179,7 @@ ELEMENTS: dict[str, Callable[..., None]] = {
 
 
 def add_element(builder: Builder, name: str, element: Element) -> None:
-    """Add a joint, guide, stop, load, drive or coupling of this name; a kind without a line here by its rows."""
+    """Add a joint, guide, stop, load, drive or coupling of this name; kinds not in the table by their rows."""
     kind = type(element).__name__
     add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
     if add is None and not any(element.rows(builder.mechanism)):

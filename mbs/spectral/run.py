@@ -50,9 +50,9 @@ ROWS = 2000
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
-    """Translate a mechanism; return why not where this solver does not take it.
+    """Translate a mechanism; return the reason if this solver does not support it.
 
-    Laws of friction without memory that follow a guide's reaction are known, but near a wedge they start wrongly.
+    Friction without memory of a guide could be translated, but near self-locking its first reactions are wrong.
     """
     for guide in mechanism.guides:
         if isinstance(guide.friction, FrictionLaw) and not isinstance(guide.friction, BristleLaw):
@@ -64,9 +64,9 @@ def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene |
 
 
 class RunState(NamedTuple):
-    """A state from which to go on: time, coordinates, rates, memories of forces, and angles of markers, which count whole turns.
+    """A state from which a run starts: time, coordinates, rates, memories of forces, angles of markers with whole turns.
 
-    Without angles it is one at the start.
+    Without angles it is a state at the start.
     """
 
     time: float
@@ -77,7 +77,7 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Memories of forces from which a run goes on where another ended; of rows, which keep times in that place, onset speeds."""
+    """Memories of forces to continue a run; rows have a time instead of the fastest onset, for which the onset speed is taken."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -87,7 +87,7 @@ def once(
     mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     ends: Array | None = None, scene: CompiledScene | None = None,
 ) -> Run:  # fmt: skip
-    """Integrate a mechanism, or its scene where that is built; `ends` as in `integrate`."""
+    """Integrate a mechanism, or its `scene` if given; `ends` as in `integrate`."""
     scene = scene or CompiledScene.of(mechanism, solver.degree)
     start = working_time()
     out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends)
@@ -104,7 +104,7 @@ def once(
 
 
 def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
-    """Find constraints that do not hold at the end: Newton's method solves contradicting ones as well as possible."""
+    """Find constraints violated at the end: contradictory ones Newton's method solves as well as possible."""
     t = float(out.time[-1])
     off = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
     if not off.max(initial=0.0) > HELD * scene.length:
@@ -117,11 +117,11 @@ def integrate(
     scene: CompiledScene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     state: RunState | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
-    """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
+    """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
-    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for.
-    One step in `every` is written, and samples within steps only where that is 1. `take` gets the rows stretch by stretch; only
-    the last row is kept then, and explicit steps do not end at onsets that have no kink.
+    Steps end at the times `ends` and at onsets of contacts, by default as the local error requires. One step in `every` is
+    written, and samples within steps only if that is 1. If there is a `take`, it is called with all rows, part by part; then only
+    the last row is returned, and explicit steps do not end at onsets without a kink.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.work.state[:, State.TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -173,7 +173,7 @@ def _stops(scene: CompiledScene, start: float, end: float, longest: float | None
 def _method(
     scene: CompiledScene, solver: Spectral, state: RunState, rest: Balance
 ) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
-    """Choose the integrator that suits a scene; return it with what it works on and its shortest step over the end."""
+    """Choose the integrator that suits a scene; return it with its data and its shortest step over the end."""
     if explicitly(scene, solver):
         model = dormand_prince(scene, state.q, state.v, rest.multipliers, state.memory)
         return explicit.run_explicit, model, explicit.SHORTEST
@@ -183,9 +183,9 @@ def _method(
 
 
 def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
-    """Return True if the explicit integrator suits: nothing is stiff but contacts with clearance, and these not stiffly damped.
+    """Return True if the explicit integrator suits: only contacts with clearance are stiff, and these not stiffly damped.
 
-    Where they are, the implicit one is 2 to 8 times faster, and its energies add up 30 times better (docs/theory-spectral.md).
+    If they are, the implicit one is 2 to 8 times faster with a 30 times smaller energy error (docs/theory-spectral.md).
     """
     s = scene.tables
     if solver.method != "chosen":
@@ -224,7 +224,7 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
 
 
 def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
-    """Find the part of a run before a user's function raised an exception, by bisection; return it with status and sentence.
+    """Find the part of a run before a user's function raised an exception, by bisection; return it with status and message.
 
     A ValueError of a strut's law means that it is out of its range.
     """

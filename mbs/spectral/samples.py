@@ -1,7 +1,7 @@
 """Rows that the implicit integrator writes, compiled: at the ends of steps, within them, and after a jump.
 
-Between a step's ends coordinates are the quintic with the places, rates and accelerations there, multipliers the cubic through
-the nodes. Rows are as many as straight lines between them need.
+Between a step's ends coordinates are the quintic with their values, rates and accelerations there, multipliers the cubic through
+the nodes. There are enough rows for linear interpolation between them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def write(state, out, counts, t, before):
 
 @draft
 def write_after_jump(state, clock, controls, out, counts):
-    """Write a row for the moment after an event, from which accelerations and multipliers may differ."""
+    """Write a row just after an event, as accelerations and multipliers may jump there."""
     moment = JUMP * controls.shortest
     if clock.time >= controls.end - 2.0 * moment:
         return
@@ -46,7 +46,7 @@ def write_after_jump(state, clock, controls, out, counts):
 
 @draft
 def write_at_face(state, out, counts, t, h, moment):
-    """Write a row for a moment after a step's start, at time t, or, negative, before its end: a force jumps there."""
+    """Write a row `moment` after a step's start at time t or, if negative, before its end, where a force jumps."""
     row, end = counts.samples, moment < 0.0
     q, v, a, lam = (
         (state.places[2], state.rates[2], state.seconds[2], state.multipliers[2])
@@ -63,7 +63,7 @@ def write_at_face(state, out, counts, t, h, moment):
 
 @draft
 def _write_memory(state, out, row, before):
-    """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
+    """Write the memories of forces used in the step to this row; `write` overwrites onset speeds by later ones."""
     for k in range(state.old.shape[0]):
         m = out.memory[row, k]
         m[Memory.ONSET], m[Memory.FASTEST] = state.old[k, Memory.ONSET], before
@@ -72,7 +72,7 @@ def _write_memory(state, out, row, before):
 
 @draft
 def samples_in(state, elastic, h, controls, deep):
-    """Number of parts of the step that straight lines need, where depths bend by the share `deep`."""
+    """Number of parts of the step for linear interpolation; `deep` is the relative deviation of depths from a line."""
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.seconds[2, i]))
     bend = max(size_of(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
@@ -86,7 +86,7 @@ def write_between(state, out, counts, t, h, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
             v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.rates[2, i], h * h * state.seconds[2, i]
-            # c3 y^3 + c4 y^4 + c5 y^5 beside q + v0 y + a0 y^2/2
+            # q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5
             d0, d1, d2 = state.places[2, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
             c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
             out.q[row, i] = state.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))

@@ -1,4 +1,4 @@
-"""A mechanism in the compiled kernel: arrays, names, and functions to assemble and to read points.
+"""A mechanism for the compiled kernel: its arrays, and functions that assemble its equations and compute motions of points.
 
 M(q) a = f(q, v, t) - G(q)^T lambda,    g(q, t) = 0.
 """
@@ -31,7 +31,7 @@ from .strut import StrutBody, find_hosts, join_strut
 from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, work_for
 
 DEGREE = 8
-"""Degree of a strip's polynomials where none is given."""
+"""Default degree of a strip's polynomials."""
 
 
 class MarkerMotion(NamedTuple):
@@ -59,9 +59,9 @@ class CompiledScene:
 
     @classmethod
     def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
-        """Turn a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
+        """Translate a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
 
-        A ValueError if an element is of a kind this solver does not know, or a strut hangs on nothing.
+        A ValueError if this solver does not know an element's kind, or a strut is not pinned to a body.
         """
         builder = Builder(mechanism, DEGREE if degree is None else degree)
         _attach_masses(builder)
@@ -97,7 +97,7 @@ class CompiledScene:
 
     @cached_property
     def edge_memory(self) -> EdgeMemory:
-        """Edges of functions of time, found once for all runs of the scene that no call of `simulate` makes."""
+        """Edges of functions of time, found once for all runs of the scene outside of `simulate`."""
         return EdgeMemory()
 
     @property
@@ -107,7 +107,7 @@ class CompiledScene:
 
     @property
     def units(self) -> Array:
-        """Large change of each coordinate, shape (n,): the longest link's length, 1 rad."""
+        """Unit of each coordinate, shape (n,): the longest link's length, 1 rad."""
         out = np.full(self.size, self.length)
         for i, unit in self.builder.units.items():
             out[i] = unit
@@ -121,18 +121,18 @@ class CompiledScene:
 
     @cached_property
     def fronts(self) -> Fronts:
-        """Order of elimination of Newton's matrices, found once."""
+        """Order of elimination of Newton's matrices."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
         return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool))
 
     @cached_property
     def heavy_fronts(self) -> Fronts:
-        """The same of mass matrix and constraints alone."""
+        """Order of elimination of mass matrix and constraints."""
         return self._mass_fronts(constant=False)
 
     @cached_property
     def constant_fronts(self) -> Fronts:
-        """The same of the constant part of the mass matrix, of a modal link its diagonal, and constraints."""
+        """Order of elimination of the constant part of the mass matrix, diagonal for modal links, and constraints."""
         return self._mass_fronts(constant=True)
 
     def _mass_fronts(self, constant: bool) -> Fronts:
@@ -143,7 +143,7 @@ class CompiledScene:
         return fronts_of(s.row, s.col, n, unknowns, filled)
 
     def mass_entries(self, q: Array) -> Array:
-        """Compute the entries of the mass matrix, over the slots."""
+        """Compute the nonzeros of the mass matrix, (slots + 1,)."""
         values = np.empty_like(self.tables.mass)
         doors.mass_at(self.tables, self.work, q, values)
         return values
@@ -154,14 +154,14 @@ class CompiledScene:
         return made(self.mass_entries(q))[: self.size, : self.size]
 
     def whole(self, values: Array) -> Array:
-        """Matrix of all unknowns from its entries, shape (n + r, n + r)."""
+        """Matrix of all unknowns from its nonzeros, shape (n + r, n + r)."""
         unknowns = self.size + len(self.tables.rows)
         out = np.zeros((unknowns, unknowns))
         out[self.tables.row, self.tables.col] = values[:-1]
         return out
 
     def _sparse(self, values: Array) -> csr_array:
-        """The same as a sparse array."""
+        """Matrix of all unknowns from its nonzeros, sparse."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
         return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
 
@@ -177,7 +177,7 @@ class CompiledScene:
     ) -> Equations:  # fmt: skip
         """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero).
 
-        Matrices are sparse arrays of SciPy if that is asked for.
+        Matrices are sparse arrays of SciPy if `sparse`.
         """
         v, lam = (np.zeros(self.size) if v is None else v), (np.zeros(len(self.tables.rows)) if lam is None else lam)
         return self.at(Instant(float(t), 0.0, q, v, lam, self.memory() if memory is None else memory), tangents, sparse)
@@ -190,7 +190,7 @@ class CompiledScene:
         return Equations(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
-        """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
+        """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of redundant rows."""
         out = np.concatenate([force, change])
         doors.accelerate(self.tables, self.heavy_fronts, self.work, q, out)
         return out[: self.size], out[self.size :]
@@ -204,7 +204,7 @@ class CompiledScene:
         return Linear(self.mass_at(q, sparse=True), *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
 
     def edges(self) -> Array:
-        """Forces with values of their measures at which runs before this one found edges of their laws, (edges, 2)."""
+        """Edges of laws found by earlier runs, (edges, 2): number of the force, and value of its measure there."""
         rows = {self.force_names[row]: row for row in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
         for name, values in locate([*rows]).items():
@@ -213,7 +213,7 @@ class CompiledScene:
         return np.concatenate(found)
 
     def marker(self, link: str, point: str) -> int:
-        """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""
+        """Marker of a point of a link, or of the ground; added to the scene if missing."""
         marker = self.builder.marker(link, point)
         if len(self.builder.markers) > len(self.tables.markers):
             self.refresh()
@@ -226,7 +226,7 @@ class CompiledScene:
         return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
 
     def turns(self, q: Array) -> Array:
-        """Angles of markers, rad, after coordinates q, (times, coordinates), from t = 0 on, that turn by less than pi each."""
+        """Angles of markers, with whole turns, at the last of q (times, n) from t = 0, that turn by less than pi each."""
         self._begin()
         for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
             doors.place(self.tables, self.work, each, np.zeros(self.size))
@@ -245,14 +245,14 @@ class CompiledScene:
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
 
     def _hold_start(self) -> None:
-        """Give the rows held as at t = 0 their values."""
+        """Set the values of rows constrained to their measures at t = 0."""
         for r, row in enumerate(self.builder.rows):
             if row.value is None:
                 row.value = sum(self.builder.directions[i][Directions.SHARE] * self.measure(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
 
     def refresh(self) -> None:
-        """Take markers into the tables that were added since."""
+        """Pack the tables again, with markers added since."""
         values, factors, pace = self.tables.values.copy(), self.tables.factors.copy(), self.tables.pace
         numbers = len(self.builder.data)
         self.tables = pack(self.builder)
@@ -262,7 +262,7 @@ class CompiledScene:
         self._begin()
 
     def _begin(self) -> None:
-        """Count turns from the start: half a turn and minus half a turn are the same direction."""
+        """Set markers' angles to those at t = 0, as whole turns are counted from there."""
         for m in np.flatnonzero(self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE):
             self.work.state[m, State.TURN] = self.builder.angle_of(int(m))
 
@@ -274,7 +274,7 @@ def _elements_of(mechanism: Mechanism) -> dict[str, Element]:
 
 
 def _attach_masses(builder: Builder) -> None:
-    """Give each link the masses it carries: guided blocks, point masses, rotors."""
+    """List the masses attached to each link: guided blocks, point masses, rotors."""
     mechanism = builder.mechanism
 
     def attach(link: str, point: str, mass: float, inertia: float) -> None:

@@ -1,4 +1,4 @@
-"""States to start from: rates and accelerations that the constraints allow, and room."""
+"""Initial states: rates and accelerations that satisfy the constraints, and work arrays."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Balance(NamedTuple):
 
 
 def start_rates(scene: CompiledScene) -> Array:
-    """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
+    """Rates of all coordinates at t = 0: those of links by `scene.start`, rigid if possible.
 
-    What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy. A KinematicsError if what
-    drives and given velocities ask for is impossible.
+    Constraints not yet satisfied (a pin inside a curved strip) are then met with least kinetic energy. A KinematicsError if
+    drives and given velocities contradict each other.
     """
     found = scene.source.start
     v = np.zeros(scene.size)
@@ -62,20 +62,20 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
 
 
 def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
-    """Accelerations and multipliers: M a + G^T lambda = f, G a = change; none of rows that say what others do."""
+    """Accelerations and multipliers by M a + G^T lambda = f, G a = change; multipliers of redundant rows are zero."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
         acceleration, new = scene.accelerate(q, out.force, out.change)
         done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
         lam = new
-        if done or not (scene.tables.forces[:, Forces.ROW] >= 0).any():  # no force depends on a constraint's own
+        if done or not (scene.tables.forces[:, Forces.ROW] >= 0).any():  # no force depends on a multiplier
             break
     return Balance(acceleration, lam)
 
 
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
-    """A small change of the start that constraints allow, to first order; modes stay at rest."""
+    """A small random change of the start that satisfies the constraints to first order; modes stay at rest."""
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
         if isinstance(body, FrameBody):
@@ -84,7 +84,7 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 
 
 def allowed(rows: Array, *changes: Array) -> Array:
-    """The part of changes of all coordinates, one after the other, that constraints' rows allow, to first order."""
+    """Project changes of all coordinates onto those that satisfy the constraints to first order; concatenated."""
     if not len(rows):
         return np.concatenate(changes)
     back = np.linalg.pinv(rows, rcond=1e-10)
@@ -92,7 +92,7 @@ def allowed(rows: Array, *changes: Array) -> Array:
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Make room for a run of a scene from this state."""
+    """Allocate the state and work arrays of an implicit run from this state."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
     m, z, slots = n + r, np.zeros, len(tables.mass)
@@ -116,7 +116,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
 
 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
-    """Make room for an explicit run of a scene from this state, with the order of elimination that suits."""
+    """Allocate the data of an explicit run of a scene from this state."""
     apart = _modal_links_are_free(scene.tables)
     n, r, k, s, z = len(q), len(lam), len(memory), scene.tables, np.zeros
     e = scene.constant_fronts if apart else scene.heavy_fronts
@@ -132,6 +132,6 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
 
 
 def _modal_links_are_free(tables: Tables) -> bool:
-    """Check that there are modal links, and that no constraint touches them."""
+    """Check that there are modal links, and no constraints on them."""
     held = {int(x) for at, m, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + m]}
     return len(tables.modal) > 0 and all(held.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())

@@ -1,4 +1,4 @@
-"""Statistics of columns over windows of time, accumulated stretch by stretch; compiled.
+"""Statistics of columns over windows of time, accumulated during a run; compiled.
 
 Between rows a column is taken as linear, and split at the edges of windows. Rows are close where contacts act. A maximum between
 rows is that of the parabola through three of them. Total variation is that of samples at equal times.
@@ -40,7 +40,7 @@ lies beside a long one the parabola of a kink has no bound.
 
 @dataclass(frozen=True)
 class Accumulator:
-    """Statistics of a run in the making."""
+    """Statistics accumulated so far."""
 
     edges: Array  # [s], (windows + 1,)
     found: Array  # (windows, columns, 8)
@@ -48,24 +48,24 @@ class Accumulator:
 
     @classmethod
     def over(cls, edges: Array, columns: int) -> Accumulator:
-        """Begin with nothing seen."""
+        """Begin without rows."""
         found = np.zeros((len(edges) - 1, columns, len(Statistic)))
         found[..., Statistic.LARGEST], found[..., Statistic.SMALLEST], found[..., Statistic.LAST] = -np.inf, np.inf, np.nan
         return cls(edges, found, np.zeros(Between.FIRST + 3 * columns))
 
     def add(self, time: Array, values: Array) -> None:
-        """Take over the next rows, time (times,), values (times, columns)."""
+        """Add the next rows, time (times,), values (times, columns)."""
         accumulate(time, values, self.edges, self.found, self.state)
 
 
 @inline
 def piece(at, h, a, b):
-    """Add a stretch of length h on which a column goes from a to b."""
+    """Add an interval of length h on which a column changes from a to b."""
     at[Statistic.INTEGRAL] += 0.5 * h * (a + b)
     at[Statistic.SQUARES] += h * (a * a + a * b + b * b) / 3.0
     if a > 0.0 and b > 0.0:
         at[Statistic.ABOVE] += h
-    elif a > 0.0 or b > 0.0:  # half of a stretch on which a contact, whose force is not negative, opens or closes
+    elif a > 0.0 or b > 0.0:  # half the interval if a force that is never negative begins or ends
         at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b) if a * b < 0.0 else 0.5)
     if a <= 0.0 and b > 0.0:
         at[Statistic.ONSETS] += 1.0
@@ -75,7 +75,7 @@ def piece(at, h, a, b):
 
 @draft
 def vertices(t, value, edges, found, state):
-    """Take the vertices of parabolas through the last two rows and this one, where the middle one is an extreme."""
+    """Update extremes by the vertex of the parabola through the last two rows and this one, if the middle one is an extreme."""
     columns, windows = value.size, edges.size - 1
     if state[Between.ROWS] < 2.0:
         return

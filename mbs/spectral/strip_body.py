@@ -1,4 +1,4 @@
-"""A strip for the compiled solver: polynomial elements from break to break, in a basis whose first members are the ends."""
+"""A strip for the compiled solver: polynomial elements between the points on it, in a basis whose first members are the ends."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class StripBody:
         return self.marker_at(builder, self.stations[point])
 
     def marker_at(self, builder: Builder, arc: float, piece: int | None = None) -> int:
-        """Marker at an arc length; of a point between two pieces, on the one before unless told."""
+        """Marker at an arc length; between two pieces on the first, unless `piece` is given."""
         if piece is None:
             piece = next((i for i, e in enumerate(self.elements) if arc <= e.end * (1 + 1e-12)), len(self.elements) - 1)
         element = self.elements[piece]
@@ -61,7 +61,7 @@ class StripBody:
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
-        """Rates with which it gives way at the start, where it must."""
+        """Rates of the bending with which it starts, if the start requires that."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         at = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
@@ -120,7 +120,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
 
 
 def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
-    """Stress-free line of a link in its frame, (x, y, angle) of the fraction of the arc; its length; fractions of its points."""
+    """Stress-free line of a link in its frame, (x, y, angle) over the fraction of the arc; its length; its points' fractions."""
     curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
     known = curve.places(grid)
@@ -151,7 +151,7 @@ def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) ->
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
-    """Write a piece's mass and its row of the table of strips."""
+    """Add a piece's mass and its row of the table of strips."""
     section, jacobian, degree = body.section, element.jacobian, element.degree
     x, w = gauss(degree + 2)
     n = basis(degree, x)
@@ -179,7 +179,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
-    """Add a mass at a point: into the constant mass matrix where the marker is linear."""
+    """Add a mass at a point, to the constant mass matrix if the marker is linear."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data, _ = builder.markers[marker]
     if kind != MarkerKind.LINEAR and each.inertia:

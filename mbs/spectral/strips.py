@@ -1,7 +1,7 @@
 """Strips, compiled: Reissner's and Kirchhoff's, in polynomials, with analytic tangents.
 
-Both have four arguments z a Gauss point, linear in the coordinates: Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'',
-y''). Strains are functions of z; mixed forces, (4) of docs/theory-spectral.md, take the stresses as unknowns of their own.
+At each Gauss point strains are functions of four arguments z, linear in the coordinates: Reissner (x', y', theta, theta'),
+Kirchhoff (x', y', x'', y''). In the mixed form, (4) of docs/theory-spectral.md, stresses are unknowns, too.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ RENEWED = 2.0
 
 @draft
 def _slopes(kind, first, second, third, fourth, slopes):
-    """Strains (eps, gamma, kappa), and their gradients by z in slopes (3, 4), whose other entries are and stay zero."""
+    """Strains (eps, gamma, kappa), and their gradients by z, written to slopes (3, 4), whose other entries are zero."""
     if kind == StripKind.REISSNER:
         c, s = np.cos(third), np.sin(third)
         axial, shear = c * first + s * second, -s * first + c * second
@@ -68,7 +68,7 @@ def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
 
 @draft
 def _fields(kind, count):
-    """Number of a strip's coordinates; where the four arguments begin in them; which derivative of the basis each takes."""
+    """Number of a strip's coordinates; first coordinate of each of the four arguments; its derivative of the basis."""
     if kind == StripKind.REISSNER:
         return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
@@ -76,7 +76,7 @@ def _fields(kind, count):
 
 @draft
 def _sum(data, m, x, first, count):
-    """Sum of nb members at m, each times its coordinate."""
+    """Sum of `count` members of the basis, from m, times their coordinates."""
     total = 0.0
     for a in range(count):
         total += data[m + a] * x[first + a]
@@ -85,7 +85,7 @@ def _sum(data, m, x, first, count):
 
 @inline
 def _members(order, member, count, points, number):
-    """Beginnings of the members of the four arguments at a Gauss point."""
+    """Where in the data the members of the four arguments at a Gauss point begin."""
     return (
         member + (order[0] * points + number) * count, member + (order[1] * points + number) * count,
         member + (order[2] * points + number) * count, member + (order[3] * points + number) * count,
@@ -103,7 +103,7 @@ def _arguments(data, m, x, block, count):
 
 @inline
 def _act(data, m, f, block, count, out):
-    """Take A^T f from out, f the forces on the four arguments."""
+    """Subtract A^T f from out, f the forces on the four arguments."""
     for a in range(count):
         out[block[0] + a] -= data[m[0] + a] * f[0]
         out[block[1] + a] -= data[m[1] + a] * f[1]
@@ -124,7 +124,7 @@ def _stress(data, at, free, strain, slopes, rate, lag):
 
 @inline
 def _balance_stresses(work, p, slopes, n):
-    """The stresses that are unknowns, and B0^T (n - these), n those of the strains."""
+    """Return the stresses that are unknowns, and B0^T (n - these), n those of the strains."""
     if work.mixed[0] == RENEWED:
         copy(slopes, work.held[p])
     b, held, slack = work.stress[p], work.held[p], work.slack[p]
@@ -156,7 +156,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
         free = tables.data[at_rest], tables.data[at_rest + ng], tables.data[at_rest + 2 * ng]
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
             r = _arguments(tables.data, m, rate, block, nb)
-        elif lag[2] > 0.0:  # of a Reissner strip curvature is one of the arguments
+        elif lag[2] > 0.0:  # Reissner's curvature is an argument
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
         n, f0 = _stress(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
         if work.mixed[0] != PLAIN:
@@ -176,9 +176,9 @@ def _add_strip(tables, work, place, q, v, slopes, f):
 
 @draft
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, of the kind that work.mixed says.
+    """Add elastic and damping forces of all strips to f, in the form work.mixed.
 
-    Stresses that are unknowns are in work.stress, what they lack in work.slack, B0 in work.held.
+    Stresses that are unknowns are in work.stress, their residuals in work.slack, B0 in work.held.
     """
     ez, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):

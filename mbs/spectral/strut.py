@@ -15,7 +15,7 @@ from .tables import ForceKind, MeasureKind
 
 @dataclass
 class StrutBody:
-    """A strut: it has no coordinates; its ends are markers of its neighbours, or blocks of their own."""
+    """A strut without coordinates: its ends are markers of its neighbours, or free point masses."""
 
     link: Link
     hosts: dict[str, int] = field(default_factory=dict)
@@ -28,7 +28,7 @@ class StrutBody:
 
 
 def add_strut(builder: Builder, link: Link) -> StrutBody:
-    """Add a `Strut` link: its blocks only, as its neighbours may come later; see `join_strut`."""
+    """Add a `Strut` link: only its point masses, as neighbours may be added later; see `join_strut`."""
     body = StrutBody(link)
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
@@ -41,7 +41,7 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
 
 
 def find_hosts(builder: Builder, body: StrutBody) -> None:
-    """Find the neighbours' markers at the ends, once all links are there."""
+    """Find the neighbours' markers at the ends, after all links are added."""
     link = body.link
     for joint in builder.mechanism.joints:
         if link.name not in (joint.first, joint.second) or joint.point in body.hosts:
@@ -55,7 +55,7 @@ def find_hosts(builder: Builder, body: StrutBody) -> None:
 
 
 def join_strut(builder: Builder, body: StrutBody) -> None:
-    """Add the spring between its ends."""
+    """Add the spring between a strut's ends."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
     load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)

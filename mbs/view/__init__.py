@@ -1,1 +1,1 @@
-"""Output for people: pictures, movies, the report page, ParaView, tables. Heavy imports stand in functions."""
+"""Pictures, movies, the report page, ParaView files, tables. Slow imports are made in functions."""

@@ -1,4 +1,4 @@
-"""Marks of a picture of a mechanism, each tied to a frame that moves. Every picture draws the same marks.
+"""Marks of a picture of a mechanism, each fixed in a moving frame. All kinds of pictures draw the same marks.
 
 A frame has a place and an angle turned since t = 0. Lengths are in m, in the axes of the ground at t = 0.
 """
@@ -18,7 +18,7 @@ Points = tuple[tuple[float, float], ...]
 
 
 class Outline(NamedTuple):
-    """A line, or a filled outline, fixed in a frame; `width` is its size out of the plane, m, 0 for a symbol."""
+    """A line, or a filled outline, fixed in a frame; `width` is its size normal to the plane, m, 0 for a symbol."""
 
     frame: str
     ink: str
@@ -108,13 +108,13 @@ INKS: dict[str, Ink] = {
     "force": Ink("#B3261E", "#B3261E", 1.6),
     **LINKS,
 }
-"""Colours by what a mark stands for. Lines keep 3 : 1 against white."""
+"""Colours by what a mark represents. Lines have a contrast of at least 3 : 1 to white."""
 
 
 FIXED = "="
-"""Before a frame's name: it follows the point but does not turn."""
+"""Prefix of the name of a frame that follows the point but does not turn."""
 MIDDLE = "@"
-"""Before a flexible link's name: the frame of the middle of its line."""
+"""Prefix of the name of the frame of the middle of a flexible link's line."""
 UNIT = 0.027
 """Size of a symbol, of the mechanism's extent."""
 Pair = tuple[float, float]
@@ -136,7 +136,7 @@ class Sheet:
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
     def at(self, body: str, point: str) -> str:
-        """Frame of a point as part of a body, '' for whatever carries it."""
+        """Frame of a point on a body, '' for any body that has it."""
         ref = f"{body}:{point}" if body == GROUND or body in self.record.links else point
         return self.frame(ref)
 
@@ -162,12 +162,12 @@ class Sheet:
         return x - x0, y - y0
 
     def pivot(self, link: str) -> str:
-        """Point in which a link turns on the ground, or its start."""
+        """Point at which a link is pinned to the ground, or its start."""
         grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
         return str(grounded[0]) if grounded else self.mechanism.link(link).start
 
     def shared_point(self, first: str, second: str) -> str:
-        """Return the point that two bodies share: that of their joint, or one both reach."""
+        """Return the point that two bodies share: that of their joint, or one on both."""
         for joint in self.mechanism.joints:
             if {joint.first, joint.second} == {first, second}:
                 return str(joint.point)
@@ -175,7 +175,7 @@ class Sheet:
 
 
 def unit(vector: Pair) -> Pair:
-    """Return the direction of a vector, downward of none."""
+    """Return the unit vector of a vector, downward of zero."""
     size = hypot(*vector)
     return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
 
@@ -203,7 +203,7 @@ def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[
 
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
-    """Yield an arrow that turns to the left about a place."""
+    """Yield a counterclockwise arrow about a place."""
     angles = [-0.9 + 4.5 * k / 24 for k in range(25)]
     (x, y), bend = centre, tuple((radius * cos(a), radius * sin(a)) for a in angles)
     yield Outline(frame, ink, tuple((x + a, y + b) for a, b in bend))

@@ -1,4 +1,4 @@
-"""Symbols of springs, loads, masses, drives and couplings: belts and ropes from place to place, pitch circles to scale."""
+"""Symbols of springs, loads, masses, drives and couplings; belts, ropes and pitch circles to scale."""
 
 from __future__ import annotations
 
@@ -126,6 +126,6 @@ def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
 
 
 def _circle(sheet: Sheet, at: str, radius: float) -> Outline:
-    """Return a circle about a point of a body, and a spoke, by which one sees it turn."""
+    """Return a circle about a point of a body, and a spoke that shows its rotation."""
     angles = [2 * pi * k / 48 for k in range(49)]
     return Outline(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)), False)

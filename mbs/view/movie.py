@@ -1,4 +1,4 @@
-"""The motion of a run as pictures need it: frames, bent lines and marks over evenly spaced times, as plain arrays.
+"""The motion of a run for pictures: frames, bent lines and marks over evenly spaced times, as plain arrays.
 
 A `Film` stands in a `Result`. It holds the run's `Record` and makes the `Movie` when first asked for; in files and other
 processes it is the movie alone.
@@ -26,7 +26,7 @@ from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Outline, Sheet, Span, Str
 from .symbols import draw_marks
 
 STATIONS = 25
-"""Places along a massless strip."""
+"""Number of places along a massless strip."""
 Bent = tuple[Array, Array, Array]
 """Line (times, stations, 2), bending and axial strain (times, stations)."""
 
@@ -58,7 +58,7 @@ class Band:
 
 @singledispatch
 def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
-    """Line, bending and axial strain of a link that bends; None for one that does not."""
+    """Line, bending and axial strain of a flexible link; None of others."""
     return None
 
 
@@ -100,12 +100,12 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is None:
         return _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
-    line = motion.line()  # its bending follows by differences along the line
+    line = motion.line()  # its curvature follows by differences along the line
     undeformed = motion.model.line[:, 0]
     c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]
     x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
     bending = np.gradient(np.gradient(c * y - s * x, undeformed, axis=1), undeformed, axis=1)
-    bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided differences of differences are rough
+    bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided second differences are inaccurate
     return line, bending, np.zeros_like(bending)
 
 
@@ -128,7 +128,7 @@ def _elasticas() -> tuple[Array, Array]:
 
 @bent_line.register
 def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
-    # A massless strip between its ends: the exact elastica, drawn on the left of its chord as the model knows no side.
+    # A massless strip between its ends: the exact elastica, drawn on the left of its chord, as the model has no side.
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start
@@ -139,7 +139,7 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     k = np.minimum((root * (len(roots) - 1)).astype(int), len(roots) - 2)
     share = (root * (len(roots) - 1) - k)[:, None, None]
     x, y, bend = np.moveaxis((1 - share) * shapes[k] + share * shapes[k + 1], -1, 0)
-    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # so that it ends where it ends
+    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # to its end
     left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
     axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
@@ -151,9 +151,9 @@ FEWEST = 240
 MOST = 1440
 """Largest number of pictures of a movie."""
 A_TURN = 180
-"""Pictures for a turn of the link that turns most."""
+"""Pictures for each turn of the link that turns most."""
 ROUND = np.exp(2j * pi * np.arange(48) / 48)
-"""A circle."""
+"""Points of a unit circle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +210,7 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
 
 @dataclass(eq=False)
 class Film:
-    """The movie of a run, made when first asked for."""
+    """The movie of a run, made at its first use."""
 
     record: Record | None = None
     kept: Movie | None = field(default=None)
@@ -264,7 +264,7 @@ def _finite(record: Record) -> Record:
 
 
 def _movie(record: Record, source: Record) -> Movie:
-    """Return the movie of a record at the movie's times; `source` holds the solver's own."""
+    """Return the movie of a record at the movie's times; `source` has those of the solver."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))

@@ -64,7 +64,7 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
     for mark in movie.marks:
         if isinstance(mark, Outline) and mark.closed and mark.width > 0:
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
-            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # wedges on a fan of triangles
+            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # wedges on triangles with a common corner
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
             yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():
@@ -80,5 +80,5 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
 
 
 def _at_height(plane: Array, height: ArrayLike) -> Array:
-    """Lift places in the plane (times, n, 2) to a height [m] in space."""
+    """Add a height [m] to places in the plane (times, n, 2)."""
     return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)

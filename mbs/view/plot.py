@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 
 MARGIN = 4.0
-"""Room around a mechanism, in symbols."""
+"""Margin around a mechanism, in sizes of a symbol."""
 FRAMES = 120
-"""Pictures of an animation at most."""
+"""Largest number of pictures of an animation."""
 MOST = 12
-"""Rows of a fit's figure at most."""
+"""Largest number of rows of a fit's figure."""
 ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
@@ -40,7 +40,7 @@ def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool =
 
 
 def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> Axes:
-    """Draw picture number k of a movie on axes, by default new ones; with the names of links and points, or without."""
+    """Draw picture number k of a movie on axes, by default new ones, with or without the names of links and points."""
     with house_style():
         if axes is None:  # new ones about as high as the mechanism
             import matplotlib.pyplot as plt
@@ -71,7 +71,7 @@ def _frame_axes(axes: Axes, movie: Movie) -> None:
 
 
 class _Drawn:
-    """One mark on some axes, which can be moved to any picture of a movie."""
+    """One mark on axes, which can be moved to its place in any picture of a movie."""
 
     def __init__(self, axes: Axes, mark: Mark) -> None:
         from matplotlib.patches import Polygon
@@ -95,7 +95,7 @@ class _Drawn:
             self.move_to = lambda corners: line.set_data(*corners.T)
 
     def move(self, movie: Movie, k: int) -> None:
-        """Put it where it is in picture k."""
+        """Move it to its place in picture k."""
         self.move_to(corners(movie, self.mark, k))
 
 
@@ -152,7 +152,7 @@ def _rows(axes: Axes | Sequence[Axes] | None, count: int) -> list[Axes]:
 
 
 def _warn(axes: Axes, result: Result) -> None:
-    """Say above a picture that its run is not to be trusted."""
+    """Write above a picture that its run is not reliable."""
     if not result.ok:
         axes.set_title(f"\u25b2 {result.status}: do not trust these values", color="#B3261E", loc="left")
 
@@ -173,7 +173,7 @@ def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float =
     with house_style():
         draw = _stage(movie, width)
         whole = [Image.fromarray(draw(k)[..., :3]) for k in rows]
-    palette = whole[len(whole) // 2].quantize(64)  # one for all pictures, so that only what changes is stored
+    palette = whole[len(whole) // 2].quantize(64)  # a common one, so that only changes are stored
     first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
     return path
@@ -208,7 +208,7 @@ def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
 
 
 def plot_fit(fit: Any) -> Figure:
-    """Draw data beside the fit, what is left of them, and profiles; see `Fit.plot`."""
+    """Draw data and fit, residuals, and profiles; see `Fit.plot`."""
     rows = [(each, said, name) for each, said in zip(fit.experiments, fit.predicted, strict=True) for name in each.signals][:MOST]
     count = len(rows) + ceil(len(fit.profiles) / 2)
     figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
@@ -232,11 +232,11 @@ def plot_fit(fit: Any) -> Figure:
 
 MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
 DENSE = 200
-"""Points of a drawn piece."""
+"""Points of a curve between critical points."""
 
 
 def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Axes:
-    """Draw a point's place over the parameter of a path and of the paths that leave it: stable parts whole, unstable dashed."""
+    """Draw a point's coordinate over the parameter of a path and of its branches: stable parts solid, unstable dashed."""
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax

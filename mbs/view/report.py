@@ -24,15 +24,15 @@ from .movie import Movie, make_movie
 from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
-"""Bytes for the motion, before base64 adds a third."""
+"""Largest number of bytes of the motion, to which base64 adds a third."""
 SIGNALS = 180_000
-"""Bytes for the signals, before base64 adds a third."""
+"""Largest number of bytes of the signals, to which base64 adds a third."""
 BINS = (40, 800)
-"""Bins of a signal, at least and at most."""
+"""Least and largest number of bins of a signal."""
 LONGEST = 20_000
-"""Samples of a run up to which its ledger is made for the page where none was asked for."""
+"""Samples of a run up to which its energy ledger is computed for the page if it was not requested."""
 LEVELS = 65534
-"""Steps of a quantised value over its range; one more stands for what is not finite."""
+"""Steps of a quantised value over its range; one more represents values that are not finite."""
 
 
 def write_html(result: Result, path: str | Path, title: str = "") -> Path:
@@ -55,7 +55,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
-    """Collect the data of a page, as its script takes them."""
+    """Collect the data of a page for its script."""
     store, read = ArrayStore(), find_offer("measures")(result, texts)
     wanted = [name for each in read for name in each.signals] if texts else []
     data = {
@@ -77,20 +77,20 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
 
 
 def blank(title: str) -> dict[str, Any]:
-    """Collect the data of a page whose run is still to come."""
+    """Collect the data of a page whose run has not begun."""
     lists: dict[str, Any] = {name: [] for name in ("notes", "measures", "checks", "facts")}
     none = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
     return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **none}
 
 
 def _plain(measure: Any) -> dict[str, Any]:
-    """Give a measure as JSON takes it; what is not finite is null."""
+    """Convert a measure for JSON; numbers that are not finite become null."""
     content = measure._asdict() | {"relative": measure.relative}
     return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
 
 
 def with_ledger(result: Result) -> Result:
-    """Return the result with its energy ledger, if its record still has what that takes."""
+    """Return the result with its energy ledger, if its record has the data for it."""
     record = result.film.record if result.film is not None else None
     if result.energy or record is None or not 1 < len(record.time) <= LONGEST:
         return result
@@ -98,14 +98,14 @@ def with_ledger(result: Result) -> Result:
 
 
 class ArrayStore:
-    """Arrays one after the other, as 16-bit numbers."""
+    """Concatenated arrays of 16-bit numbers."""
 
     def __init__(self) -> None:
         self.parts: list[Array] = []
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Put an array in; where it starts (-1 if all are equal), its least value, the size of a step."""
+        """Append an array; return where it starts (-1 if all values are equal), its least value, the size of a step."""
         values = np.asarray(values, dtype=float).ravel()
         fine = np.isfinite(values)
         known = values[fine]
@@ -167,7 +167,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
 
 
 def _short(result: Result) -> Movie:
-    """Return the movie with as many pictures as the page has room for."""
+    """Return the movie with as many pictures as the size of a page allows."""
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
@@ -178,7 +178,7 @@ def _short(result: Result) -> Movie:
 
 
 def _round(value: object) -> Any:
-    """Round the numbers of a mark to what a screen shows."""
+    """Round the numbers of a mark to the resolution of a screen."""
     if isinstance(value, float):
         return float(f"{value:.5g}")
     return tuple(map(_round, value)) if isinstance(value, tuple) else value

@@ -1,4 +1,4 @@
-"""The house style of figures: fit for print one column wide, legible to the colour-blind.
+"""The style of all figures: for print one column wide, legible to the colour-blind.
 
 A figure is a plain `matplotlib.figure.Figure`, never made through pyplot: no window, no backend, no global state.
 """
@@ -41,8 +41,8 @@ STYLE: Any = {
 
 
 def house_style() -> AbstractContextManager[None]:
-    """Draw in the house style: a context manager around everything that makes or saves a figure."""
-    from matplotlib import rc_context  # loading it takes longer than many runs: here as below, only what draws waits for it
+    """Return a context manager in which figures are drawn and saved in this style."""
+    from matplotlib import rc_context  # slow to load
 
     return rc_context(STYLE)
 

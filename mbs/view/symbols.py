@@ -1,4 +1,4 @@
-"""Symbols of elements: a kind is a line in `SYMBOLS`; one without a line gets a neutral mark.
+"""Symbols of elements, by kind in `SYMBOLS`; other kinds have a neutral mark.
 
 A symbol is a function (sheet, name, element) that yields marks. Kinds are known by the names of their classes: a
 subclass of a known kind is drawn as that one. A kind need not exist to have its line.
@@ -45,7 +45,7 @@ Symbol = Callable[..., Iterator[Mark]]
 
 
 def draw_marks(sheet: Sheet) -> list[Mark]:
-    """Return all marks: links below, then what joins and loads them, names on top."""
+    """Return all marks, from back to front: links, joints, loads, names."""
     found: list[Mark] = []
     for name, element in Scene.of(sheet.mechanism).elements.items():
         found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
@@ -62,7 +62,7 @@ def draw_marks(sheet: Sheet) -> list[Mark]:
 
 
 def _free_side(sheet: Sheet, point: str) -> Pair:
-    """Find the side where a point's name covers least: in the middle of the widest angle between its links and supports."""
+    """Find the direction of a point's name: the middle of the widest angle between its links and supports."""
     mechanism = sheet.mechanism
     x, y = mechanism.points[point]
     others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
@@ -92,7 +92,7 @@ def symbol(element: object) -> Symbol:
 
 
 def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
-    """Yield a rigid link to scale: a bar through its points, a plate where they are not in line."""
+    """Yield a rigid link to scale: a bar through its points, or a plate if they are not in line."""
     section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
     plain = isinstance(section, Section)
     thickness, width = (section.thickness, section.width) if plain else (0.5 * sheet.unit, 0.5 * sheet.unit)
@@ -101,7 +101,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     side = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off) > thickness:
-        from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
+        from scipy.spatial import ConvexHull  # slow to load
 
         yield Outline(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
     else:
@@ -130,7 +130,7 @@ def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 
 
 def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
-    """Triangle on the ground below a joint that one of its bodies is the ground of."""
+    """Yield a triangle on the ground below a joint with the ground."""
     if GROUND in (joint.first, joint.second):
         u, frame = sheet.unit, sheet.at(GROUND, joint.point)
         yield Outline(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), True)
@@ -144,7 +144,7 @@ def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
 
 
 def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
-    """A pin in a bush; radii are symbols, and the pin's distance from the centre is enlarged so that it touches when it does."""
+    """Yield a pin in a bush, radii not to scale; its eccentricity is enlarged so that pin and bush touch when they do."""
     yield from support(sheet, joint)
     outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
@@ -152,7 +152,7 @@ def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
 
 
 def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
-    """Two bodies in one: a dark square."""
+    """Yield a dark square for two bodies welded together."""
     yield from support(sheet, joint)
     h = 0.42 * sheet.unit
     yield Outline(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
@@ -198,7 +198,7 @@ def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float]
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield a wall, set off by what its point is drawn as, so that the two touch when they do."""
+    """Yield a wall, at a distance for the drawn size of its point, so that they touch when they do."""
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
@@ -262,7 +262,7 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow for whatever has signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
+    """Yield an arrow for an element with signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")

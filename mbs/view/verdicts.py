@@ -23,19 +23,19 @@ QUESTIONS = {
     "ACCURACY": "Is the error what was asked for, or what a run without settings may have?",
     "SOLVERS": "Does the other solver say the same?",
 }
-"""Questions of the checks, by the word their sentences begin with."""
+"""Questions of the checks, by the first word of their sentences."""
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
 IDLE = "not_applicable"
-"""Key of a result's provenance: the checks that had nothing to look at, and why."""
+"""Key of a result's provenance: the checks that did not apply, and why."""
 
 
 BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
-"""Pattern of the beginning of the next check's sentence; a sentence may have semicolons of its own."""
+"""Pattern of the beginning of the next check's sentence; sentences may contain semicolons."""
 
 
 class CheckVerdict(NamedTuple):
-    """One check: its name, what it asks, 'failed', 'no complaint', 'not applicable' or 'not run', and what it said."""
+    """One check: its name, its question, 'failed', 'no complaint', 'not applicable' or 'not run', and its message."""
 
     name: str
     question: str
@@ -93,13 +93,13 @@ def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
     if notes := result.provenance.get("notes"):
         groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
     for name, value in result.provenance.items():
-        if isinstance(value, dict) and name != IDLE:  # that stands among the checks
+        if isinstance(value, dict) and name != IDLE:  # shown with the checks
             groups.append((name.capitalize(), list(flat(value))))
     return [*groups, ("Run on", versions)]
 
 
 def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
-    """Rows of nested settings; what is not set is left out."""
+    """Rows of nested settings without those that are not set."""
     for name, inner in value.items():
         if name == "kind":
             yield before.removesuffix(".") or "solver", str(inner)
@@ -110,5 +110,5 @@ def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
 
 
 def share(value: float) -> str:
-    """Write a relative error for people."""
+    """Format a relative error."""
     return f"{100 * value:.2g} %" if isfinite(value) else "not known"

@@ -19,7 +19,7 @@ from .works import WORKS
 PACKAGES = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
 """Packages that a scene should load only if it needs them."""
 ROOMS = ("engine", "spectral", "modal", "statics", "sensitivity")
-"""Folders of `buckler.mbs`, likewise."""
+"""Folders of `buckler.mbs` that a scene should load only if it needs them."""
 DESCRIBING = {"buckler.mbs.modal.planar"}
 """Modules of these that a description of any mechanism loads."""
 SHARE = 0.01
@@ -60,7 +60,7 @@ class Ingredients:
 
 
 def ingredients(work: str, solver: str) -> Ingredients:
-    """Run a short part of a work by a solver in a process of its own, and list what that took.
+    """Run a short part of a work by a solver in a new process, and list what its scene contains.
 
     Raises
     ------

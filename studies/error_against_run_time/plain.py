@@ -1,4 +1,4 @@
-"""Jobs written straight on the engine, as its users write them: the hand-tuned runs that Buckler's run times are held against.
+"""Jobs written directly for the engine, as its users write them: hand-tuned runs with which Buckler's run times are compared.
 
 No result of Buckler comes from here. Reduced integration 2 (the others lock) and the sparse solver are the best settings found
 for these jobs; a static run has the default tolerances, a motion modified Newton and the tolerances that a work gives.
@@ -58,7 +58,7 @@ class _System:
         return int(self.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0])))
 
     def fix(self, node: int, coordinate: int, **motion: object) -> int:
-        """Hold a coordinate of a node, or move it as given."""
+        """Fix a coordinate of a node, or prescribe its motion."""
         markers = [self.ground, self.marker(node, coordinate)]
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
@@ -67,7 +67,7 @@ class _System:
         self.add(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
 
     def weigh(self, body: int, gravity: tuple[float, float]) -> None:
-        """Let gravity [m/s^2] act on a body."""
+        """Apply gravity [m/s^2] to a body."""
         if any(gravity):
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
@@ -116,7 +116,7 @@ def _settings() -> Any:
 
 
 def buckled_strip(section: Section, length: float, shortenings: Array, elements: int) -> Array:
-    """Force of the pinned strip at rising end shortenings, N, one static solution a value, each starting from the last.
+    """Force of the pinned strip at rising end shortenings, N, one static solution for each, starting from the one before.
 
     The first starts from a half-sine of about the right height, or it would stay on the straight branch.
     """

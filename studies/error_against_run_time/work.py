@@ -17,7 +17,7 @@ Run = Callable[[], Array]
 Runs = dict[tuple[str, str], Run]
 """Runs by series and setting."""
 Hand = tuple[int, int, float, float]
-"""Elements, equal steps, Newton's relative and absolute tolerance of a run straight on the engine."""
+"""Elements, equal steps, Newton's relative and absolute tolerance of a run written directly for the engine."""
 Setting = tuple[float, int]
 """Tolerance of the compiled solver and degree of its strips; 0 without strips."""
 PLAIN = "engine"
@@ -81,7 +81,7 @@ def _size(x: Array) -> float:
 
 @dataclass(frozen=True)
 class ComparedMotion:
-    """A motion and the signals that are compared: as in `ComparedWork`, runs of our side by their settings."""
+    """A motion and the signals that are compared, with Buckler's runs by their settings."""
 
     mechanism: Mechanism
     duration: float
@@ -116,7 +116,7 @@ def power(value: float) -> str:
 
 
 def by_hand(run: Callable[[Hand], Array], settings: Sequence[Hand]) -> Runs:
-    """Name runs straight on the engine by elements and steps."""
+    """Name runs written directly for the engine by elements and steps."""
     return {(PLAIN, f"{given[0]} x {given[1]}"): partial(run, given) for given in settings}
 
 

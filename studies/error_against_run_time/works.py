@@ -1,4 +1,4 @@
-"""Works that are run at several settings by each series, and what each run is held against.
+"""Works that are run at several settings by each series, and their references.
 
 A reference shares nothing with what it judges. Loads of the buckled strip are held against the boundary value problem of the
 element's own theory, a chain of bars against Lagrange's equations of an n-fold pendulum. Of other motions there is no exact
@@ -110,7 +110,7 @@ def smooth() -> ComparedWork:
 
 
 def stop() -> ComparedWork:
-    """Slider-crank on its stop: the coupler strikes, buckles, and lets go."""
+    """Slider-crank on its stop: the coupler strikes, buckles, and leaves it."""
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
@@ -121,7 +121,7 @@ def stop() -> ComparedWork:
 
 
 def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: str) -> ComparedWork:
-    """A chain of `LINKS` links let go from the horizontal: the last bar's centre, or the last strip's end."""
+    """A chain of `LINKS` links released from the horizontal: the last bar's centre, or the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
@@ -145,7 +145,7 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
 
 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
-    """Centre of the last bar of a chain let go from the horizontal, by Lagrange's equations in the bars' angles, m."""
+    """Centre of the last bar of a chain released from the horizontal, by Lagrange's equations in the bars' angles, m."""
     n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
     assert isinstance(body, mbs.Rigid)
     mass, inertia, _ = body.mass_properties(a)

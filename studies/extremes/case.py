@@ -31,7 +31,7 @@ SAMPLES = np.linspace(0.02, 0.98, 49)
 AGREEMENT = 0.3
 """Largest difference of the two reference runs, over what is allowed of a measure that counts."""
 KNOWN = 1e-3
-"""Relative change of the clearance that a predictable motion must bear."""
+"""Relative change of the clearance under which a predictable motion must not change."""
 SMALL = 0.02
 """Share of the mechanism's largest force below which a force is not judged."""
 RINGING = 12
@@ -60,7 +60,7 @@ class Finding(NamedTuple):
 
 
 def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
-    """Run a mechanism with the accuracy asked for, and hold it against its reference."""
+    """Run a mechanism with the accuracy requested, and compare it with its reference."""
     begin, nan = perf_counter(), float("nan")
     name = made.name + (f", accuracy {accuracy:g}" if accuracy else "")
     try:
@@ -107,7 +107,7 @@ def read(made: Draw, result: Result) -> Measures:
 
 
 def find_forces(result: Result) -> dict[str, str]:
-    """Find the forces and torques that are judged, each with the vector it belongs to; of what rings the mean."""
+    """Find the forces and torques that are judged, each with the vector it belongs to; means of those that vibrate."""
     averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
@@ -117,7 +117,7 @@ def find_forces(result: Result) -> dict[str, str]:
 
 
 def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
-    """Collect the errors that a run reports of its places and forces; infinite where it says that ringing is not resolved."""
+    """Collect the errors that a run reports of its positions and forces; infinite if it says that vibrations are not resolved."""
     found: dict[str, float] = {}
     for kind in {"place", "path"} & set(measures):
         places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]

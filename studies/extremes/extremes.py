@@ -1,4 +1,4 @@
-"""Extreme and random mechanisms: is any run reported fine that is wrong, is any right run suspected?
+"""Extreme and random mechanisms: is any wrong run reported as right, or any right run as suspect?
 
 They are drawn by the grammar of `kit.drawn` and from wide ranges. The reference of each run is a closed form, or the compiled
 solver refined until two of its runs agree. A run that is reported fine though it is wrong is silent; there should be none.
@@ -27,7 +27,7 @@ from .case import Finding, judge
 from .verdict import Verdict
 
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
-"""Accuracies asked of a run, each as often as the others; most often none."""
+"""Accuracies requested of a run, drawn with equal chance; most often none."""
 BARS = mbs.Section(0.005, 0.020, STEEL)
 LEAST = 1e-4
 """Least error, over the one allowed, of the figure; smaller ones are drawn there."""
@@ -84,7 +84,7 @@ class Parameters(StudyParameters):
 
 
 def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
-    """Draw the k-th case: family, mechanism and the accuracy asked for."""
+    """Draw the k-th case: family, mechanism and the accuracy requested."""
     number, turn = divmod(k, len(p.families))
     family, asked = SLUGS[p.families[turn]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
     return family, drawn.draw(p.seed, number, (family,), FAMILIES), asked

@@ -1,4 +1,4 @@
-"""Verdicts on runs that are held against a reference, and the errors allowed of them."""
+"""Verdicts on runs that are compared with a reference, and the errors allowed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
 
 
 class Verdict(StrEnum):
-    """Outcome of a run held against a reference.
+    """Outcome of a run compared with a reference.
 
     A run is right if it is reported fine and errs by less than is allowed. It is named if it is refused, fails, runs out of time,
     or is suspect and wrong. It is a false alarm if it is suspect though right, and silent if it is reported fine though wrong.

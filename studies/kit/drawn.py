@@ -79,7 +79,7 @@ def _block(dice: Dice, **more: Any) -> mbs.Mechanism:
 
 
 def _grazing(dice: Dice) -> Made:
-    """Draw a rigid slider that only just reaches its stops, or a block that moves to and fro between two."""
+    """Draw a rigid slider that just reaches its stops, or a block that moves to and fro between two."""
     law = parts.impact(dice)
     if dice.chance():
         made, duration = parts.turning(dice, ("slider-crank",), ("rigid",))
@@ -115,7 +115,7 @@ def _draw_pressed(dice: Dice) -> Made:
     """Draw a strip or modal link compressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(0.5, length)
-    bow = dice.one(0.0, 1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
+    bow = dice.one(0.0, 1e-5 * length)  # small compared with the deflection, so that the load is that of a straight strip
     body = dice.one(mbs.Beam(section, imperfection=bow), mbs.Cable(section, imperfection=bow), mbs.Modal(section, damping=0.5))
     share = section.euler_load(length) / section.axial_stiffness * dice.log(20, 1e4)
     return make_pressed_column(body, share, duration), duration

@@ -1,4 +1,4 @@
-"""Parameters of a study: declared once, with unit, range and help; Python, TOML and the command line read them alike.
+"""Parameters of a study: declared once, with unit, range and help, for Python, TOML and the command line.
 
 `thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "strip thickness")` in a frozen dataclass takes "0.3mm" and refuses -1.
 """
@@ -87,7 +87,7 @@ class StudyParameters(Declared):
 
 @dataclass(frozen=True)
 class Gravity(StudyParameters):
-    """Size and direction of gravity in the plane of a published mechanism, which its paper leaves open."""
+    """Size and direction of gravity in the plane of a published mechanism, which its paper does not give."""
 
     gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
     gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame: O-C, or the slider's line", "left open")

@@ -1,4 +1,4 @@
-"""Published numbers that studies compare with or are calibrated on: each stands here, once, with its source.
+"""Published numbers with which studies are compared or calibrated, with their sources.
 
 Compliant slider-crank: B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, 2008,
 doi 10.1115/IMECE2008-68796; its lengths are `buckler.mbs.library.PAPER`. Crank-rocker with clearance joints: its lengths are

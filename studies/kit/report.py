@@ -127,7 +127,7 @@ class StudyResult:
 
 
 def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
-    """Return status and message of a study: SUSPECT where something is wrong, with a sentence each."""
+    """Return status and message of a study: SUSPECT if there are sentences on what is wrong."""
     return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
 
 
@@ -139,7 +139,7 @@ def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[st
 
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
-    """Tabulate one row a metric, without columns that are empty; a stress in MPa."""
+    """Tabulate metrics in rows, without empty columns; stresses in MPa."""
     rows = []
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
@@ -235,7 +235,7 @@ def atomic(path: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_earlier(folder: Path) -> None:
-    """Remove the files that the folder's metrics.json lists, so that no earlier figure stands beside new numbers."""
+    """Remove the files that the folder's metrics.json lists, so that no figure of an earlier run remains."""
     with suppress(OSError, ValueError, LookupError, TypeError):
         for name in [*json.loads((folder / "metrics.json").read_text())["files"], "metrics.json"]:
             if Path(name).name == name:

@@ -113,7 +113,7 @@ class Study:
         self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
 
     def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
-        """Declare one option a parameter but those whose names are taken, in the groups that the study declares."""
+        """Declare an option for each parameter, except those whose names are used, in the study's groups."""
         fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
         texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
         add_options(parser, fields, texts)
@@ -129,7 +129,7 @@ class Study:
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 
     def probe(self, parameters: StudyParameters) -> str:
-        """Try what no parameter shows; return the name for a store."""
+        """Check what declarations of parameters cannot; return the name for a store."""
         return self.title
 
 
@@ -152,7 +152,7 @@ def parser_of(found: Study, prog: str, taken: Collection[str] = ()) -> Parser:
 
 
 def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
-    """Add one option a declared field, in the groups that are declared."""
+    """Add an option for each declared field, in the declared groups."""
     groups: dict[str, Any] = {}
     for name, about in fields.items():
         group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
@@ -165,7 +165,7 @@ def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaratio
 
 
 def writable(folder: Path) -> Path:
-    """Make the folder and check that it takes files, before a long run."""
+    """Make the folder and check that files can be written to it, before a long run."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -132,7 +132,7 @@ def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:
 
 
 def footnote(parameters: StudyParameters) -> str:
-    """State machine, versions and repetitions that a table of run times stands on."""
+    """State machine, versions and repetitions of a table of run times."""
     origin = provenance(parameters)
     versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
     machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"

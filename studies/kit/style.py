@@ -1,4 +1,4 @@
-"""The house style of figures, for studies: see `buckler.mbs.view.style`."""
+"""The style of figures, for studies: see `buckler.mbs.view.style`."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -31,13 +31,13 @@ def print_versions() -> int:
 
 
 def provenance() -> dict[str, object]:
-    """Say where a run comes from that ends now: versions, host, hash of the sources, time."""
+    """Return the provenance of a run that ends now: versions, host, hash of the sources, time."""
     return {**_origin(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
 @cache
 def _origin() -> dict[str, object]:
-    """Collect what does not change while a process lives; the hash of the source files needs no git."""
+    """Collect the provenance that is constant in a process; the hash is of the source files, without git."""
     root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
     for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())

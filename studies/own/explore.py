@@ -48,11 +48,11 @@ OMITTED = ("along", "exponent", "near")
 
 
 class LateError(Exception):
-    """A run whose answer a newer change has made useless."""
+    """Raised in a run that a newer change has made obsolete."""
 
 
 class Explorer:
-    """Mechanism whose numbers change. It makes one answer at a time; a run for the error ends when a number changes."""
+    """Mechanism whose numbers change. It answers one request at a time; a run for the error ends when a number changes."""
 
     def __init__(
         self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any], measures: Sequence[str] = ()
@@ -96,7 +96,7 @@ class Explorer:
             return found
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
-        """Make the mechanism with these values; paths without a slider are refused."""
+        """Make the mechanism with these values; a ValueError for paths without a slider."""
         self._check(values)
         return self.family.make({path: float(value) for path, value in values.items()})
 
@@ -143,7 +143,7 @@ ANSWERS = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save
 
 
 class Server(ThreadingHTTPServer):
-    """Server that prints nothing about a page that was closed."""
+    """Server that prints no errors of a page that was closed."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Print the traceback of a fault of its own only."""
@@ -177,7 +177,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
             self._send(HTTPStatus.OK, json.dumps(found, default=str), "application/json")
 
         def _is_ours(self) -> bool:
-            """Check that the request names this machine: a page of another name that leads here gets nothing."""
+            """Check that the request is addressed to this machine, against pages of other hosts that redirect here."""
             return self.headers.get("Host", "") == f"{HOST}:{made.server_port}"
 
         def _send(self, status: HTTPStatus, text: str, kind: str) -> None:

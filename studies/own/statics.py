@@ -69,7 +69,7 @@ def _declare_path(kind: str, parser: argparse.ArgumentParser) -> None:
 
 
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: Opened) -> int:
-    """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
+    """Compute, print and file an answer of statics; the exit status is 1 if it is not OK."""
     if "to" in options:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")

@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from buckler.mbs.record.result import Result
 
 MOST_DRAWN = 6
-"""Largest number of signals in the figure: more are too flat to read on a page."""
+"""Largest number of signals in the figure: with more the panels are too flat."""
 GROUP = "the run"
-"""Group of the fields that a file's table [run] may hold, too."""
+"""Group of the fields that a file's table [run] may also have."""
 
 
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
@@ -138,7 +138,7 @@ class _Of(Repeated):
 
 @declared
 class Parameters(StudyParameters):
-    """Mechanism and settings of one run; a changed document that describes no mechanism is a ValueError."""
+    """Mechanism and settings of one run; a ValueError if the changed document describes no mechanism."""
 
     name: str = field(Name(), "name of the mechanism")
     document: str = field(Text(), "the mechanism as JSON, before any change")
@@ -229,7 +229,7 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
-    """Make the report page; its failure leaves the numbers as they are."""
+    """Make the report page; if it fails, the numbers are kept."""
     try:
         return {"report.html": page(result, parameters.name, parameters.measure)}
     except Exception as error:
@@ -238,7 +238,7 @@ def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
 
 
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
-    """Take the readings, each with its error; of an accuracy, the other solver and the ledger what they found."""
+    """Compute the readings with their errors, and the findings of an accuracy, another solver and the energy ledger."""
     found = {}
     for each in measures(result, parameters.measure):
         relative = None if isnan(each.relative) else each.relative

@@ -220,7 +220,7 @@ def _table(found: Ensemble) -> str:
 
 
 def _write(found: Ensemble, out: Path) -> None:
-    """Write a row a member and window, histograms, and maps where two lists are given."""
+    """Write rows (members, windows), histograms, and maps if two lists are given."""
     paths, readings = found.members.paths, found.readings
     members, windows = found.values.shape[:2]
     columns: list[Array] = [np.repeat(np.arange(members), windows), np.tile(np.arange(windows), members)]

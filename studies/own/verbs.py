@@ -47,7 +47,7 @@ SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 
 @contextmanager
 def name_errors(path: Path) -> Iterator[None]:
-    """Turn whatever is wrong into a ValueError with the file's name in front, unless it names an option."""
+    """Convert errors to a ValueError that begins with the file's name, unless it names an option."""
     try:
         yield
     except (ValueError, OSError, ImportError) as error:
@@ -155,7 +155,7 @@ class File(Study):
         return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
 
     def probe(self, parameters: Any) -> str:
-        """Run a first microsecond: refuse a mechanism that cannot start, and names of signals that it has not."""
+        """Run a first microsecond: a ValueError if the mechanism cannot start, or has no signal of a name."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
             for name in target_signals(parameters) if result.signals else ():

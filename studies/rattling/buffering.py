@@ -1,4 +1,4 @@
-"""Does a flexible rocker buffer? Each published claim, over everything that the paper on rattling joints leaves open.
+"""Does a flexible rocker buffer? Each published claim, over all assumptions that the paper on rattling joints does not give.
 
 Every option names the values that an assumption may have: a sample draws one of each, by a scrambled Sobol' sequence; two ends of
 a range are drawn between, alike in the logarithm. A sample runs in each reading of c_max and with each gravity, with a rigid and
@@ -132,7 +132,7 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
 
 
 class Judgement(NamedTuple):
-    """One claim in one cell: median ratio, its errors, and the share of samples in which it holds with its interval."""
+    """One claim in one cell: median ratio, its errors, and the share of samples, with its interval, in which the claim holds."""
 
     ratio: float
     sampling: float
@@ -191,7 +191,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def judged_metrics(p: Parameters, found: Array) -> dict[str, Metric]:
-    """Judge every claim in every cell, (cells, 3, samples, claims), and tell how often gravity flips it."""
+    """Judge every claim in every cell, (cells, 3, samples, claims), and count how often gravity reverses it."""
     metrics: dict[str, Metric] = {}
     level = p.level / (len(CLAIMS) * len(found))
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
@@ -215,7 +215,7 @@ def _verdict(metrics: Mapping[str, Metric], name: str) -> str:
 
 
 def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
-    """Make a table of one reading of c_max: a row a claim, three columns a gravity."""
+    """Make a table for one unit of c_max: a row for each claim, three columns for each gravity."""
     rows = []
     for claim in CLAIMS:
         row = [claim.text]
@@ -242,7 +242,7 @@ def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the ratios of all samples, a panel a cell and a row a claim, with their median and the share that buffers."""
+    """Draw the ratios of all samples, panels of cells and rows of claims, with their median and the share that buffers."""
     p = result.of(Parameters)
     fig, axes = subplots(1, len(p.cells()), height=115, squeeze=False, sharex=True, sharey=True)
     places, draw = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)

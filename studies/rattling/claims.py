@@ -99,7 +99,7 @@ class Ratio(NamedTuple):
         return Metric(self.value, "1", error=self.error / self.value)
 
     def reach(self, level: float) -> float:
-        """Return the half width of the interval whose one end the truth passes with this chance, by Student's distribution."""
+        """Return the half width of the interval with this chance that the truth is beyond one given end (Student)."""
         return float(student.isf(level, self.freedom)) * self.error if self.error else 0.0
 
 

@@ -168,7 +168,7 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw each number over the clearance, a line a speed; as maps over both; and the bifurcation map."""
+    """Draw each number over the clearance, a line for each speed; as maps over both; and the bifurcation map."""
     found = {"lines": _lines(result), "maps": _maps(result)}
     return found | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
 

@@ -45,7 +45,7 @@ less with a smaller `tolerance`."""
 
 
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
+"""Order in which joints get clearance: first those that the paper shows, coupler–rocker and rocker–frame."""
 
 
 ROCKERS = ("rigid", "beam", "modal")
@@ -196,7 +196,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
-    """Return the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
+    """Return the range of the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
     if len(members) < 3 or name == "ideal":
         return {}
     each = [samples(v) for v in members]
@@ -209,7 +209,7 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
 
 
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
-    """Make the table: a row a number, a column a variant, and the ratio flexible over rigid."""
+    """Make the table (numbers, variants), with the ratio flexible over rigid."""
     rows: list[list[Any]] = []
     names = [name.partition(".")[2] for name in metrics if name.startswith("ideal.")]
     both = {"rigid", "flexible"} <= set(variants)
@@ -250,7 +250,7 @@ def _variants(result: StudyResult) -> list[str]:
 
 
 def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
-    """Draw a column a rocker and a row a signal, over the ideal mechanism's."""
+    """Draw columns of rockers and rows of signals, over those of the ideal mechanism."""
     s, variants = result.signals, _variants(result)
     fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
     for line, (signal, name) in zip(axes, rows.items(), strict=True):
@@ -276,7 +276,7 @@ def _name(case: str) -> str:
 
 
 def _orbits(result: StudyResult) -> Figure:
-    """Draw paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
+    """Draw paths of the pins' centres in their bushes, over the clearance; within the unit circle there is no contact."""
     s, variants = result.signals, _variants(result)
     p = result.of(Parameters)
     joints = [joint for joint in JOINTS if joint in p.with_play]

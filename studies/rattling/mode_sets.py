@@ -1,4 +1,4 @@
-"""Sets of modes of a solid rocker: what the numbers stand for, and what each set brings into the plane of motion.
+"""Sets of modes of a solid rocker by their numbers, and those of each set that move in the plane of motion.
 
 "Modes four, five and six" may be counted among a free body's modes, the first six of which are rigid; among its flexible
 modes in space; among those in the plane; or among the bending modes in the plane.
@@ -68,7 +68,7 @@ def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
 
 
 def numbers(depth: float, name: str) -> tuple[int, ...]:
-    """Return the flexible modes of a set that move in the plane; a planar mechanism does not feel the others."""
+    """Return the flexible modes of a set that move in the plane; a planar mechanism does not excite the others."""
     wanted = SETS[name]
     if isinstance(wanted, FreeModes):
         return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).plane.numbers)

@@ -26,7 +26,7 @@ from .assumptions import BODIES, JOINTS
 LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 START_OFFSET = 1e-9
-"""Scale [rad] of the chance offset of the crank at the start of a run on the engine: far below all errors, yet soon felt."""
+"""Scale [rad] of the random offset of the crank at the start of a run on the engine: far below all errors."""
 STEPS_A_TURN = 720
 """Least number of the engine's steps for a turn of the crank."""
 FORCE = "max(sqrt({0}.normal_force**2 + {0}.friction_force**2))"
@@ -66,7 +66,7 @@ class Turns(NamedTuple):
 def run_turns(
     p: Runs, mechanisms: Sequence[Mechanism], of: Sequence[str], batch: int = 0, curves: Mapping[str, Any] | None = None
 ) -> list[Turns]:
-    """Run members of crank-rockers with clearance whose cranks turn alike; other batches have starts of their own."""
+    """Run members of crank-rockers with clearance whose cranks have the same speed; other batches start at other states."""
     turn, asked = period(mechanisms[0]), tuple(dict.fromkeys((*of, *DEPTHS)))
     with ThreadPoolExecutor(p.workers) as pool:
         found = run_ensemble(

@@ -1,4 +1,4 @@
-"""Parameters that the studies of the striking slider-crank share, among them what its paper leaves open: gravity and motor."""
+"""Parameters that the studies of the striking slider-crank share, also those its paper does not give: gravity and motor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from buckler.mbs.geometry import Array
 from ..kit.parameters import Gravity, integer, quantity
 
 SLOWED = 1.2
-"""Factor on the time of a run whose crank a motor turns: no motor that explains the forces is slower by more."""
+"""Factor on the time of a run whose crank a motor turns: motors that explain the forces are slower by less."""
 
 
 @dataclass(frozen=True)

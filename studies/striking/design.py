@@ -1,4 +1,4 @@
-"""The striking slider-crank designed backwards: contact force, impact force and contact angle in; strip, stop and speed out.
+"""Inverse design of the striking slider-crank: strip, stop and speed for given contact force, impact force and contact angle.
 
 The exact elastica and the closed-form peak of the stop's law give the design (`inverse`); one simulated turn checks it. `strut`,
 the coupler a massless exact elastica, is the model of the closed form. `beam` gives the coupler its inertia: nearly straight,
@@ -30,7 +30,7 @@ from .impact_models import simulate_model, striking
 from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
-"""Angle that the crank turns on after the release [rad]."""
+"""Crank angle simulated after the release [rad]."""
 BARS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
 """Largest relative error of the simulated turn: the closed form errs by 1 % in the impact, the rest is exact."""
 
@@ -56,12 +56,12 @@ class Parameters(StrikeParameters):
 
     @property
     def wish(self) -> Wish:
-        """Numbers asked for."""
+        """Wished numbers."""
         return Wish(self.contact_force, self.impact_force, self.contact_angle)
 
     @property
     def given_numbers(self) -> Given:
-        """Numbers fixed."""
+        """Given numbers."""
         return Given(
             self.width, self.mass, self.stop_stiffness, self.restitution, self.friction_force, self.yield_strength,
             fastest=self.fastest,

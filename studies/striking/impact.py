@@ -24,7 +24,7 @@ from .assumptions import StrikeParameters
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
-"""Crank angle [rad] up to which a contact that begins belongs to the way in."""
+"""Crank angle [rad] before which a contact begins on the inward stroke."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
 """Crank angles [rad] between which the largest contact force is looked for."""
 
@@ -50,7 +50,7 @@ class ImpactParameters(StrikeParameters):
         return self.friction * self.mass * GRAVITY
 
     def describe(self) -> str:
-        """State what the paper leaves open in one sentence."""
+        """State in one sentence what the paper does not give."""
         known = f"{super().describe()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
         return known + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
@@ -142,7 +142,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     if not time.size:
         return TurnReading()
     own = force.copy()
-    own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
+    own[[0, -1]] = 0.0  # contacts across the ends belong to other turns
     contacts, shortening = spells(own), run.shortening[part]
     until = contacts[0, 0] + 1 if len(contacts) else None
     found = TurnReading(
@@ -171,7 +171,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
     """Count how often the slider comes back, and find from where on it stays."""
-    inwards = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # those that begin later are the way out
+    inwards = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # later ones are on the outward stroke
     if not len(inwards):
         return {}
     (start, free), rebounds = inwards[-1], {"rebounds": len(inwards) - 1}
@@ -185,7 +185,7 @@ def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str,
 
 
 def findings(run: ModelRun, readings: Sequence[TurnReading]) -> list[str]:
-    """List what a finished run says about the mechanism rather than about itself, in words that begin with a name."""
+    """List remarks of a finished run on the mechanism, not on the run, each beginning with a name."""
     if run.status not in ("OK", "SUSPECT"):
         return []
     states = {
@@ -222,7 +222,7 @@ def compare(metrics: Mapping[str, Mapping[str, Metric]], title: str, notes: Iter
 
 
 def _format(metric: Metric) -> str:
-    """Write a value, and in brackets its error or how far it is off what was published."""
+    """Write a value, and in brackets its error or its deviation from the published one."""
     error = metric.error
     if error is None and metric.published:
         error = abs(metric.value / metric.published - 1)

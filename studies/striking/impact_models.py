@@ -30,11 +30,11 @@ from .stitched import Stitched, follow
 AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force [s]: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
-"""Relative end shortening from which a strip on its way to the stop counts as buckled."""
+"""Relative end shortening from which a strip before contact counts as buckled."""
 IMPACT_UNTIL = np.radians(150.0)
-"""Crank angle [rad] at which a run ends that is about the first impact only."""
+"""Crank angle [rad] at which a run of the first impact only ends."""
 CALIBRATED_TO = 1e-3
-"""Relative difference of a calibrated force from the published one: a tenth of what the figures can be read to."""
+"""Relative difference of a calibrated force from the published one: a tenth of the accuracy of readings from the figures."""
 TRIALS = 12
 """Runs that a calibration may take; five are enough as a rule."""
 
@@ -129,7 +129,7 @@ class Calibration(NamedTuple):
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
-    """Fit the one number a model has for its stop: at once where force is m (1 + e) v/dt, else by secants in log-log.
+    """Fit the parameter of a model's stop: directly if the force is m (1 + e) v/dt, else by the secant method in logarithms.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The striking slider-crank designed backwards: from the forces and the angle wanted to strip, stop and speed.
+"""Inverse design of the striking slider-crank: strip, stop and speed for given forces and contact angle.
 
 A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g; in between the buckled coupler, a pinned
 strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta), the exact
@@ -48,7 +48,7 @@ SWUNG = 0.8
 HARD = 0.4
 """Most Q over S - D: up to there equation (3) holds within 1 %, and impact and contact are two."""
 PLACES = 33
-"""Crank angles on the way at which the compression is looked at; its largest value is met within 1e-3."""
+"""Number of crank angles before contact at which the compression is computed, for a largest value within 1e-3."""
 
 
 def _refuse(spec: object) -> None:
@@ -103,7 +103,7 @@ class Given:
 
 @dataclass(frozen=True)
 class StrikeDesign:
-    """A mechanism that does what was wished, if its `limits` allow it; floats, or arrays of one shape, in SI units.
+    """A mechanism with the wished numbers, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
     `stop` is its place on the slider's line, `angle` that of the crank at first contact, `shortening` the strip's largest over
     its length; `push` and `strength` are Q and S - D of equation (3); strength is 0 where the push alone is too much.
@@ -164,7 +164,7 @@ class Limit(NamedTuple):
 
     @property
     def use(self) -> Floats:
-        """Share of the bound that is used, above 1 where it is broken."""
+        """Number over its bound, above 1 if that is violated."""
         return self.value / self.most
 
     def __str__(self) -> str:
@@ -193,7 +193,7 @@ def feasible(chosen: StrikeDesign) -> Floats:
 
 
 def binding(chosen: StrikeDesign) -> Limit:
-    """Return the first limit that one design breaks, or if it keeps them all the one it uses most."""
+    """Return the first limit that a design violates, or the one nearest to its bound if there is none."""
     found = limits(chosen)
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 

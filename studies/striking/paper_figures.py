@@ -1,4 +1,4 @@
-"""Figures 5, 6, 10 and 11 of the paper on the striking slider-crank on the paper's own axes, to be laid beside the print.
+"""Figures 5, 6, 10 and 11 of the paper on the striking slider-crank, on the paper's axes for comparison with the print.
 
 Same axes, ranges and units: force on the stop over time, linear, several turns from a crank angle of 0. `stitched` is the
 paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that explain the measured

@@ -71,7 +71,7 @@ class SineStrip:
 
     @property
     def lasts(self) -> float:
-        """Time after first contact in which the strip has given way and the slider has been thrown back [s]."""
+        """Time after first contact by which the strip has buckled and the slider has rebounded [s]."""
         p, rise = self.case, self.case.stop_stiffness * self.onset
         rate = rise / (p.section.euler_load(L) * self.frequency)
         slider = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness)
@@ -102,7 +102,7 @@ class SineStrip:
         return (self.bend * self.free + pulled) / np.maximum(self.bend - load * K**2, least), load
 
     def _start(self, angle: float) -> Array:
-        """Give the slider the motion of a rigid coupler, and the modes the equilibrium there."""
+        """Return the initial state: the slider moves as on a rigid coupler, the modes are in equilibrium."""
         a, load = self.settle(angle)
         short = load * L / self.case.section.axial_stiffness + self._shortening(a)
         x = R * np.cos(angle) - np.sqrt((L - short) ** 2 - (R * np.sin(angle)) ** 2)

@@ -49,7 +49,7 @@ REFERENCE_VOLTAGE = 2.7
 MASSES = (0.01, 10.0)
 """Range of the slider's mass [kg]."""
 MOTOR = 1.6
-"""Slope of torque over speed [N m s] of the motor that is tried: with it the forces are within 0.1 N of those published."""
+"""Slope of torque over speed [N m s] of the assumed motor, with which the forces are within 0.1 N of those published."""
 READ = {
     "impact_impulse": "N.s", "impact_time": "s", "impact_push": "N", "rebound_ratio": "1", "rebounds": "1", "settling_time": "s",
     "early_shortening": "1", "buckles_before_stop": "1",
@@ -143,7 +143,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
-    """Give every number of one model, with what was published and what is exact."""
+    """Return all numbers of one model, with published and exact values."""
     at_27 = p.speed == IMPACT_SPEED and p.thickness == 3e-4
     stress, exact_stress = (
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
@@ -231,7 +231,7 @@ def _heaviest(p: Parameters) -> float:
 
 
 def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
-    """Calibrate each model, and the beam with each cause that the paper leaves open; predict the forces."""
+    """Calibrate each model, and the beam with each assumption that the paper does not give; predict the forces."""
     cases = {model: p for model in p.models}
     if "beam" in p.models:
         cases |= {f"beam_bow_{bow:g}": replace(p, imperfection=bow) for bow in p.bows}

@@ -12,7 +12,7 @@ from ..kit.style import Axes, Figure, subplots
 from .impact import COLOURS, MODELS
 
 WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
-"""Line widths: where models agree the first shows beneath the others."""
+"""Line widths, so that the first model is visible under the others."""
 GREEN = {"color": COLOURS["published"], "linestyle": ":"}
 
 

@@ -41,7 +41,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Rebound(NamedTuple):
-    """Flight of a slider off the stop: time to standstill and distance there, time until it is back or stands still, speed back.
+    """Flight of a slider off the stop: time and distance to standstill, time until it returns or stays, speed of return.
 
     `slow` and `fast` are its deceleration, (F + f)/m, and its acceleration back, (F - f)/m, 0 if friction holds it [m/s^2].
     """
@@ -110,7 +110,7 @@ class Stitched:
         return self.mass * (1 + self.restitution) * speed / self.impact_duration
 
     def compression(self, angle: Reals, speed: Reals, acceleration: Reals = 0.0) -> Reals:
-        """Compute the compression [N] of the coupler taken as rigid, which the slider's inertia and friction ask for.
+        """Compute the compression [N] of the coupler, taken as rigid, by the slider's inertia and friction.
 
         N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
         """
@@ -162,7 +162,7 @@ class _Crank(NamedTuple):
         return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
 
     def time(self, angle: float) -> float:
-        """Find when the crank gets to an angle, or the end of the run."""
+        """Find the time at which the crank reaches an angle, at most the end of the run."""
         late = self.motion.position(self.duration) <= angle
         return self.duration if late else float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
 
@@ -250,7 +250,7 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
         "strain": model.strip_energy(shortening),
         "taken_impact": since_start(-rise, modes == "impact"),
         "taken_friction": since_start(rubbing),
-        "given_drive": since_start(np.where(rigid, rise + rubbing, work)),  # a rigid coupler hands on what it is given
+        "given_drive": since_start(np.where(rigid, rise + rubbing, work)),  # a rigid coupler stores no energy
     }
     held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
     energy["error"] = held - held[0] + taken - energy["given_drive"]

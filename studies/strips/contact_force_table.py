@@ -37,7 +37,7 @@ KNOWN = 3e-4
 """Thickness [m] whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
 STRAIGHTEST = 1e-4
-"""End shortening from which rod and beam are asked: below it the strip may not have buckled yet."""
+"""Least end shortening at which rod and beam are computed: below it the strip may not have buckled yet."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def table_2_stop() -> float:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Compute every model of every strip, at both stops, and where friction may leave the force."""
+    """Compute every model of every strip, at both stops, and the range of the force with friction."""
     stops = {f"e{np.degrees(p.stop_angle):g}": float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}

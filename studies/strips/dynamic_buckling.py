@@ -38,7 +38,7 @@ AGREES_TO = 0.03
 FALLEN = 0.05
 """Share by which the force must fall after a maximum: less is axial vibration."""
 FIRST_MODE = 1.0
-"""Rate s up to which the first mode is the one that grows: faster, higher modes do."""
+"""Rate s up to which the first mode grows; at higher rates higher modes do."""
 
 
 class Peak(NamedTuple):

@@ -23,7 +23,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, st
 from ..kit.style import Figure, subplots
 
 ROD_LIMIT = 1e-10
-"""Largest relative difference of the inextensible rod from the closed form: it is rounding, 2e-15 as a rule."""
+"""Largest relative difference of the inextensible rod from the closed form: rounding, usually 2e-15."""
 FAST_LIMIT = 1e-12
 """Largest relative difference of the fast law from the closed form, which its fit promises."""
 
@@ -68,7 +68,7 @@ def _rods(p: Parameters) -> dict[str, Rod]:
 
 
 def _at(rod: Rod, shortening: float) -> float:
-    """Compute the load of a rod; at no shortening it is at the point of buckling."""
+    """Compute the load of a rod; at zero shortening the critical load."""
     lowest = rod.critical_load / rod.axial
     return rod.at_shortening(shortening).load if shortening > lowest else rod.critical_load
 

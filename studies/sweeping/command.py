@@ -76,7 +76,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
 
 @contextlib.contextmanager
 def _sigterm_as_interrupt() -> Iterator[None]:
-    """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
+    """Treat SIGTERM, by which a batch system ends a job, as Ctrl-C."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -141,7 +141,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
 
 
 def _report(asked: _Sweep, rows: Sequence[Row], wall: float) -> int:
-    """Print the table and write the files; a part has neither."""
+    """Print the table and write the files, except for a part of a sweep."""
     options, name = asked.options, asked.study.title
     counts, versions = Counter(row.status for row in rows), len({row.provenance["sources"] for row in rows})
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}

@@ -1,4 +1,4 @@
-"""One SQLite file a sweep: every case stands in it before the first runs, and each is written as it ends.
+"""SQLite file of a sweep: all cases are in it before the first runs, and each result is written as it ends.
 
 Table `cases` has a row a case: number, parameters (JSON, the key), status (NULL until it has ended) and result (JSON of message,
 metrics, work, wall_s, provenance). Table `about` names study, versions and units. A store has one user at a time, by SQLite's
@@ -107,7 +107,7 @@ class Store:
         return self
 
     def __exit__(self, *raised: object) -> None:
-        """Leave one plain file; on a full disk the journal stays beside it."""
+        """Close the store, leaving one file; on a full disk also the journal."""
         with suppress(StoreError):
             self.ask("PRAGMA journal_mode = DELETE")
         self.connection.close()
@@ -120,7 +120,7 @@ class Store:
             raise StoreError(_explain(error, self.path)) from None
 
     def _open(self) -> None:
-        """Lock the file, make the tables of a new one, and refuse a foreign or damaged one."""
+        """Lock the file, make the tables of a new one; a StoreError for a foreign or damaged one."""
         self.ask("PRAGMA locking_mode = EXCLUSIVE")  # also spares the shared memory that network file systems lack
         with self._transaction("EXCLUSIVE"):
             if not self.ask("SELECT * FROM sqlite_master"):
@@ -151,7 +151,7 @@ class Store:
         return {name: json.loads(value) for name, value in self.ask("SELECT name, value FROM about")}
 
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> None:
-        """Write all cases of a sweep down, unless they are there; with `retry` failed ones run again.
+        """Write all cases of a sweep to the file, unless they are there; with `retry` failed ones run again.
 
         A StoreError refuses cases of another sweep or version. Cases may be added; stored ones must be asked for.
         """
@@ -173,7 +173,7 @@ class Store:
                 self.ask("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
 
     def _compare(self, about: About) -> None:
-        """Refuse a store that another study or other versions made."""
+        """Raise a StoreError if another study or other versions made the store."""
         found = self.about()
         if found and found["study"] != about.study:
             raise StoreError(f"{self.path} holds a sweep of {found['study']}, not of {about.study}; name another file")
@@ -183,7 +183,7 @@ class Store:
                 raise StoreError(f"{self.path} was made with {name} {was}, this is {version}; name another file")
 
     def take(self, path: Path, about: About) -> None:
-        """Take over the planned cases that another store of the same study has finished, such as the store of a part."""
+        """Copy the results of planned cases from another store of the same study, such as that of a part."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)

@@ -1,4 +1,4 @@
-"""Sweeps: many cases of one study on any executor, each written down as it ends.
+"""Sweeps: many cases of one study on any executor, each stored as it ends.
 
 The same call with the same store runs only what has not ended. Rows do not depend on the executor.
 """
@@ -33,7 +33,7 @@ IN_FLIGHT = 1000
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Start of processes: never a fork of this one, which has threads and an open store. A fork server imports the study once."""
 STARTS = 3
-"""Attempts to start processes that load the study: whatever kills a process may kill one that starts."""
+"""Attempts to start processes that load the study, as they may be killed while they start."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
@@ -58,7 +58,7 @@ def sweep(
     name: str = "",
     units: Mapping[str, str] | None = None,
 ) -> list[Row]:
-    """Run a study for many parameters; return a row a case, in their order, or a row a case of the part.
+    """Run a study for many parameters; return the rows of all cases, in their order, or of the cases of the part.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Job(NamedTuple):
     module: str
     parameters: StudyParameters
     cases: float = 1.0
-    """Cases one after another, where this is the first: it tells how long they will take."""
+    """Cases one after another, of which this is the first, for the estimate of their duration."""
 
 
 def run_case(job: Job) -> Row:
@@ -188,7 +188,7 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
 def _processes(count: int, module: str) -> Iterator[Executor]:
     """Open a pool of processes that have imported the study; end them at once if it is left by an exception."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # a process a core, each with a thread a core, would crowd the machine
+        os.environ.setdefault(name, "1")  # processes on all cores, each with as many threads, would overload the machine
     context = multiprocessing.get_context(START)
     context.set_forkserver_preload([__name__, module])
     before, pool = set(multiprocessing.active_children()), ProcessPoolExecutor(count, context, _begin)
@@ -237,7 +237,7 @@ def _row_of(job: Job, outcome: Row | Exception) -> Row:
 
 
 def _load(executor: Executor, module: str) -> None:
-    """Let a worker load the study before any case is risked on it."""
+    """Import the study in a worker before any case runs there."""
     try:
         executor.submit(_import, module).result()
     except LOST:

@@ -28,7 +28,7 @@ from .store import Row
 DIGITS = 12
 """Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
 MOST = 1_000_000
-"""Largest number of cases: more is a slip of the keyboard."""
+"""Largest number of cases: more are taken for a typing error."""
 VALID = ("OK", "SUSPECT")
 """Status of cases that give numbers."""
 MOST_LINES = 100
@@ -127,7 +127,7 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
 
 
 def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
-    """Make every case, each value with each, or refuse the plan by a ValueError of one line; all cases share what is given."""
+    """Make a case for each combination of values, with the `given` parameters; a ValueError says in one line why it cannot."""
     names = [axis.name for axis in axes]
     for i, name in enumerate(names):
         if name in names[:i]:
@@ -184,7 +184,7 @@ def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str
 
 
 def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
-    """Tabulate one line a point of the design."""
+    """Tabulate the points of the design."""
     failing = any(point.row.status != "OK" for point in found)
     headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
@@ -208,7 +208,7 @@ def _cell(metric: Metric | None) -> str | float | None:
 
 
 def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
-    """Draw one figure a metric, under the metric's name."""
+    """Draw a figure for each metric, by its name."""
     return {metric.replace("/", "_per_"): _draw(plan, found, metric, unit, units) for metric, unit in shown.items()}
 
 
