@@ -225,6 +225,6 @@ def error_of_depth(tables, state, shifted, h, k, least, noise):
     deep = max(old, new)
     if deep <= 0.0:
         return 0.0
-    way = h * max(abs(rate_of_depth(tables, before, k)), abs(rate_of_depth(tables, reports, k)))
-    off = abs(depth_of(tables, shifted, k) - new)
-    return off / max(deep, way, least) if off > noise else 0.0
+    change = h * max(abs(rate_of_depth(tables, before, k)), abs(rate_of_depth(tables, reports, k)))
+    error = abs(depth_of(tables, shifted, k) - new)
+    return error / max(deep, change, least) if error > noise else 0.0

@@ -36,9 +36,9 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
     memory = out.memory[step].copy()
     memory[:, :, Memory.BRISTLE] += x[:, None] * (out.memory[nxt, :, Memory.BRISTLE] - memory[:, :, Memory.BRISTLE])
-    places, way = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
+    places, slopes = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
-        rates = np.where(h[:, None] > 0, way / h[:, None], out.v[step])
+        rates = np.where(h[:, None] > 0, slopes / h[:, None], out.v[step])
     n, r = scene.size, len(scene.tables.rows)
     time, q, v = map(np.ascontiguousarray, (times, places, rates))
     found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)

@@ -75,14 +75,14 @@ def _fronts_of(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknown
     position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(made) + 1))
     for k, front in enumerate(made):
         later = sorted(front.later, key=order.__getitem__)
-        mine = [*front.pivots, *later]
-        table[k] = len(front.pivots), len(mine), len(members), size, owner[later[0]] if later else -1, len(places), front.row
-        local[mine] = np.arange(len(mine))
+        own = [*front.pivots, *later]
+        table[k] = len(front.pivots), len(own), len(members), size, owner[later[0]] if later else -1, len(places), front.row
+        local[own] = np.arange(len(own))
         here = slice(bounds[k], bounds[k + 1])
-        position[here] = size + local[row[here]] * len(mine) + local[col[here]]
-        members += mine
+        position[here] = size + local[row[here]] * len(own) + local[col[here]]
+        members += own
         places += later
-        size += len(mine) ** 2
+        size += len(own) ** 2
     for pivots, wide, _, _, parent, at, _ in table[table[:, 4] >= 0]:
         first, large = table[parent, 2], table[parent, 1]
         local[members[first : first + large]] = np.arange(large)

@@ -114,8 +114,8 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
 def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
-    way, rate, second = ((each[:, :2] - zero) @ along for each, zero in zip(trace, (origin, 0.0, 0.0), strict=True))
-    return BlockMotion(guide.mass, origin, guide.along, way, rate, second)
+    travel, rate, second = ((each[:, :2] - zero) @ along for each, zero in zip(trace, (origin, 0.0, 0.0), strict=True))
+    return BlockMotion(guide.mass, origin, guide.along, travel, rate, second)
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:

@@ -106,10 +106,10 @@ def once(
 def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
     """Find constraints violated at the end: contradictory ones Newton's method solves as well as possible."""
     t = float(out.time[-1])
-    off = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
-    if not off.max(initial=0.0) > HELD * scene.length:
+    gap = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
+    if not gap.max(initial=0.0) > HELD * scene.length:
         return None
-    what = f"'{scene.row_names[int(off.argmax())]}' is off by {off.max():.2g} m or rad"
+    what = f"'{scene.row_names[int(gap.argmax())]}' is off by {gap.max():.2g} m or rad"
     return Status.SINGULAR, f"by t = {t:.6g} s what holds the mechanism contradicts itself: {what}"
 
 

@@ -75,8 +75,8 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     width, before = max(gaps)
     angle = before + width / 2
     driven = {mechanism.link(drive.target).start for drive in mechanism.drives if drive.target not in mechanism.points}
-    off = (2.1 if point in driven else 1.2) * sheet.unit  # the arrow of a drive turns around its pin
-    return off * cos(angle), off * sin(angle)
+    distance = (2.1 if point in driven else 1.2) * sheet.unit  # the arrow of a drive turns around its pin
+    return distance * cos(angle), distance * sin(angle)
 
 
 def symbol(element: object) -> Symbol:
