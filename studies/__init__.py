@@ -1,1 +1,1 @@
-"""Studies: what Buckler's mechanisms are asked, each in one file. `python -m studies list` names them."""
+"""Studies of Buckler's mechanisms, each in one file. `python -m studies list` names them."""

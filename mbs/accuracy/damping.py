@@ -37,7 +37,7 @@ def radau(angle: Array) -> Array:
 
 
 def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
-    """Return the amplitude of force [N] that numerical damping took from struts up to each sample, the largest of all struts."""
+    """Return the amplitude of force [N] that numerical damping removed from struts up to each sample, the largest."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in run.struts:

@@ -1,4 +1,4 @@
-"""Errors allowed of a run: by the accuracy that a user asked for, or else by conventions.
+"""Errors allowed of a run: by the accuracy that a user requested, or else by conventions.
 
 Without an accuracy, errors are limited of what a drawing and a design need: places, journals, impulses and peaks of contacts,
 energies. Forces over time, rates and stretches of strips vibrate with a phase that depends on microseconds of an impact. Their
@@ -98,7 +98,7 @@ class Asked:
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the accuracies of signals asked for by name: each is relative to its own size."""
+        """Return the accuracies requested of signals by name: each is relative to its own size."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:

@@ -32,7 +32,7 @@ LASTING = 0.5
 LAST_WINDOWS = 10
 """Windows at the end in which no separation begins: too few are left to see whether it lasts."""
 LEAST_ERROR = float(np.sqrt(np.finfo(float).eps))
-"""Least relative error that is estimated or asked for, half of the digits: two runs have rounding errors in common."""
+"""Least relative error that is estimated or requested, half of the digits: two runs have rounding errors in common."""
 
 
 def estimate_gains(

@@ -68,7 +68,7 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    share: float = 1.0  # accuracy asked for, over the usual one: it scales the tolerance of the first level
+    share: float = 1.0  # accuracy requested, over the usual one: it scales the tolerance of the first level
 
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any

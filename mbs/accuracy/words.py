@@ -13,9 +13,9 @@ ALL_FORCES = "forces"
 WORDS = PLACES, ALL_FORCES
 """Groups of signals that an accuracy can be asked of, besides signals by their names."""
 FINEST = 1e-6
-"""Finest accuracy that can be asked for [1]."""
+"""Finest accuracy that can be requested [1]."""
 COARSEST = 0.1
-"""Coarsest accuracy that can be asked for [1]; contact laws are known no better."""
+"""Coarsest accuracy that can be requested [1]; contact laws are known no better."""
 
 
 def read_signals(of: str | Sequence[str]) -> str | tuple[str, ...]:

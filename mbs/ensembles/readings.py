@@ -159,7 +159,7 @@ def _signals(node: ast.AST) -> Iterator[str]:
 
 
 def _check(tree: ast.expr) -> None:
-    """Raise a ValueError where a signal stands outside of a statistic, or a statistic inside of one, or without a signal."""
+    """Raise a ValueError for a signal outside of a statistic, and for a statistic within another or without a signal."""
     for call in _statistics(tree):
         name, (argument,) = call.func.id, call.args  # type: ignore[attr-defined]
         if not any(_signals(argument)) or any(_statistics(argument)):

@@ -36,7 +36,7 @@ SCANNED = 1e-4
 SAME_EDGE = 1e-12
 """Distance of two edges, over the run, below which they are the same edge."""
 TIME = -1
-"""Index that stands for the time among the states: edges that do not move from run to run are times."""
+"""Index that represents the time among the states: edges that do not move from run to run are times."""
 BEYOND = 1e-3
 """Distance by which a state may leave the range in which edges were searched, over that range: finer runs differ by less."""
 PROBES = 50

@@ -1,6 +1,6 @@
 """Contact laws F = K d^n (1 + chi d'/v0), with ten published formulas for the hysteresis factor chi(e).
 
-Here d is the penetration depth, d' its rate, v0 the approach speed at contact onset and e the restitution asked for.
+Here d is the penetration depth, d' its rate, v0 the approach speed at contact onset and e the required restitution.
 The restitution that a law delivers differs from e: ``buckler.mbs.laws.delivered`` computes it, see docs/theory-contact.md.
 """
 
@@ -35,7 +35,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     @staticmethod
     @abstractmethod
     def hysteresis(e: float) -> float:
-        """Hysteresis factor chi [1] for the restitution e asked for."""
+        """Hysteresis factor chi [1] for the required restitution e."""
 
     @cached_property
     def chi(self) -> float:

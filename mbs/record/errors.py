@@ -19,7 +19,7 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run. Anything but OK comes with a sentence that says what to do.
 
-    The last four belong to runs that finished. CHAOTIC and SENSITIVE: the accuracy asked for holds only up to `error.until`.
+    The last four belong to runs that finished. CHAOTIC and SENSITIVE: the requested accuracy holds only up to `error.until`.
     UNSTABLE: an equilibrium is not stable. UNSEEN: a user's function has edges between the steps.
 
     Examples

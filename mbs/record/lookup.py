@@ -71,7 +71,7 @@ def cubics(time: Array, values: Array, speeds: Array, times: Array) -> Array:
 
 
 def _steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
-    """Numbers of the steps in which times lie, their lengths, and shares of them that have passed, in so many dimensions."""
+    """Numbers of the steps in which times lie, their lengths, and fractions of them, in arrays of a number of dimensions."""
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     h, passed = time[k + 1] - time[k], times - time[k]
     shape = np.shape(k) + (1,) * (dimensions - 1)

@@ -48,7 +48,7 @@ class Result:
     provenance : dict
         Versions, numbers of elements, settings, solver and notes.
     asked : float
-        The accuracy asked for; nan without one.
+        The requested accuracy; nan without one.
     error : Errors
         Error estimate: `error.motion` of all places, `error["B.contact_force"]` of a signal; unknown after a single run.
     film : Film, optional

@@ -257,5 +257,5 @@ class Search:
 
 
 def point_of(x: Array) -> tuple[float, ...]:
-    """Round a point to a grid of width `SAME`, the key of the cache."""
+    """Round a point to a grid of width `SAME_POINT`, the key of the cache."""
     return tuple((np.round(x / SAME) * SAME).tolist())

@@ -37,7 +37,7 @@ class StaticsError(ValueError):
 
 
 ENDS = (StaticsError, *STOPS)
-"""Exceptions that end a search, after which the last state that was found stands."""
+"""Exceptions that end a search, whose answer is then the last state found."""
 
 
 class Rest(NamedTuple):

@@ -1,6 +1,6 @@
 """The motion of a run for pictures: frames, bent lines and marks over evenly spaced times, as plain arrays.
 
-A `Film` stands in a `Result`. It holds the run's `Record` and makes the `Movie` when first asked for; in files and other
+A `Result` has a `Film`, which holds the run's `Record` and makes the `Movie` at its first use; in files and other
 processes it is the movie alone.
 """
 

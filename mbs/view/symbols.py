@@ -109,7 +109,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Outline(frame, ink, outline, True, width)
-        x, y = -along[1], along[0]  # the name stands to the left of the middle: half the text from it, 0.2 symbols a letter
+        x, y = -along[1], along[0]  # the name is to the left of the middle, half its width away: 0.2 symbols a letter
         far = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
         side = (side[0] + far * x, side[1] + far * y)
     if not plain:

@@ -1,1 +1,1 @@
-"""Error against run time: works, the hand-tuned engine beside them, what each scene is made of."""
+"""Error against run time: works, hand-tuned runs of the engine, contents of each scene."""

@@ -100,7 +100,7 @@ def slider_work(
 
 
 def smooth() -> ComparedWork:
-    """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt that rings on along it."""
+    """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt, after which it vibrates axially."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),

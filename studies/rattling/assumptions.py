@@ -1,4 +1,4 @@
-"""Assumptions that the paper on rattling joints leaves open, as parameters: gravity, pins, friction, damping and kind of modes.
+"""Assumptions that the paper on rattling joints does not give, as parameters: gravity, pins, friction, damping and kind of modes.
 
 `buffering` varies them all.
 """
@@ -20,7 +20,7 @@ JOINTS = "OABC"
 BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
 """Bodies of each joint: the one that carries the pin by default, then the one that carries the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
-"""Joints with each of the bodies that may carry the pin."""
+"""Joints, each with the two bodies that may carry the pin."""
 FIRST = PINS[::2]
 """Bodies that carry the pins by default."""
 THRESHOLDS = 0.1, 1.0

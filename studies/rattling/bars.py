@@ -121,6 +121,6 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
 
 def flexible(p: Any, depth: float | None = None) -> Modal:
-    """Make the rocker of modes that a study's assumptions ask for."""
+    """Make the modal rocker by a study's assumptions."""
     modes = rocker_modes(p.modes_of, depth or p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
     return set_damping(modes, p.modal_damping, p.rocker_damping)

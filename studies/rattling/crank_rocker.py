@@ -128,7 +128,7 @@ class Variant:
 
 
 def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
-    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
+    """Run the rigid mechanism with ideal joints, as `ideal`, and each requested rocker with clearance."""
     cases = [("ideal", "rigid", ""), *((label(rocker), rocker, p.with_play) for rocker in p.rocker)]
     return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
 

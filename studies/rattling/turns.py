@@ -87,7 +87,7 @@ def run_turns(
 
 
 def period(mechanism: Mechanism) -> float:
-    """Return the time of a turn of the crank [s]; ValueError if it stands."""
+    """Return the time of a turn of the crank [s]; a ValueError if its speed is zero."""
     speed = mechanism.drives[0].speed
     if not isinstance(speed, int | float) or not speed:
         raise ValueError(f"speed = {speed} rad/s: turns need a crank that turns at one speed")

@@ -154,7 +154,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     if not len(contacts):
         return found
     (start, free), released = contacts[0], contacts[-1, 1] - 1
-    with_ends = slice(start - 1, free + 1)  # the samples without force beside it
+    with_ends = slice(start - 1, free + 1)  # with the adjacent samples without force
     return found._replace(
         contact_angle=float(angle[start]),
         release_angle=float(angle[released]),

@@ -123,7 +123,7 @@ class Calibration(NamedTuple):
 
     @property
     def metrics(self) -> dict[str, Metric]:
-        """The stop by its name, and the force beside the published one."""
+        """The stop by its name, and the force with the published one as exact value."""
         name, unit = ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
         return {name: Metric(self.stop, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
 

@@ -1,4 +1,4 @@
-"""One strike with the coupler a strip of sine modes: a theory of a few lines beside the simulated strike.
+"""One strike of a coupler of sine modes: a simple theory, compared with the simulated strike.
 
 The coupler from the crank's pin A to the slider B has bending stiffness E I, mass mu a length, axial stiffness E A, and no axial
 inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it. So its compression is:

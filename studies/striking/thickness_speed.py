@@ -31,7 +31,7 @@ from .assumptions import StrikeParameters
 from .impact import MODELS, by_case, compare, exact_force
 
 CUBE_TO = 2e-3
-"""Largest difference of a ratio of quasi-static forces from the cube; the stop gives way by 2e-4."""
+"""Largest difference of a ratio of quasi-static forces from the cube; the stop yields by 2e-4."""
 STATIC_TO = 0.01
 """Largest relative difference from the elastica in equilibrium of a force that counts as static."""
 STATES = {

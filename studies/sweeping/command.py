@@ -33,7 +33,7 @@ PATIENCE = 60.0
 
 
 class _Sweep(NamedTuple):
-    """Sweep that the command line asks for; `stored_as` is the name of the study in the store."""
+    """Sweep requested on the command line; `stored_as` is the name of the study in the store."""
 
     study: Study
     options: argparse.Namespace

@@ -1,6 +1,6 @@
 """SQLite file of a sweep: all cases are in it before the first runs, and each result is written as it ends.
 
-Table `cases` has a row a case: number, parameters (JSON, the key), status (NULL until it has ended) and result (JSON of message,
+Table `cases` has for each case: number, parameters (JSON, the key), status (NULL until it has ended) and result (JSON of message,
 metrics, work, wall_s, provenance). Table `about` names study, versions and units. A store has one user at a time, by SQLite's
 exclusive lock, which the system drops with the process. Rows go through a write-ahead log: a killed process leaves all of them.
 """
@@ -73,7 +73,7 @@ class Part(NamedTuple):
         return cls(int(number), int(of))
 
     def store(self, whole: Path) -> Path:
-        """Return the store of this part, beside that of the whole sweep."""
+        """Return the store of this part, in the folder of that of the whole sweep."""
         return whole.with_name(f"{whole.stem}-part-{self.number}-of-{self.of}{whole.suffix}")
 
 

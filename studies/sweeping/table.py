@@ -273,7 +273,7 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
-    """Columns by their names with units: number, parameters, status, metrics each beside its relative error, provenance."""
+    """Columns by their names with units: number, parameters, status, metrics each with its relative error, provenance."""
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]
