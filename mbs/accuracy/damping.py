@@ -26,7 +26,7 @@ Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 LIGHTER = 2.0
 """Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
-BEFORE = 3
+SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
 
 
@@ -41,8 +41,8 @@ def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in run.struts:
-            deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (BEFORE, 0))
-            amplitude = np.lib.stride_tricks.sliding_window_view(deviation, BEFORE + 1).max(axis=1)
+            deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
+            amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
             loss = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
             largest = np.maximum(largest, np.append(0.0, np.cumsum(loss * amplitude[:-1])))
     return largest

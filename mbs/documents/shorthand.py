@@ -183,7 +183,7 @@ def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
             raise ValueError(f'{PINS}[{k}] = {show(text)}: write a point and two links or more, as "A: crank coupler"')
         for name in names:
             if name not in bodies:
-                said = f"unknown link '{name}'{did_you_mean(name, bodies)}; known: {', '.join(bodies)}"
-                raise ValueError(f"{PINS}[{k}] = {show(text)}: {said}")
+                message = f"unknown link '{name}'{did_you_mean(name, bodies)}; known: {', '.join(bodies)}"
+                raise ValueError(f"{PINS}[{k}] = {show(text)}: {message}")
         for other in names[1:]:
             yield {"point": point.strip(), "first": names[0], "second": other}

@@ -13,7 +13,7 @@ from ..geometry import Array
 
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""
-NEAR = 5
+SLOPE_SAMPLES = 5
 """Number of samples that a slope is computed from."""
 MOMENT = 1e-11
 """Largest time between the two samples of a jump, over the duration of the run."""
@@ -135,7 +135,7 @@ class Smooth(Curve):
         """Return slopes at samples k, those of a polynomial through the five nearest, or through all of a shorter piece."""
         piece = np.searchsorted(self._pieces, k, side="right") - 1
         first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
-        size = np.minimum(last - first, NEAR)
+        size = np.minimum(last - first, SLOPE_SAMPLES)
         for m in {*size.tolist()} - {1}:
             some = size == m
             near = np.clip(k[some] - m // 2, first[some], last[some] - m)[:, None] + np.arange(m)

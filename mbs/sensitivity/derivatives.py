@@ -41,7 +41,7 @@ NOISE = 3.5
 """Ratio of the noise of second differences over the width to that of central ones, sqrt(12)."""
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
-SMALL = 1e-2
+SMALL_EFFECT = 1e-2
 """Effect on the reading, relative for a relative change of the number, up to which an uncertain derivative is still returned."""
 KINKED = 0.5
 """Gap between one-sided derivatives over the finer width, over that of the coarser, above which it is a kink; 1/4 if smooth."""
@@ -255,7 +255,7 @@ def _derivative(about: Derivative, scale: float, found: Sequence[float], share: 
         none = "the reading has no value there" if isfinite(about.value) is False else "a run beside it failed"
     elif abs(gap) > max(KINKED * abs(wider), 10 * abs(value - other), VISIBLE * abs(value)):
         none = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif error > UNCERTAIN * abs(value) and error * scale > SMALL * abs(about.value):
+    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(about.value):
         none = f"no digit is certain: {other:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
     if none:
         return about._replace(below=below, above=above, note=none)

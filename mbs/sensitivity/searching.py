@@ -39,9 +39,9 @@ ITERATIONS = 60
 """Most iterations of a minimisation."""
 MET = 15
 """Most evaluations of least squares for constraints alone: more would follow noise."""
-SAME = 1e-7
+SAME_POINT = 1e-7
 """Distance of points, over a range, below which they count as one, as their runs would differ by noise only."""
-HALF = 0.5
+CONVERGED = 0.5
 """Distance from the middle of a band, over half its width, at which least squares have converged."""
 WIDE = 0.02
 """Width of the wider differences, over a range: they average ripples of a reading, as of the force of an impact."""
@@ -174,7 +174,7 @@ class Search:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.aim and all(abs(r) <= HALF for r in self.residuals(x)):
+            if not self.aim and all(abs(r) <= CONVERGED for r in self.residuals(x)):
                 raise EnoughError
         return self.cache[key] + self.offset
 
@@ -235,7 +235,7 @@ class Search:
         if not self.aim:
             for width in (WIDE, WIDTH):
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME, ftol=1e-2, max_nfev=MET).x  # fmt: skip
+                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MET).x  # fmt: skip
             return
         row, scale = self.row[self.aim], abs(self.merit(self.evaluate(x))[1]) or 1.0
         ends = [(self.row[want.name], *end) for want in self.wants for end in want.ends]
@@ -258,4 +258,4 @@ class Search:
 
 def point_of(x: Array) -> tuple[float, ...]:
     """Round a point to a grid of width `SAME_POINT`, the key of the cache."""
-    return tuple((np.round(x / SAME) * SAME).tolist())
+    return tuple((np.round(x / SAME_POINT) * SAME_POINT).tolist())

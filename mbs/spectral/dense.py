@@ -10,19 +10,19 @@ import numpy as np
 
 from ..geometry import Array
 from ..record.lookup import quintic
-from .explicit import look
+from .explicit import fill_accelerations
 from .output import Output
 from .scene import CompiledScene
 from .start import dormand_prince
 from .tables import Memory
 
-BARE = 1e-9
+SHORTEST_REFINED = 1e-9
 """Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""
 
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
     """Return a run with `between` more states in each step, at equal distances; steps of almost no length have none."""
-    long = np.diff(out.time) > BARE * out.time[-1]
+    long = np.diff(out.time) > SHORTEST_REFINED * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
     return at_times(scene, out, np.sort(np.concatenate([out.time, inner.ravel()])))
@@ -42,5 +42,5 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     n, r = scene.size, len(scene.tables.rows)
     time, q, v = map(np.ascontiguousarray, (times, places, rates))
     found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)
-    look(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)
+    fill_accelerations(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)
     return found

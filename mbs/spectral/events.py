@@ -11,11 +11,11 @@ from .radau import renew_heavy
 from .samples import dense, write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
-FORGETS = 0.8
+FORCE_DECAY = 0.8
 """Share of its largest force that a contact keeps from step to step."""
 LANDING = 1e-2
 """Distance from its face at which a contact is at it, over the tolerance and the longest link."""
-NEARLY = 0.1
+MOST_JUMP = 0.1
 """Share of the last step, and of the time left, that the step past a face takes at most."""
 OUTSIDE = 0.1
 """Distance from a face at which a step to an onset ends, over the landing: ten times what Newton's method leaves. A last node
@@ -67,7 +67,7 @@ def remember(tables, work, state, controls, counts):
     for k in range(tables.forces.shape[0]):
         kind, m = tables.forces[k, Forces.KIND], state.memory[k]
         copy(m, state.old[k])
-        state.largest[k] = max(FORGETS * state.largest[k], abs(work.reports[k, Report.VALUE]))
+        state.largest[k] = max(FORCE_DECAY * state.largest[k], abs(work.reports[k, Report.VALUE]))
         if touches(tables, k):
             event = remember_onset(tables, state.before, work.reports, k, m, controls, near)
             changed = changed or event != 0
@@ -83,7 +83,7 @@ def jump(model, clock, controls, out, counts):
     """Restart after a jump of accelerations and multipliers, an Euler step beyond faces of contacts and edges of laws."""
     state, near = model.state, 2.0 * outside(model.state, controls)
     past = max(time_to_faces(model.tables, state.before, near), time_to_edges(model.tables, state.before, near))
-    past = min(past, NEARLY * clock.previous, NEARLY * (controls.end - clock.time))
+    past = min(past, MOST_JUMP * clock.previous, MOST_JUMP * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += past * state.v[i]
     clock.time, clock.previous, clock.fresh = clock.time + past, 0.0, True

@@ -36,7 +36,7 @@ WEIGHTS = np.array(
 )
 SHORTEST = 1e-15
 """Step, of the end."""
-STAYS = 1e-4
+MOST_GAP = 1e-4
 """Gap of the constraints that may stay, over the tolerance; from a larger one the state is put back."""
 SAFETY = 0.9
 """Share of the step length that would just do."""
@@ -100,7 +100,7 @@ def rates_at(model, t, y, out):
 
 
 @jit
-def look(model, out):
+def fill_accelerations(model, out):
     """Fill in accelerations and multipliers at the states of out."""
     flight = model.flight
     n = flight.force.size
@@ -204,7 +204,7 @@ def _accept(model, clock, at, stop, controls, out, counts):
     tables, order, work, flight = model.tables, model.order, model.work, model.flight
     n, before, clock.time = flight.force.size, clock.time, at
     changed = _remember(tables, work, flight, controls, counts)
-    off = _is_off(tables, flight, STAYS * controls.tolerance)
+    off = _is_off(tables, flight, MOST_GAP * controls.tolerance)
     if off:
         _put_back(tables, order, flight)
     if off or changed or at == stop:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..laws.table import LawColumn, call
 from .compiling import draft, inline
-from .lawtable import normal_force, normal_slopes, rubbing, rubbing_slope, slopes_along, value_along
+from .lawtable import friction_now, friction_slope, normal_force, normal_slopes, slopes_along, value_along
 from .markers import (
     add_entries,
     add_force,
@@ -17,12 +17,12 @@ from .markers import (
     add_gradient,
     add_pair,
     clear_block,
-    curve,
+    hessian,
     measure,
     put_gradient,
     rate_of,
 )  # fmt: skip
-from .stateful import add_stateful, bend_stateful
+from .stateful import add_stateful, add_stateful_tangents
 from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 
@@ -44,18 +44,18 @@ def _along(tables, work, k, now, f):
     out = work.reports[k]
     out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
     if tables.forces[k, Forces.KIND] == ForceKind.SEAT:
-        out[Report.BENT] = rubbing(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
+        out[Report.BENT] = friction_now(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
     add_gradient(tables, work, number, grad, force, f)
 
 
 @draft
-def _bend_along(tables, work, k, now, mass):
+def _add_tangents_along(tables, work, k, now, mass):
     """Add derivatives of a force along a measure; of friction also those by its normal force."""
     number, grad, hess, reaction = tables.forces[k, Forces.A], work.grad, work.hess, _pressing(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
     value, rate = measure(tables, work, number, grad)
-    curve(tables, work, number, grad, hess)
+    hessian(tables, work, number, grad, hess)
     by_value, by_rate = slopes_along(tables, k, now, value, rate, reaction)
     h, c = work.by_place, work.by_rate
     for i in range(6):
@@ -88,7 +88,7 @@ def _follow_contact(tables, work, k, now, share):
     across, factor = tables.forces[contact, Forces.A], share * tables.factors[contact]
     a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
     value, rate = measure(tables, work, across, grad)
-    curve(tables, work, across, grad, work.hess)
+    hessian(tables, work, across, grad, work.hess)
     by_value, by_rate = slopes_along(tables, contact, now, value, rate, 0.0)
     for i in range(6):
         bend = 0.0
@@ -115,7 +115,7 @@ def _add_cross(tables, work, k, number, grad, factor, mass):
 
 
 @inline
-def touch(tables, work, k, mem, since, out):
+def report_pin(tables, work, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
     e = r_pin - r_bush, n = e/|e|; the force acts on both bodies at the pin's surface r_pin + R n, so that moments balance.
@@ -132,7 +132,7 @@ def touch(tables, work, k, mem, since, out):
     out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = depth, rate, sliding
     if depth > 0.0:
         out[Report.VALUE] = normal_force(tables, tables.forces[k, Forces.LAW], depth, rate, mem[Memory.ONSET])
-        coefficient, out[Report.BENT] = rubbing(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
+        coefficient, out[Report.BENT] = friction_now(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
     elif since < 0.0:
         out[Report.BENT] = mem[Memory.BRISTLE]
@@ -151,7 +151,7 @@ def _journal(tables, work, k, mem, since, f):
     """Add the force of a pin in a bush."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
-    touch(tables, work, k, mem[k], since, out)
+    report_pin(tables, work, k, mem[k], since, out)
     if out[Report.LENGTH] <= 0.0:
         return
     radius, e, drag, fx, fy = _push_of_pin(tables, k, number, out)
@@ -160,7 +160,7 @@ def _journal(tables, work, k, mem, since, f):
 
 
 @draft
-def _bend_journal(tables, work, k, q, mem, since):
+def _add_journal_tangents(tables, work, k, q, mem, since):
     """Add derivatives of the force of a pin in a bush."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
@@ -172,7 +172,7 @@ def _bend_journal(tables, work, k, q, mem, since):
     law = tables.forces[k, Forces.LAW]
     by_depth, by_rate = normal_slopes(tables, law, out[Report.LENGTH], out[Report.RATE], mem[k, Memory.ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * rubbing_slope(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
+    by_slide = push * friction_slope(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
     sway = (work.state[ma, State.VX] - work.state[mb, State.VX]) * tx + (work.state[ma, State.VY] - work.state[mb, State.VY]) * ty
     h, c = work.by_place, work.by_rate
     for j in range(6):
@@ -225,7 +225,7 @@ def _push(tables, work, k, t, f):
 
 
 @draft
-def _bend_push(tables, work, k, q):
+def _add_push_tangents(tables, work, k, q):
     """Add derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
     h = work.by_place
@@ -261,18 +261,18 @@ def add_forces(tables, work, now, f):
 
 
 @draft
-def bend_forces(tables, work, now, mass, damp, stiff):
+def add_forces_tangents(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):
         kind, block = tables.forces[k, Forces.KIND], tables.rows.shape[0] + k
         clear_block(tables, work, block)
         if kind == ForceKind.JOURNAL:
-            _bend_journal(tables, work, k, now.q, now.memory, now.since)
+            _add_journal_tangents(tables, work, k, now.q, now.memory, now.since)
         elif kind == ForceKind.PUSH:
-            _bend_push(tables, work, k, now.q)
+            _add_push_tangents(tables, work, k, now.q)
         elif kind == ForceKind.STATEFUL:
-            bend_stateful(tables, work, k, tables.pace[0] * now.time, now.q)
+            add_stateful_tangents(tables, work, k, tables.pace[0] * now.time, now.q)
         else:
-            _bend_along(tables, work, k, now, mass)
+            _add_tangents_along(tables, work, k, now, mass)
         add_entries(tables, block, work.stiff, stiff)
         add_entries(tables, block, work.damp, damp)

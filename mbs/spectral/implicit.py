@@ -36,9 +36,9 @@ from .tables import Instant, Report
 
 ORDER = 0.25
 """One over the order of the local error."""
-HARDER = 2.0
+FORCE_TOLERANCE = 2.0
 """Error allowed of a contact's force, over the one allowed of its depth."""
-LIGHT = 1e-2
+LEAST_FORCE = 1e-2
 """Least force with which that error is compared, over the contact's largest: the end of a long push matters, too."""
 NOISE = 1e-15
 """Error of a depth, of the longest link, that is rounding: no shorter step makes it less."""
@@ -52,11 +52,11 @@ SHORTER = 0.9
 """Ratio of lengths above which the old one stays, as it needs no new matrix."""
 LONGER = 1.4
 """Ratio of lengths below which the old one stays, as it needs no new matrix."""
-GROW = 5.0
+MOST_GROWTH = 5.0
 """Largest ratio of the lengths of two steps."""
-LETS_GO = 20.0
+RELEASE_ERROR = 20.0
 """Error of a step in which a contact lets go, over the one allowed."""
-ROOM = 1e-2
+LEAST_MOVE = 1e-2
 """Move of the end of a step to an onset that is none, over the shortest step."""
 
 
@@ -112,10 +112,10 @@ def _error(model, t, h, controls, least):
             if touches(tables, k):
                 deep = error_of_depth(tables, state, work.reports, h, k, least, NOISE * state.whole.max())
                 before, shifted = state.before[k, Report.VALUE], state.shifted[k, Report.VALUE]
-                push = max(abs(before), abs(shifted), LIGHT * state.largest[k], 1e-300)
+                push = max(abs(before), abs(shifted), LEAST_FORCE * state.largest[k], 1e-300)
                 error = max(error, deep / allowed)
                 if deep > 0.0:
-                    error = max(error, abs(work.reports[k, Report.VALUE] - shifted) / (push * HARDER * allowed))
+                    error = max(error, abs(work.reports[k, Report.VALUE] - shifted) / (push * FORCE_TOLERANCE * allowed))
         copy(state.shifted, work.reports)
     return error
 
@@ -174,14 +174,14 @@ def _try(model, clock, h, at, controls, counts):
     clock.error = _error(model, at, h, controls, near)
     part = first_onset(tables, state.before, work.reports, h, near, outside(state, controls), True)
     part = min(part, first_edge(tables, state.before, work.reports, h, near, outside(state, controls)))
-    if h * part > shortest and h * (1.0 - part) > ROOM * shortest and clock.error <= 1.0:
+    if h * part > shortest and h * (1.0 - part) > LEAST_MOVE * shortest and clock.error <= 1.0:
         clock.wanted, clock.reach = h * part, 1.0
         return False
     if controls.fixed:
         return True
     if h > 10.0 * shortest:
         if lets_go(tables, state.before, work.reports, state.largest, controls.contact_tolerance, near):
-            clock.error = max(clock.error, LETS_GO)
+            clock.error = max(clock.error, RELEASE_ERROR)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
         return False
@@ -220,7 +220,7 @@ def _lengthen(clock, h, shortest):
     factor = min(clock.grow, SAFETY * error**-ORDER)
     if clock.last_error > 0.0:
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** ORDER)
-    clock.grow, clock.last_error, clock.last_step = GROW, max(error, 1e-2), h
+    clock.grow, clock.last_error, clock.last_step = MOST_GROWTH, max(error, 1e-2), h
     if factor < SHORTER or factor > LONGER:
         clock.wanted = max(clock.wanted if h < 0.5 * clock.wanted else 0.0, h * factor, 2.0 * shortest)
 
@@ -234,7 +234,7 @@ def run_implicit(model, clock, controls, stops, out, counts):
     state, mixed = model.state, model.work.mixed
     counts.samples = 0
     if counts.steps == 0:
-        clock.fresh, clock.grow, clock.reach = True, GROW, REACH
+        clock.fresh, clock.grow, clock.reach = True, MOST_GROWTH, REACH
         _begin(model, clock.time, controls.tolerance)
         write(state, out, counts, clock.time, clock.time)
     mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3

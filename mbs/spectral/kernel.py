@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import copy, draft, inline
-from .forces import add_forces, bend_forces
+from .forces import add_forces, add_forces_tangents
 from .lawtable import motion, second_rate
 from .markers import (
     add_entries,
@@ -16,12 +16,12 @@ from .markers import (
     add_pair,
     bias_of,
     clear_block,
-    curve,
+    hessian,
     measure,
     place_markers,
     put_gradient,
 )  # fmt: skip
-from .strips import add_strips, bend_strips
+from .strips import add_strips, add_strips_tangents
 from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, RowColumn
 
 
@@ -65,7 +65,7 @@ def add_modal(tables, q, v, f):
 
 
 @draft
-def bend_modal(tables, work, q, v, damp, stiff):
+def add_modal_tangents(tables, work, q, v, damp, stiff):
     """Add derivatives of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, stiffness = _numbers(tables, row)
@@ -208,10 +208,10 @@ def forces(tables, work, now, f):
 def tangents(tables, work, now, mass, damp, stiff):
     """Compute derivatives of the last computed forces: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
-    bend_strips(tables, work, now.v, damp, stiff)
+    add_strips_tangents(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
-        bend_modal(tables, work, now.q, now.v, damp, stiff)
-    bend_forces(tables, work, now, mass, damp, stiff)
+        add_modal_tangents(tables, work, now.q, now.v, damp, stiff)
+    add_forces_tangents(tables, work, now, mass, damp, stiff)
 
 
 @inline
@@ -297,7 +297,7 @@ def add_multipliers(tables, work, q, lam, stiff):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
             push = lam[r] * tables.directions[k, Directions.SHARE]
             measure(tables, work, k, grad)
-            if curve(tables, work, k, grad, hess):
+            if hessian(tables, work, k, grad, hess):
                 add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)
             add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.stiff, at)
             at += tables.markers[a, Markers.COUNT]

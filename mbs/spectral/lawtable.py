@@ -27,7 +27,7 @@ def normal_slopes(tables, law, depth, rate, onset):
 
 
 @draft
-def rubbing(tables, law, speed, mem, since):
+def friction_now(tables, law, speed, mem, since):
     """Friction coefficient and bristle: that advanced from the last step, or, if since < 0, the present one (it is a state)."""
     kind = tables.laws[law, LawColumn.KIND]
     if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
@@ -39,10 +39,10 @@ def rubbing(tables, law, speed, mem, since):
 
 
 @draft
-def rubbing_slope(tables, law, speed, mem, since):
+def friction_slope(tables, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)
-    return (rubbing(tables, law, speed + h, mem, since)[0] - rubbing(tables, law, speed - h, mem, since)[0]) / (2.0 * h)
+    return (friction_now(tables, law, speed + h, mem, since)[0] - friction_now(tables, law, speed - h, mem, since)[0]) / (2.0 * h)
 
 
 @draft
@@ -122,7 +122,7 @@ def value_along(tables, k, now, value, rate, reaction):
     if kind == ForceKind.DRY:
         return -dry(rate, p)
     if kind == ForceKind.SEAT:
-        return -rubbing(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
+        return -friction_now(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
     if kind == ForceKind.STRUT:
         return -strut(value, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL])
     if kind == ForceKind.GIVEN:
@@ -154,7 +154,7 @@ def slopes_along(tables, k, now, value, rate, reaction):
     if kind == ForceKind.GIVEN:
         return 0.0, 0.0
     if kind == ForceKind.SEAT:
-        return 0.0, -rubbing_slope(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
+        return 0.0, -friction_slope(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
     by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)
     if kind == ForceKind.STRUT or kind == ForceKind.LAW:
         hv = 1e-6 * max(abs(value), 1e-3) if kind == ForceKind.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])

@@ -169,7 +169,7 @@ def measure(tables, work, k, grad):
 
 
 @draft
-def curve(tables, work, k, grad, hess):
+def hessian(tables, work, k, grad, hess):
     """Hessian of measure k, of this gradient, by (x, y, angle) of markers a and b; returns False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
@@ -267,7 +267,7 @@ def bias_of(tables, work, k, grad, hess):
     a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
         total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]
-    if tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE) and curve(tables, work, k, grad, hess):
+    if tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE) and hessian(tables, work, k, grad, hess):
         for i in range(6):
             for j in range(6):
                 total += rate_of(work, a, b, i) * hess[i, j] * rate_of(work, a, b, j)

@@ -61,7 +61,7 @@ def renew(tables, orders, work, state, t, h, counts):
 
 
 @draft
-def _lacks(tables, work, state, t, h):
+def _residuals(tables, work, state, t, h):
     """Residual of the equations at the three nodes."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
@@ -126,7 +126,7 @@ def newton(model, t, h, allowed, fresh, counts):
     ease = max(state.ease[0], LEAST_EASE)
     while left > 0:
         left -= 1
-        _lacks(tables, work, state, t, h)
+        _residuals(tables, work, state, t, h)
         size, whole = _correct(tables, orders, work, state, h)
         counts.iterations += 1
         if not np.isfinite(size):

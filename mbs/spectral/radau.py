@@ -37,12 +37,12 @@ PAST = np.array([0.0, NODES[0], NODES[1], 1.0])
 ROUNDING = 1e-14
 """A Newton step below this, of the coordinates' whole units, can grow no smaller. What is left adds up: at a hundred times more
 no tolerance below 1e-8 makes a double pendulum of 10 s better."""
-FAINT = 1e-11
+LEAST_ERROR = 1e-11
 """Least error of an inner coordinate, over its whole unit, that is asked for: less lets a strip that is hardly bent take more
 steps than what one sees of it needs."""
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
-FAR = 100.0
+MOST_EXTRAPOLATION = 100.0
 """Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
 
 
@@ -75,7 +75,7 @@ def predict(state, h, before):
     """First guess at the nodes: rates by the last step's polynomial, multipliers and stresses by the line through its last two
     nodes. After a jump or a tiny step rates are guessed by the present acceleration, the others as they are.
     """
-    n, known = state.q.size, h < FAR * before
+    n, known = state.q.size, h < MOST_EXTRAPOLATION * before
     for i in range(3):
         rates, stress, slope = state.rates[i], state.stresses[i], 0.0
         if known:
@@ -229,7 +229,7 @@ def follow_units(state, elastic, tolerance):
 
     The unit of a state is 1, or its largest value so far.
     """
-    least = max(1e-5, FAINT / tolerance)
+    least = max(1e-5, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):
         group = elastic[k, 2]
         state.amount[group] = max(state.amount[group], abs(deformation(state, elastic, k) - state.rest[k]))

@@ -41,11 +41,11 @@ SHORT = 1e-3
 never share their first samples."""
 OF_GAP = 4e-3
 """Largest local error of explicit steps, of the smallest clearance. At a hundredth contacts chatter: a tenth more onsets."""
-HELD = 1e-6
+MOST_VIOLATION = 1e-6
 """Largest gap of constraints at the end, over the longest link, or rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
 """Distance of two ends of steps, of the end, below which they are one: a step between them would be rounding."""
-ROWS = 2000
+STEPS_PER_CALL = 2000
 """Steps between looks at the clock."""
 
 
@@ -107,7 +107,7 @@ def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | No
     """Find constraints violated at the end: contradictory ones Newton's method solves as well as possible."""
     t = float(out.time[-1])
     gap = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
-    if not gap.max(initial=0.0) > HELD * scene.length:
+    if not gap.max(initial=0.0) > MOST_VIOLATION * scene.length:
         return None
     what = f"'{scene.row_names[int(gap.argmax())]}' is off by {gap.max():.2g} m or rad"
     return Status.SINGULAR, f"by t = {t:.6g} s what holds the mechanism contradicts itself: {what}"
@@ -140,7 +140,7 @@ def integrate(
     RAISED.clear()
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - ARRIVED) and failure is None:
-            out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
+            out = output.output_for(STEPS_PER_CALL, scene.size, len(rest.multipliers), state.memory.shape)
             run(model, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))

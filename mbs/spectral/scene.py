@@ -19,7 +19,7 @@ from ..functions import EdgeMemory, locate
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
-from . import doors
+from . import entry_points
 from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
@@ -145,7 +145,7 @@ class CompiledScene:
     def mass_entries(self, q: Array) -> Array:
         """Compute the nonzeros of the mass matrix, (slots + 1,)."""
         values = np.empty_like(self.tables.mass)
-        doors.mass_at(self.tables, self.work, q, values)
+        entry_points.mass_at(self.tables, self.work, q, values)
         return values
 
     def mass_at(self, q: Array, sparse: bool = False) -> Matrix:
@@ -186,13 +186,13 @@ class CompiledScene:
         """Assemble the same at an instant, with the time over which bristles bend."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((4, len(self.tables.mass)))
-        doors.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
+        entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
         return Equations(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of redundant rows."""
         out = np.concatenate([force, change])
-        doors.accelerate(self.tables, self.heavy_fronts, self.work, q, out)
+        entry_points.accelerate(self.tables, self.heavy_fronts, self.work, q, out)
         return out[: self.size], out[self.size :]
 
     def linear(
@@ -221,7 +221,7 @@ class CompiledScene:
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> MarkerMotion:
         """Compute the place of a marker at coordinates q and its velocity at rates v."""
-        doors.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
+        entry_points.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         s = self.work.state[marker]
         return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
 
@@ -229,13 +229,13 @@ class CompiledScene:
         """Angles of markers, with whole turns, at the last of q (times, n) from t = 0, that turn by less than pi each."""
         self._begin()
         for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
-            doors.place(self.tables, self.work, each, np.zeros(self.size))
+            entry_points.place(self.tables, self.work, each, np.zeros(self.size))
         return self.work.state[:, State.TURN].copy()
 
     def measure(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
-        doors.place(self.tables, self.work, q, np.zeros(self.size))
-        return float(doors.measure_at(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
+        entry_points.place(self.tables, self.work, q, np.zeros(self.size))
+        return float(entry_points.measure_at(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def summary(self) -> dict[str, int]:
         """Count parts, coordinates and constraints."""

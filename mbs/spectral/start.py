@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .doors import place
+from .entry_points import place
 from .frame_body import FrameBody
 from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene

@@ -75,7 +75,7 @@ def add_stateful(tables, work, k, t, f):
 
 
 @draft
-def bend_stateful(tables, work, k, t, q):
+def add_stateful_tangents(tables, work, k, t, q):
     """Derivatives of the force and of the rates of its states, by central differences of the law."""
     first, count, states = _counts(tables, k)
     given, out = work.element, work.reports[k]

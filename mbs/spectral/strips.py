@@ -187,16 +187,16 @@ def add_strips(tables, work, q, v, f):
 
 
 @draft
-def bend_strips(tables, work, v, damp, stiff):
+def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
     point = 0
     for strip in range(tables.strips.shape[0]):
-        _bend_strip(tables, work, strip, point, v, damp, stiff)
+        _add_strip_tangents(tables, work, strip, point, v, damp, stiff)
         point += tables.strips[strip, 2]
 
 
 @draft
-def _bend_strip(tables, work, strip, point, v, damp, stiff):
+def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents: its arguments and weighted stresses are in work, from this point on."""
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)

@@ -20,7 +20,7 @@ from .shooting import Found, Shooting, SpentError, distances_to, values_of
 
 PARTS = 4
 """Number of output points in a step."""
-APART = 1e-9
+LEAST_INTERVAL = 1e-9
 """Least distance of two rows of a motion, over the period."""
 ROUNDS = 4
 """Most refinements."""
@@ -183,7 +183,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     if 1e-4 <= error < np.inf:
         message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
-    kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # without the second row of an event
+    kept = np.diff(out.time, prepend=-np.inf) > LEAST_INTERVAL * found.period  # without the second row of an event
     rows = out.time[kept]
     motion = CubicHermiteSpline(rows, out.q[kept], out.v[kept])
     time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)

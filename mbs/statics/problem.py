@@ -12,7 +12,7 @@ from scipy.sparse import block_array
 
 from ..geometry import Array
 from ..progress import STOPS, watching
-from ..spectral.doors import carry, place
+from ..spectral.entry_points import carry, place
 from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody

@@ -83,8 +83,8 @@ def equilibrium(
     scene = CompiledScene.of(mechanism, degree)
     problem, watching.get().best = Problem(scene, loads_of(scene)), None
     try:
-        rest, said = find(problem, load)
-        return _answer(*_refine(problem, rest, degree is not None), said)
+        rest, message = find(problem, load)
+        return _answer(*_refine(problem, rest, degree is not None), message)
     except ENDS as why:
         if isinstance(why, StaticsError) or watching.get().best is None:
             return _make_failure(problem, why, load)

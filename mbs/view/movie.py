@@ -148,7 +148,7 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
 
 FEWEST = 240
 """Least number of pictures of a movie."""
-MOST = 1440
+MOST_PICTURES = 1440
 """Largest number of pictures of a movie."""
 A_TURN = 180
 """Pictures for each turn of the link that turns most."""
@@ -246,7 +246,7 @@ def pictures(record: Record) -> int:
     """Count the pictures of a run: `A_TURN` for each turn of the link that turns most, within limits."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
-    return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST)) + 1
+    return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST_PICTURES)) + 1
 
 
 def _finite(record: Record) -> Record:

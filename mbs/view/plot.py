@@ -29,7 +29,7 @@ MARGIN = 4.0
 """Margin around a mechanism, in sizes of a symbol."""
 FRAMES = 120
 """Largest number of pictures of an animation."""
-MOST = 12
+MOST_FIT_ROWS = 12
 """Largest number of rows of a fit's figure."""
 ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
@@ -209,15 +209,16 @@ def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
 
 def plot_fit(fit: Any) -> Figure:
     """Draw data and fit, residuals, and profiles; see `Fit.plot`."""
-    rows = [(each, said, name) for each, said in zip(fit.experiments, fit.predicted, strict=True) for name in each.signals][:MOST]
+    pairs = zip(fit.experiments, fit.predicted, strict=True)
+    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:MOST_FIT_ROWS]
     count = len(rows) + ceil(len(fit.profiles) / 2)
     figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
-    for (each, said, name), (left, right) in zip(rows, axes, strict=False):
+    for (each, predicted, name), (left, right) in zip(rows, axes, strict=False):
         left.plot(each.time, each.signals[name], ".", markersize=2, label="data")
-        left.plot(each.time, said[name], label="fit")
+        left.plot(each.time, predicted[name], label="fit")
         left.set(title=each.name, ylabel=label_with_unit(name, fit.units[name]), xlabel="time [s]")
         left.legend()
-        right.plot(each.time, each.signals[name] - said[name], ".", markersize=2)
+        right.plot(each.time, each.signals[name] - predicted[name], ".", markersize=2)
         right.set(ylabel=label_with_unit("data less fit", fit.units[name]), xlabel="time [s]")
     for ax, (name, profile) in zip(axes[len(rows) :].flat, fit.profiles.items(), strict=False):
         ax.plot(profile.at, profile.cost, "o-", markersize=3)

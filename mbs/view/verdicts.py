@@ -40,15 +40,15 @@ class CheckVerdict(NamedTuple):
     name: str
     question: str
     verdict: str
-    said: str
+    message: str
 
 
 def verdicts(result: Result) -> list[CheckVerdict]:
     """Return all checks of a result, those that failed first."""
     reasons: dict[str, list[str]] = {}
     for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
-        name, _, said = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
-        reasons.setdefault(name, []).append(said)
+        name, _, message = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
+        reasons.setdefault(name, []).append(message)
     rows, idle = [], result.provenance.get(IDLE, {})
     finished = result.status.finished
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
@@ -59,8 +59,8 @@ def verdicts(result: Result) -> list[CheckVerdict]:
             "failed" if name in reasons else "not run" if unknown or not finished else "not applicable" if name in idle
             else "no complaint"
         )  # fmt: skip
-        said = idle[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
-        rows.append(CheckVerdict(name, question, verdict, said))
+        message = idle[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
+        rows.append(CheckVerdict(name, question, verdict, message))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
 
 

@@ -30,7 +30,7 @@ SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times at which places are compared, over the duration of the run."""
 AGREEMENT = 0.3
 """Largest difference of the two reference runs, over what is allowed of a measure that counts."""
-KNOWN = 1e-3
+CHANGE = 1e-3
 """Relative change of the clearance under which a predictable motion must not change."""
 SMALL = 0.02
 """Share of the mechanism's largest force below which a force is not judged."""
@@ -69,8 +69,8 @@ def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float
         result = simulate(made.mechanism, made.duration, accuracy, timeout=timeout)
         spent = perf_counter() - start
     except ValueError as refusal:  # KinematicsError among them
-        said = "refused: " + " ".join(str(refusal).split())
-        return Finding(family, name, Verdict.NAMED, nan, "", said, perf_counter() - begin, nan)
+        message = "refused: " + " ".join(str(refusal).split())
+        return Finding(family, name, Verdict.NAMED, nan, "", message, perf_counter() - begin, nan)
     error, worst, price = None, "", nan
     if result.status in ENDED:
         start = perf_counter()
@@ -148,7 +148,7 @@ def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
         return None
     until = len(SAMPLES)
     if clearances(made.mechanism):
-        joints = [replace(x, gap=(1 + KNOWN) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
+        joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
         if (other := read_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
             return None
         parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]

@@ -114,9 +114,9 @@ def count_families(found: Sequence[Finding]) -> Table:
     """Count the verdicts of each family."""
     groups = {name: [f for f in found if f.family == name] for name in FAMILIES} | {"all": list(found)}
     rows = [
-        [name, len(mine), *(sum(f.verdict is v for f in mine) for v in Verdict),
-         max((f.error for f in mine if f.verdict is Verdict.RIGHT), default=None)]
-        for name, mine in groups.items() if mine
+        [name, len(own), *(sum(f.verdict is v for f in own) for v in Verdict),
+         max((f.error for f in own if f.verdict is Verdict.RIGHT), default=None)]
+        for name, own in groups.items() if own
     ]  # fmt: skip
     return Table(["family", "cases", *Verdict, "largest right error over allowed"], rows, "Extreme and random mechanisms")
 
@@ -136,8 +136,8 @@ def figure(result: StudyResult) -> Figure:
     x = np.where(np.isnan(s["error"]), 40 * MOST, np.clip(s["error"], LEAST, MOST))
     y = np.array([families.index(name) for name in s["family"]]) + spread.uniform(-0.3, 0.3, len(x))
     for verdict, mark, colour in zip(Verdict, "oPDX*", COLOURS, strict=False):
-        mine = s["verdict"] == verdict
-        ax.plot(x[mine], y[mine], mark, ms=3.5, color=colour, label=f"{verdict} ({mine.sum()})")
+        own = s["verdict"] == verdict
+        ax.plot(x[own], y[own], mark, ms=3.5, color=colour, label=f"{verdict} ({own.sum()})")
     ax.axvline(1.0, color="black", lw=0.8)
     ax.set(xscale="log", xlim=(LEAST / 2, 200 * MOST), xlabel="error over what is allowed [1]; right: not compared")
     ax.set(yticks=range(len(families)), yticklabels=families, ylim=(len(families) - 0.4, -0.6), ylabel="family")

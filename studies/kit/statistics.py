@@ -93,7 +93,7 @@ class WorkPoint:
 
     def speedup(self, other: WorkPoint) -> float:
         """Compute the speed-up over another point of the same run: median ratio of the times within one turn."""
-        return median(theirs / own for own, theirs in zip(self.times, other.times, strict=True))
+        return median(reference / own for own, reference in zip(self.times, other.times, strict=True))
 
     def beats(self, other: WorkPoint) -> bool:
         """Check that a point is no worse than another in error and time, and better in one of them."""

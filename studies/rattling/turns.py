@@ -77,7 +77,7 @@ def run_turns(
     made = []
     for k, mechanism in enumerate(mechanisms):
         means = {reading: Mean(*cells[reading][k][2:]) for reading in of}
-        failed = [said for cell, said in zip(found.members.cells, found.said, strict=True) if cell == k and said]
+        failed = [reason for cell, reason in zip(found.members.cells, found.said, strict=True) if cell == k and reason]
         deepest = max((found.of(depth, k).max(initial=0.0) for depth in DEPTHS), default=0.0)
         depth = np.nan if failed else deepest / max(joint.gap for joint in clearances(mechanism))
         notes = [f"FAILED: {len(failed)} of {p.members} runs, one by {failed[0]}"] if failed else []

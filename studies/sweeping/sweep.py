@@ -85,25 +85,25 @@ def sweep(
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
     units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
-    about, mine = About(name, versions(), units), range(part.number - 1 if part else 0, len(cases), part.of if part else 1)
+    about, numbers = About(name, versions(), units), range(part.number - 1 if part else 0, len(cases), part.of if part else 1)
     with Store(part.store(store) if part and store else store) as book:
         book.plan(about, cases, retry)
         for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")) if store and not part else ():
             book.take(other, about)
         ended = {row.number for row in book.rows()}
-        jobs = [Job(number, module.__name__, cases[number]) for number in mine if number not in ended]
+        jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
             for row in progress(found, total=len(jobs), label=f"{name}, {len(ended)} stored" if ended else name):
                 if row.provenance["versions"] != about.versions:
-                    said = ", ".join(f"{key} {version}" for key, version in row.provenance["versions"].items())
-                    raise SweepError(f"the worker on {row.provenance['host']} has other versions: {said}")
+                    others = ", ".join(f"{key} {version}" for key, version in row.provenance["versions"].items())
+                    raise SweepError(f"the worker on {row.provenance['host']} has other versions: {others}")
                 try:
                     book.record(row)
                 except StoreError as error:  # an error of the disk, not of the arguments
                     raise SweepError(str(error)) from None
-        return [row for row in book.rows() if row.number in mine]
+        return [row for row in book.rows() if row.number in numbers]
 
 
 class Job(NamedTuple):

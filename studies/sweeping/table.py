@@ -27,7 +27,7 @@ from .store import Row
 
 DIGITS = 12
 """Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
-MOST = 1_000_000
+MOST_CASES = 1_000_000
 """Largest number of cases: more are taken for a typing error."""
 VALID = ("OK", "SUSPECT")
 """Status of cases that give numbers."""
@@ -115,8 +115,8 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
     counts = rest[:-1] if log else rest
     if not counts:
         raise ValueError("no count; write START:STOP:COUNT")
-    if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST:
-        raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST}, and `:log` behind it")
+    if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST_CASES:
+        raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST_CASES}, and `:log` behind it")
     spaced = (np.geomspace if log else np.linspace)(low, high, int(counts[0]))
     inner: list[Any] = [float(f"{x:.{DIGITS}g}") + 0.0 for x in spaced[1:-1]]
     if isinstance(low, int):
@@ -135,8 +135,8 @@ def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes:
         if name in given:
             raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
     total = math.prod(len(axis.values) for axis in axes)
-    if total > MOST:
-        raise ValueError(f"{total} cases; allowed: up to {MOST}")
+    if total > MOST_CASES:
+        raise ValueError(f"{total} cases; allowed: up to {MOST_CASES}")
     known, cases = specs(kind), []
     for values in product(*(axis.values for axis in axes)):
         varied = dict(zip(names, values, strict=True))

@@ -5,7 +5,7 @@ import math
 import pytest
 from sweep_toy import Parameters
 
-from buckler.studies.sweeping.table import MOST, parse, plan
+from buckler.studies.sweeping.table import MOST_CASES, parse, plan
 
 
 def words(*texts):
@@ -75,7 +75,7 @@ def test_grids_combine_each_with_each_in_the_order_given():
         (["length=1,2", "length=3,4"], {}, "--vary length: given twice"),
         (["length=1,2"], {"given": {"length": 1}}, "--vary length: also given as --length"),
         (["order=12,13", "speed=4,6"], {}, "order = 13, speed = 6 rad/s: order = 13: not with a speed above 5 rad/s"),
-        (["length=1:2:1001", "speed=1:2:1001"], {}, f"1002001 cases; allowed: up to {MOST}"),
+        (["length=1:2:1001", "speed=1:2:1001"], {}, f"1002001 cases; allowed: up to {MOST_CASES}"),
     ],
 )
 def test_wrong_plans_are_named_in_one_line(texts, options, message):

@@ -99,7 +99,7 @@ def test_every_check_has_its_question():
 
 def test_verdicts_tell_failed_from_not_run():
     fine = run("pendulum")
-    assert {row.name: row.said for row in verdicts(fine) if row.verdict == "not applicable"} == {
+    assert {row.name: row.message for row in verdicts(fine) if row.verdict == "not applicable"} == {
         "CONTACT": "no stop, no joint with clearance and no rope", "PENETRATION": "no stop and no joint with clearance",
         "UNBUCKLED": "no beam and no cable", "CROSSED": "no strut",
         "LINEAR": "no modal link",
@@ -121,7 +121,7 @@ def test_verdicts_tell_failed_from_not_run():
     doubtful = fine.suspect("a strange thing").suspect("ENERGY: balance 3e-02; too much").suspect("BRANCH: lower max_step")
     rows = verdicts(doubtful)
     assert [(row.name, row.verdict) for row in rows[:3]] == [("OTHER", "failed"), ("ENERGY", "failed"), ("BRANCH", "failed")]
-    assert [row.said for row in rows[:3]] == ["a strange thing", "balance 3e-02; too much", "lower max_step"]
+    assert [row.message for row in rows[:3]] == ["a strange thing", "balance 3e-02; too much", "lower max_step"]
     assert {row.verdict for row in rows[3:]} == {"no complaint", "not applicable"}
     assert {row.verdict for row in verdicts(run("failed"))} == {"not run"}
 

@@ -535,7 +535,7 @@ function showVerdict() {
   element("strong", judged, $("alert"));
   const failed = data.checks.filter((row) => row.verdict === "failed");
   const list = element("ul", "", $("alert"));
-  for (const text of failed.length ? failed.map((row) => (row.name === "OTHER" ? row.said : `${row.name}: ${row.said}`)) : [data.message]) element("li", text, list);
+  for (const text of failed.length ? failed.map((row) => (row.name === "OTHER" ? row.message : `${row.name}: ${row.message}`)) : [data.message]) element("li", text, list);
 }
 
 /** Each measure with its error beside it, amber where that is beyond what was asked. */
@@ -578,14 +578,14 @@ function showChecks() {
   const idle = data.checks.filter((row) => row.verdict === "not applicable").length;
   $("idle").hidden = !idle;
   $("idle-count").textContent = `${idle} with nothing to look at`;
-  for (const { name, question, verdict, said } of data.checks) {
+  for (const { name, question, verdict, message } of data.checks) {
     const row = element("tr", "", document.querySelector(verdict === "not applicable" ? "#idle tbody" : "#checks tbody"));
     row.className = verdict.replace(" ", "-");
     element("td", name, row);
     element("td", question, row);
     const cell = element("td", "", row);
     cell.innerHTML = icon({ failed: data.finished ? "doubt" : "bad", "no complaint": "good" }[verdict] || "none");
-    cell.append(said ? `${verdict}: ${said}` : verdict);
+    cell.append(message ? `${verdict}: ${message}` : verdict);
   }
 }
 

@@ -8,7 +8,7 @@ from .compiling import jit
 from .fronts import factor, solve
 from .kernel import add_multipliers, add_rows, changes_at, forces, mass_matrix, rows_at, tangents
 from .lawtable import AFTER
-from .markers import curve, measure, place_markers
+from .markers import hessian, measure, place_markers
 from .strips import carry_stresses
 
 
@@ -22,7 +22,7 @@ def place(tables, work, q, v):
 def measure_at(tables, work, k, grad, hess):
     """Return measure k, and fill its gradient and Hessian. Markers are placed."""
     value, _ = measure(tables, work, k, grad)
-    curve(tables, work, k, grad, hess)
+    hessian(tables, work, k, grad, hess)
     return value
 
 
