@@ -118,7 +118,8 @@ def rerun(study: str, store: bool) -> list[str]:
             return [f"{study}: does not run; see its options in docs/evidence/items.toml"]
         new = json.loads((Path(out) / run / "metrics.json").read_text(encoding="utf-8"))
         if store:
-            text = json.dumps({key: value for key, value in new.items() if key != "files"}, indent=2, ensure_ascii=False)
+            kept = {key: value for key, value in new.items() if key not in {"files", *item.get("without", ())}}
+            text = json.dumps(kept, indent=2, ensure_ascii=False)
             (DOCS / "evidence" / f"{study}.json").write_text(f"{text}\n", encoding="utf-8")
             for figure, picture in item.get("figures", {}).items():
                 shutil.copy(Path(out) / run / f"{figure}.png", DOCS / "figures" / f"{picture}.png")
