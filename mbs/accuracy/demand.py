@@ -105,8 +105,8 @@ class Asked:
                 raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
-            own = float(run.own[name][0]) / run.sizes[name, Norm.RMS]
-            found[name, norm] = max(LEAST_ERROR, self.asked * (own if norm is Norm.RMS else 1.0))
+            share = float(run.own[name][0]) / run.sizes[name, Norm.RMS]
+            found[name, norm] = max(LEAST_ERROR, self.asked * (share if norm is Norm.RMS else 1.0))
         return found
 
 
@@ -127,8 +127,8 @@ class Usual:
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Return the relative errors allowed."""
         found = dict[Key, float]()
-        journals = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        play = LAW * min(journals, default=0.0) / run.size  # no place is known better than the journal that holds it
+        clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
+        play = LAW * min(clearances, default=0.0) / run.size  # no place is known better than the journal that holds it
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
                 whole = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]

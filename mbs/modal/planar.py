@@ -110,12 +110,12 @@ class PlanarModel:
         rate = np.zeros_like(q) if q_t is None else q_t
         second = np.zeros_like(q) if q_tt is None else q_tt
         arm = self.place(station) + q[:, 3:] @ shape[:2].T
-        slip, push = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
-        spin, swing = rate[:, 2:3], second[:, 2:3]
+        arm_t, arm_tt = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
+        spin, spin_t = rate[:, 2:3], second[:, 2:3]
         return FrameMotion(
             q[:, :2] + rotate(q[:, 2], arm),
-            rate[:, :2] + rotate(q[:, 2], slip + spin * rotate_left(arm)),
-            second[:, :2] + rotate(q[:, 2], push + 2 * spin * rotate_left(slip) + swing * rotate_left(arm) - spin**2 * arm),
+            rate[:, :2] + rotate(q[:, 2], arm_t + spin * rotate_left(arm)),
+            second[:, :2] + rotate(q[:, 2], arm_tt + 2 * spin * rotate_left(arm_t) + spin_t * rotate_left(arm) - spin**2 * arm),
             q[:, 2] + q[:, 3:] @ shape[2],
             rate[:, 2] + rate[:, 3:] @ shape[2],
             second[:, 2] + second[:, 3:] @ shape[2],
@@ -169,8 +169,8 @@ class ModalHistory:
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Position, velocity and acceleration of the centre of mass, that of the frame, each (times, 2)."""
-        none = np.zeros_like(self.q) if self.q_tt is None else self.q_tt
-        return self.q[:, :2], self.q_t[:, :2], none[:, :2]
+        q_tt = np.zeros_like(self.q) if self.q_tt is None else self.q_tt
+        return self.q[:, :2], self.q_t[:, :2], q_tt[:, :2]
 
     def kinetic(self) -> Array:
         """Kinetic energy, J, shape (times,)."""

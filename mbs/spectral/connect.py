@@ -22,22 +22,22 @@ def connect(builder: Builder, name: str, element: Element) -> None:
     for row in element.rows(builder.mechanism):
         if row.start_only:
             continue
-        terms = [term for share, measure in row.terms for term in _term(builder, share, measure)]
+        terms = [term for factor, measure in row.terms for term in _term(builder, factor, measure)]
         if terms:
             motion = -1 if row.motion is None else builder.add_motion(row.motion, name)
-            builder.add_row(name, [(share, builder.add_measure(*found)) for share, found in terms], motion)
+            builder.add_row(name, [(factor, builder.add_measure(*found)) for factor, found in terms], motion)
 
 
-def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
+def _term(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
     """Yield coefficient and measure of the kernel; nothing if both markers are the same."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
-        yield share, (MeasureKind.ANGLE, a, b, NOWHERE)
+        yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Distance):
-        yield share, (MeasureKind.DISTANCE, a, b, NOWHERE)
+        yield factor, (MeasureKind.DISTANCE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Along):
         kind = MeasureKind.TURNING if measure.turns else MeasureKind.FIXED
-        yield share, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
+        yield factor, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
 
 
 def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:

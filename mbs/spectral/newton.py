@@ -24,7 +24,7 @@ from .tables import Instant
 
 MOST = 14
 """Newton iterations with one matrix."""
-LEAST_EASE = 0.1
+LEAST_REMAINDER = 0.1
 """A first Newton step leaves at least this share of itself, however fast the last step's converged."""
 SLOW = 0.3
 """Ratio of Newton steps beyond which the next step has a new matrix."""
@@ -53,10 +53,10 @@ def renew(tables, orders, work, state, t, h, counts):
     k1, k2 = h / REAL, h / PAIR
     for i in range(state.mass.size):
         state.matrix[i] = state.mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
-        state.twisted[i] = state.mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
+        state.complex_matrix[i] = state.mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
     factor(orders.newton, state.matrix, state.real, state.real_swaps, state.amount_of_row)
-    factor(orders.newton, state.twisted, state.complex, state.complex_swaps, state.amount_of_row)
-    state.ease[0] = 1.0
+    factor(orders.newton, state.complex_matrix, state.complex, state.complex_swaps, state.amount_of_row)
+    state.remainder[0] = 1.0
     return True
 
 
@@ -82,17 +82,17 @@ def _residuals(tables, work, state, t, h):
 @draft
 def _correct(tables, orders, work, state, h):
     """Take a Newton step; return its size in the coordinates' units, and in their whole units."""
-    n, m = state.q.size, state.step.size
+    n, m, size, whole = state.q.size, state.step.size, 0.0, 0.0
     k1, k2 = h / REAL, h / PAIR
     for k in range(m):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
         one = BACK[0, 0] * r0 + BACK[0, 1] * r1 + BACK[0, 2] * r2
         two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
-        state.step[k], state.swirl[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
+        state.step[k], state.complex_step[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
     solve_real(orders, state, state.step)
-    solve(orders.newton, state.complex, state.complex_swaps, state.swirl, state.twin)
+    solve(orders.newton, state.complex, state.complex_swaps, state.complex_step, state.complex_part)
     for k in range(m):
-        one, two = (state.step[k], state.swirl[k]) if k < n else (state.step[k] / k1, state.swirl[k] / k2)
+        one, two = (state.step[k], state.complex_step[k]) if k < n else (state.step[k] / k1, state.complex_step[k] / k2)
         for i in range(3):
             change = T[i, 0] * one + T[i, 1] * two.real - T[i, 2] * two.imag
             if k < n:
@@ -100,7 +100,6 @@ def _correct(tables, orders, work, state, h):
                 state.rates[i, k] += change
             else:
                 state.multipliers[i, k - n] += change
-    size, whole = 0.0, 0.0
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
@@ -123,7 +122,7 @@ def newton(model, t, h, allowed, fresh, counts):
     last, ratio, left = 0.0, 0.0, MOST
     if fresh and not renew(tables, orders, work, state, t, h, counts):
         return 2.0
-    ease = max(state.ease[0], LEAST_EASE)
+    remainder = max(state.remainder[0], LEAST_REMAINDER)
     while left > 0:
         left -= 1
         _residuals(tables, work, state, t, h)
@@ -134,14 +133,15 @@ def newton(model, t, h, allowed, fresh, counts):
         if last > 0.0:
             ratio = size / last
             if ratio < 0.99:
-                ease = ratio / (1.0 - ratio)
-            if whole > ROUNDING and (ratio > 2.0 or (left < MOST - 2 and (ratio >= 0.99 or size * ease * ratio**left > allowed))):
+                remainder = ratio / (1.0 - ratio)
+            is_slow = left < MOST - 2 and (ratio >= 0.99 or size * remainder * ratio**left > allowed)
+            if whole > ROUNDING and (ratio > 2.0 or is_slow):
                 if fresh or not renew(tables, orders, work, state, t, h, counts):
                     return 2.0
-                fresh, last, left, ease = True, 0.0, MOST, 1.0
+                fresh, last, left, remainder = True, 0.0, MOST, 1.0
                 continue
-        if whole <= ROUNDING or ease * size <= allowed:
-            state.ease[0] = ease
+        if whole <= ROUNDING or remainder * size <= allowed:
+            state.remainder[0] = remainder
             return min(ratio, 1.0)  # of two steps of rounding
         last = size
     return 2.0

@@ -69,10 +69,10 @@ def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
 
 RadauState = namedtuple(
     "RadauState",
-    "q v a lam stress places rates seconds multipliers stresses slacks past past_lam past_stress residual right step swirl "
-    "dq dv force gap speed change jacobian base mass damping stiffness matrix twisted real complex real_swaps complex_swaps "
-    "bare heavy heavy_swaps amount_of_row part twin memory before shifted largest old rest whole amount weight across turn "
-    "ease",
+    "q v a lam stress places rates seconds multipliers stresses slacks past past_lam past_stress residual right step "
+    "complex_step dq dv force gap speed change jacobian base mass damping stiffness matrix complex_matrix real complex "
+    "real_swaps complex_swaps bare heavy heavy_swaps amount_of_row part complex_part memory before shifted largest old rest "
+    "whole amount weight across turn remainder",
 )
 """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 

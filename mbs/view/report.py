@@ -171,10 +171,10 @@ def _short(result: Result) -> Movie:
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
-    room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
-    if len(movie.time) <= room or result.film.record is None:
+    most = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
+    if len(movie.time) <= most or result.film.record is None:
         return movie
-    return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
+    return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], most))
 
 
 def _round(value: object) -> Any:

@@ -156,8 +156,8 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
         found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
         found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
         found[f"rms_vx_error_{link}"] = (curve(off).rms(), "m/s")
-    deepest = max((curve(np.abs(signals[f"{p}.penetration"])).max() for p in variant.with_play), default=0.0)
-    contacts = sum(float(signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
+    deepest = max((curve(np.abs(signals[f"{joint}.penetration"])).max() for joint in variant.with_play), default=0.0)
+    contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in variant.with_play)
     checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
     return found | checks
 
@@ -169,7 +169,7 @@ def signal_prefix(joint: str) -> str:
 
 def samples(variant: Variant) -> dict[str, Array]:
     """Return arrays of one run by name, for signals.npz."""
-    names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
+    names = [*SAMPLES, *(f"{at}.{name}" for at in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
     signals = {name: variant.result.signals[name] for name in names}
     signals |= {f"{signal_prefix(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
