@@ -43,7 +43,7 @@ def slider_crank(
     stop: float = PAPER_STOP,
     lengths: SliderCrank = PAPER,
 ) -> Mechanism:
-    """Return the compliant slider-crank at crank angle 0, its slider on the far side of the crank pivot.
+    """Return the compliant slider-crank at crank angle 0, its slider beyond the crank pivot, at negative x.
 
     Parameters
     ----------

@@ -118,7 +118,7 @@ def parse_unit(text: str) -> Unit:
 
 MULTIPLIED = re.compile(r"(\*\s*[ts]\b)|(\b[ts]\s*\*)")
 """A text that multiplies the variable t or s: '0.1*s' is a formula, '0.1 s' a time."""
-LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")
+LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")  # a number and an unknown or misspelt unit
 
 
 def parse_quantity(text: str, unit: str) -> float:
@@ -172,10 +172,10 @@ class Measured(float):
         return f"'{self.given}'"
 
     def __reduce__(self) -> tuple[type[float], tuple[float]]:
-        return float, (float(self),)
+        return float, (float(self),)  # pickled as a plain number in SI
 
     def fits(self, unit: str) -> bool:
-        """Return True if it may stand for a quantity in a unit; `unit` may be `rad/s or m/s`, or leave a power open."""
+        """Return True if it may stand for a quantity in a unit; `unit` may be `rad/s or m/s`, or `N/m^n` with any n."""
         return any(_fits(self.dimension, one.strip()) for one in unit.split(" or "))
 
 

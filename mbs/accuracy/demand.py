@@ -1,8 +1,8 @@
 """Errors allowed of a run: by the accuracy that a user requested, or else by conventions.
 
-Without an accuracy, errors are limited of what a drawing and a design need: places, journals, impulses and peaks of contacts,
-energies. Forces over time, rates and stretches of strips vibrate with a phase that depends on microseconds of an impact. Their
-errors are estimated, and limited only where an accuracy is asked `of` them.
+Without an accuracy, limits exist for what a drawing and a design need: places, journals, impulses and peaks of contacts,
+energies. Forces over time, rates and end shortenings of strips vibrate with a phase that depends on microseconds of an impact.
+Their errors are estimated, and limited only where an accuracy is asked `of` them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PEAK_PLACE = 1e-3
 STRUCK_PLACE = 5e-3
 """Root mean square of the same where bodies strike, stick or slip: a rebound that is 5 % wrong causes such an error."""
 LAW = COARSEST
-"""Error allowed of a journal over its clearance, and of states: contact laws are known no better."""
+"""Error allowed of a journal over its clearance, and of states of a force with memory: contact laws are known no better."""
 STRIKE = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
 ENERGIES = (
@@ -64,7 +64,7 @@ class Worst(NamedTuple):
 class Asked:
     """An accuracy and the signals that shall have it: one of `WORDS`, names, or norms such as 'impulse(B.contact_force)'.
 
-    It then holds for peaks and impulses of contact forces, too. The error of a named signal is relative to the signal's own size.
+    With 'forces' it holds for peaks and impulses of contacts, too. The error of a named signal is relative to its own size.
     """
 
     asked: float
@@ -82,7 +82,7 @@ class Asked:
 
     @property
     def place(self) -> float:
-        """Error allowed of a deflection."""
+        """Error allowed of a place, to which the degrees of strips are chosen."""
         return self.asked
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
@@ -91,14 +91,14 @@ class Asked:
             return self._accuracies_by_name(run, [key_of(name) for name in self.of])
         found = dict[Key, float]()
         for name, signal in run.signals.items():
-            force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS and not signal.period
+            force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS and not signal.period  # no running mean
             if force or (self.of == PLACES and signal.kind in (Kind.PLACE, Kind.STATE)):
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
                 found |= {(name, norm): self.asked for norm in norms}
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the accuracies requested of signals by name: each is relative to its own size."""
+        """Return the accuracies requested of signals by name, over the sizes of `run`: an rms is requested over its own range."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:
@@ -138,7 +138,7 @@ class Usual:
                     found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, whole)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW
-            elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:
+            elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:  # components have a group
                 found |= {(name, norm): STRIKE for norm in (Norm.IMPULSE, Norm.PEAK)}
         return found
 

@@ -59,7 +59,7 @@ class Revolute(Joint):
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body, N; none for the pin of a strut, which acts on its neighbour directly."""
+        """Yield the force on the second body [N]; none for the pin of a strut, whose end is a point of its neighbour."""
         force = record.channel(name, "force")
         if force.size:
             yield from vector(f"{name}.f", force, "N", Kind.REACTION, name)
@@ -139,7 +139,7 @@ class Slot(Joint):
         yield from on_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return normal force, and moment if it keeps the angle, on the second body."""
+        """Return the effort on the second body, (times, rows): normal force [N], and moment [N m] if it keeps the angle."""
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:

@@ -99,7 +99,7 @@ class PlanarModel:
         return linear, cross(q[:, :2], linear) + self._spin_momentum(q, q_t)
 
     def _spin_momentum(self, q: Array, q_t: Array) -> Array:
-        """Compute the angular momentum about the centre of mass, (I + 2 h q + q G q) theta_t + q C q_t."""
+        """Compute the angular momentum about the centre of mass, (inertia + 2 radial q + q gram q) theta_t + q gyration q_t."""
         amount = q[:, 3:]
         inertia = self.inertia + 2 * amount @ self.radial + np.einsum("ti,ij,tj->t", amount, self.gram, amount)
         return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", amount, self.gyration, q_t[:, 3:])
@@ -110,7 +110,7 @@ class PlanarModel:
         rate = np.zeros_like(q) if q_t is None else q_t
         second = np.zeros_like(q) if q_tt is None else q_tt
         arm = self.place(station) + q[:, 3:] @ shape[:2].T
-        arm_t, arm_tt = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
+        arm_t, arm_tt = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T  # in link axes
         spin, spin_t = rate[:, 2:3], second[:, 2:3]
         return FrameMotion(
             q[:, :2] + rotate(q[:, 2], arm),
@@ -138,7 +138,7 @@ class ModalStrain(NamedTuple):
 class ModalHistory:
     """A modal link with recorded coordinates (times, 3 + m) and their rates, with the interface of a beam's `Strip`.
 
-    `stations` are other names of the stations, `direction` that of the link at t = 0 [rad].
+    `stations` maps names of points to `STATIONS`; `direction` is that of the link at t = 0 [rad].
     """
 
     model: PlanarModel
@@ -181,7 +181,7 @@ class ModalHistory:
         return [ModalStrain(self.model.strain(self.q), self.model.damping_power(self.q_t))]
 
     def line(self, _per_element: int = 4) -> Array:
-        """Positions along the link from joint to joint, shape (times, p, 2)."""
+        """Return the positions of the model's p points from joint to joint, shape (times, p, 2); the argument is of beams."""
         return self.model.points(self.q)
 
     def deflection(self) -> Array:

@@ -1,4 +1,4 @@
-"""Constraints of the compiled solver from the rows of an element, and markers of the points that elements name."""
+"""Constraints of the compiled solver from the rows of an element (see `elements.rows`), and markers of points by name."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .frame_body import FrameBody
 from .strut import StrutBody
 from .tables import MeasureKind
 
-NOWHERE = (0.0, 0.0)
+NOWHERE = (0.0, 0.0)  # the origin, and the direction of measures without one
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
     """Add the rows of a joint, guide, drive or coupling; pins of a strut need none, as its ends are points of its neighbours."""
     for row in element.rows(builder.mechanism):
-        if row.start_only:
+        if row.start_only:  # holds at t = 0 only: no constraint of the motion
             continue
         terms = [term for factor, measure in row.terms for term in _term(builder, factor, measure)]
         if terms:
@@ -29,7 +29,7 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 
 def _term(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield coefficient and measure of the kernel; nothing if both markers are the same."""
+    """Yield coefficient and measure of the kernel, along a fixed direction or one that turns with b; nothing if a is b."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
@@ -41,13 +41,13 @@ def _term(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[f
 
 
 def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
-    """Components of a direction at t = 0 in the frame of a marker."""
+    """Return the components of a direction at t = 0 in the frame of a marker."""
     x, y = rotate(-np.array(builder.angle_of(marker)), direction)
     return float(x), float(y)
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Marker of a point on a body; on rigid links and the ground any point is fixed to it where it is at t = 0."""
+    """Return the marker of a point on a body. Rigid links and the ground carry any point at its position of t = 0."""
     if link == GROUND:
         return builder.ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]
@@ -62,7 +62,7 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
 
 
 def link_of(builder: Builder, reference: str) -> tuple[str, str]:
-    """Link, or the ground, and point; a block is part of the link it is pinned to."""
+    """Return link, or the ground, and point of a reference; for the block of a guide the link to which it is pinned."""
     body, point = place(reference)
     if body != GROUND and body not in {link.name for link in builder.mechanism.links}:
         return builder.mechanism.guide(body).link, point
@@ -70,7 +70,7 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 
 
 def marker_at(builder: Builder, reference: str) -> int:
-    """Marker of a reference; 'ground:ground' is any place of the ground."""
+    """Return the marker of a reference; 'ground:ground' is the origin, as the place on the ground does not matter."""
     link, point = link_of(builder, reference)
     if link == GROUND and point == GROUND:
         return builder.ground((0.0, 0.0))

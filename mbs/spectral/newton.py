@@ -25,18 +25,18 @@ from .tables import Instant
 MOST = 14
 """Newton iterations with one matrix."""
 LEAST_REMAINDER = 0.1
-"""A first Newton step leaves at least this share of itself, however fast the last step's converged."""
+"""Least error assumed after a first Newton step, over that step, however fast the last time step converged."""
 SLOW = 0.3
-"""Ratio of Newton steps beyond which the next step has a new matrix."""
+"""Ratio of successive Newton steps beyond which the next time step has a new matrix."""
 
 
 @draft
 def renew(tables, orders, work, state, t, h, counts):
-    """Compute and factor the Newton matrices at the middle node; return False if they are not finite."""
+    """Compute and factor the real and the complex Newton matrix at the middle node; return False if they are not finite."""
     q, lam = state.places[1], state.multipliers[1]
     since = NODES[1] * h
     copy(state.stresses[1], work.stress)
-    work.mixed[0] = RENEWED
+    work.mixed[0] = RENEWED  # strips in the mixed form keep their B0 of here
     now = Instant(t + since, since, q, state.rates[1], lam, state.memory)
     forces(tables, work, now, state.force)
     work.mixed[0] = MIXED
@@ -62,7 +62,7 @@ def renew(tables, orders, work, state, t, h, counts):
 
 @draft
 def _residuals(tables, work, state, t, h):
-    """Residual of the equations at the three nodes."""
+    """Compute the residual of the equations at the three nodes; slacks are those of stresses that are unknowns."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
         since, residual, lam = NODES[i] * h, state.residual[i], state.multipliers[i]
@@ -81,7 +81,7 @@ def _residuals(tables, work, state, t, h):
 
 @draft
 def _correct(tables, orders, work, state, h):
-    """Take a Newton step; return its size in the coordinates' units, and in their whole units."""
+    """Take a Newton step, by way of k times the multipliers; return its size in the error control's units, and in full sizes."""
     n, m, size, whole = state.q.size, state.step.size, 0.0, 0.0
     k1, k2 = h / REAL, h / PAIR
     for k in range(m):
@@ -114,9 +114,9 @@ def _correct(tables, orders, work, state, h):
 
 @draft
 def newton(model, t, h, allowed, fresh, counts):
-    """Solve for the nodes; return the ratio of the last two Newton steps if it converged, else 2.
+    """Solve for the nodes to an `allowed` error; return the ratio of the last two Newton steps if it converged, else 2.
 
-    If a kept matrix converges too slowly, it is renewed at the present nodes.
+    With `fresh` the matrix is new. A kept one that would not converge in the iterations left is renewed at the present nodes.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last, ratio, left = 0.0, 0.0, MOST
@@ -142,6 +142,6 @@ def newton(model, t, h, allowed, fresh, counts):
                 continue
         if whole <= ROUNDING or remainder * size <= allowed:
             state.remainder[0] = remainder
-            return min(ratio, 1.0)  # of two steps of rounding
+            return min(ratio, 1.0)  # above 1 between two steps of the size of rounding
         last = size
     return 2.0

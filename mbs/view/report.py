@@ -50,13 +50,13 @@ def notebook_frame(result: Result) -> str:
 
 
 def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
-    """Write the whole page as text, with these readings, by default the peaks of forces, torques and deflections."""
+    """Write the whole page as text; `texts` are its readings, by default the peaks of forces, torques and deflections."""
     return fill_page(__package__, "report", content(with_ledger(result), title, texts))
 
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data of a page for its script."""
-    store, read = ArrayStore(), find_offer("measures")(result, texts)
+    store, read = ArrayStore(), find_offer("measures")(result, texts)  # `measures` of a higher package, bound by name
     wanted = [name for each in read for name in each.signals] if texts else []
     data = {
         "title": title,
@@ -115,7 +115,7 @@ class ArrayStore:
             low = high = 0.0
         if low == high and fine.all():
             return [-1, low, 0.0]
-        step = float(f"{(high - low) / LEVELS or 1.0:.9g}")
+        step = float(f"{(high - low) / LEVELS or 1.0:.9g}")  # few digits, for a short page
         whole = np.full(len(values), LEVELS + 1, dtype="<u2")
         whole[fine] = np.clip(np.rint((known - low) / step), 0, LEVELS)
         start = self.size
@@ -142,7 +142,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
         row = [type(mark).__name__, *map(_round, mark)]
-        row[1] = index.get(row[1], row[1])
+        row[1] = index.get(row[1], row[1])  # frames of a mark, by number
         if row[0] == "Span":
             row[2] = index[row[2]]
         if row[0] == "Arrow":
@@ -167,7 +167,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
 
 
 def _short(result: Result) -> Movie:
-    """Return the movie with as many pictures as the size of a page allows."""
+    """Return the movie with as many pictures as fit: one has two bytes for the time, each moving axis and 4 values a station."""
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
@@ -194,7 +194,7 @@ def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[st
     time = result.time
     if len(time) < 2 or not rows:
         return {"bins": 0, "rows": []}
-    bins = int(np.clip(SIGNALS / 6 / len(rows), *BINS))
+    bins = int(np.clip(SIGNALS / 6 / len(rows), *BINS))  # three numbers of two bytes each
     edges = np.linspace(time[0], time[-1], bins + 1)
     block = np.array([values for _, values, _ in rows], dtype=float)
     block[~np.isfinite(block)] = np.nan
@@ -247,8 +247,8 @@ def first_shown(result: Result, wanted: Sequence[str] = ()) -> list[str]:
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
     """Return a page as text, of `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
 
-    Styles and script of the run's report come before its own; the report's body stands where its own has `{{report}}`. The title
-    of the window tells the status unless it is OK.
+    Styles and script of the run's report come before those of the page; the report's body replaces `{{report}}` of the page. The
+    title of the window tells the status unless it is OK.
     """
     mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
     both = dict.fromkeys(((__package__, "report"), (package, name)))

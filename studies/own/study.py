@@ -101,7 +101,7 @@ class Settings(Spec):
 
 
 def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
-    """Make the solver with these settings; None without any. Without a kind it is the default of the mechanism that has them.
+    """Make the solver with these settings; None without any. Without a kind: closure if it has them and suits, else exudyn.
 
     A ValueError names a setting of another solver or of other steps.
     """
@@ -161,7 +161,7 @@ class Parameters(StudyParameters):
         Quantity("s", 0, open_low=True), "longest time of computing; then the best so far is the result, TIMED_OUT",
         default=None, group=GROUP,
     )  # fmt: skip
-    report: bool = field(Flag(), "write the report page; no store keeps this", default=False)
+    report: bool = field(Flag(), "write the report page; not part of the stored parameters", default=False)
 
     def agree(self) -> None:
         """Refuse wrong settings and measures before any run."""
@@ -172,7 +172,7 @@ class Parameters(StudyParameters):
         make_solver(dict(self.solver), self.mechanism())
 
     def __getattr__(self, path: str) -> Any:
-        """Return the value at a changed place."""
+        """Return the new value of a changed entry of the document by its path, as of a parameter."""
         if not path.startswith("_"):
             for place, value in self.changes:
                 if place == path:

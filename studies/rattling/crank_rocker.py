@@ -1,9 +1,9 @@
-"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of the paper.
+"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of the paper on rattling.
 
 One turn of the crank, journals centred at the start. Both rockers are compared with the rigid mechanism with ideal
 joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many. The numbers are means
-over `members` runs with their standard errors, seeds apart; the figures show one run, as the paper does, in front of the band in
-which two thirds of the runs lie. N.s/mm is nearly repeatable.
+over `members` runs of successive seeds, with standard errors; the figures show one run, as the paper does, in front of the band
+in which two thirds of the runs lie. N.s/mm is nearly repeatable.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
-where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but last microseconds: some percent too small,
-less with a smaller `tolerance`."""
+where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but last microseconds only: they come out some
+percent too small, less with a smaller `tolerance`."""
 
 
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
@@ -111,9 +111,9 @@ class Parameters(PlayParameters, Assumptions):
         return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
 
     def modal(self) -> Modal:
-        """Make the rocker of a solid's modes."""
+        """Make the rocker as a modal link: modes of a mesh of solid elements, or as `modes_of` says."""
         plain = Modal(self.section, damping=self.rocker_damping)
-        other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
+        other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
         plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
         return plain if self.modal_damping == "constant" else set_damping(plain, self.modal_damping, self.rocker_damping)
 

@@ -65,7 +65,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             done = run_model(model, own, calibrate(model, own).stop, printed.speed, printed.until)
         except NotCalibratedError as error:
             return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
-        met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns whose stop was met
+        met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns past the stop at 120 degrees
         found = [read(done, turn).impact_peak for turn in range(met)]
         key = f"fig{number}.{model}"
         runs[key] = done

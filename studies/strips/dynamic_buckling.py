@@ -2,9 +2,9 @@
 
 A slow compression measures Euler's load; a fast one finds the strip still straight and reaches many times that. The
 beam on the engine has all its modes and its own axial vibration; the first mode alone obeys an ordinary differential
-equation (Hoff's problem). Speeds are given as s, the rise of the straight strip's force in critical loads over a radian of its
-first vibration. The strip of critical load P_E, first frequency w1, radius of gyration r and length L has the stress-free bow
-a0 sin(pi x/L). Let a be its whole amplitude, tau = w1 t, and p = P/P_E. Its first mode obeys:
+equation (Hoff's problem). Speeds are given as s = dp/dtau of the straight strip, critical loads per radian of its vibration.
+The strip of critical load P_E, first frequency w1, radius of gyration r and length L has the stress-free bow
+a0 sin(pi x/L). Let a be its amplitude, the bow included, tau = w1 t, and p = P/P_E. Its first mode obeys:
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2).                           (1)
 
@@ -36,7 +36,7 @@ from ..kit.style import COLOURS, Figure, subplots
 AGREES_TO = 0.03
 """Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""
 FALLEN = 0.05
-"""Share by which the force must fall after a maximum: less is axial vibration."""
+"""Fall of the force after a maximum, over the maximum or half the critical load if that is larger: less is axial vibration."""
 FIRST_MODE = 1.0
 """Rate s up to which the first mode grows; at higher rates higher modes do."""
 
@@ -71,7 +71,7 @@ class Hoff:
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow
 
         force_rate.terminal, force_rate.direction = True, -1.0  # type: ignore[attr-defined]
-        until = 2 / self.rate + 40 * self.rate ** (-1 / 3) + 20  # twice the time to the critical load, and some growth
+        until = 2 / self.rate + 40 * self.rate ** (-1 / 3) + 20  # twice the time to p = 1, and the growth of a'' = s tau a
         run = solve_ivp(rates, (0.0, until), (self.bow, 0.0), method="DOP853", events=force_rate, rtol=1e-10, atol=1e-12)
         if not len(run.t_events[0]):
             raise ValueError(f"rate = {self.rate:g}, bow = {self.bow:g}: the force does not peak before tau = {until:g}")
