@@ -85,7 +85,7 @@ def _sum(data, m, x, first, count):
 
 @inline
 def _members(order, member, count, points, number):
-    """Where in the data the members of the four arguments at a Gauss point begin."""
+    """Return the indices in the data of the first members of the four arguments at a Gauss point."""
     return (
         member + (order[0] * points + number) * count, member + (order[1] * points + number) * count,
         member + (order[2] * points + number) * count, member + (order[3] * points + number) * count,
