@@ -23,8 +23,7 @@ from ..kit.parameters import StudyParameters, choices, integer, quantity
 from ..kit.published import STEEL, STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, subplots
-from .case import Finding, judge
-from .verdict import Verdict
+from .case import Finding, Verdict, judge
 
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
 """Accuracies requested of a run, drawn with equal chance; most often none."""

@@ -27,8 +27,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
-from .bars import PlayParameters
-from .mode_sets import section, set_damping
+from .bars import PlayParameters, section, set_damping
 from .turns import STEPS_A_TURN, chance, force_on_second, joint_force
 
 BAND = 2001

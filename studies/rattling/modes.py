@@ -21,9 +21,8 @@ from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
-from .bars import FourBarParameters
+from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, flexibility, set_damping, solid_modes
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
-from .mode_sets import BENDING, NAMES, SETS, beam_frequencies, flexibility, set_damping, solid_modes
 from .turns import Judged, Turns, run_turns
 
 MOST_ROWS = 12

@@ -24,8 +24,7 @@ from buckler.mbs.laws import CarvalhoMartins
 from ..kit.parameters import choice, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, plain_ticks, subplots
-from .assumptions import StrikeParameters
-from .impact import MODELS, ModelRun, read
+from .impact import MODELS, ModelRun, StrikeParameters, read
 from .impact_models import simulate_model, striking
 from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limits
 

@@ -23,8 +23,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 
 from ..kit.published import IMPACT_FORCE, IMPACT_SPEED
 from ..kit.report import Metric
-from .assumptions import StrikeParameters, crank_angle
-from .impact import ImpactParameters, ModelRun, read
+from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, read
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5

@@ -27,8 +27,7 @@ from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from ..sweeping.sweep import Row, sweep
 from . import slider_crank
-from .assumptions import StrikeParameters
-from .impact import MODELS, by_case, compare, exact_force
+from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
 CUBE_TO = 2e-3
 """Largest difference of a ratio of quasi-static forces from the cube; the stop yields by 2e-4."""

@@ -8,7 +8,7 @@ import pytest
 from buckler.elastica import pinned
 from buckler.mbs import Beam, Section, Status
 from buckler.studies.extremes import case, extremes
-from buckler.studies.extremes.verdict import KINDS, Verdict, compare, decide
+from buckler.studies.extremes.case import KINDS, Verdict, compare, decide
 from buckler.studies.kit.drawn import Draw, draw, make_pressed_column
 
 

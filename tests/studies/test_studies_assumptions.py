@@ -21,9 +21,8 @@ from buckler.studies.rattling import (
     modes,
 )
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
-from buckler.studies.rattling.bars import FourBarParameters
+from buckler.studies.rattling.bars import LENGTH, FourBarParameters, rocker_modes, set_damping
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
-from buckler.studies.rattling.mode_sets import LENGTH, rocker_modes, set_damping
 from buckler.studies.rattling.turns import chance, solver
 
 OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")

@@ -13,10 +13,9 @@ from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.modal import BarModes
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import buffering
-from buckler.studies.rattling.bars import flexible
+from buckler.studies.rattling.bars import LENGTH, flexible
 from buckler.studies.rattling.buffering import FAILS, HOLDS, UNDECIDED, Parameters, judge, overall
 from buckler.studies.rattling.claims import CLAIMS, PLACES, READINGS, ideal_motion, ratio
-from buckler.studies.rattling.mode_sets import LENGTH
 from buckler.studies.rattling.turns import Turns, run_turns
 
 TURN = 0.2

@@ -4,7 +4,7 @@ import pytest
 from drawing import drawn
 
 from buckler.studies.striking import impact_map, slider_crank
-from buckler.studies.striking.sine_strip import SineStrip
+from buckler.studies.striking.impact_map import SineStrip
 
 
 def both(**given):

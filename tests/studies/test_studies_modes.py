@@ -13,9 +13,8 @@ from buckler.mbs import Controlled, Exudyn, Modal, simulate
 from buckler.mbs.library import CLOSED
 from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.statistics import Mean
-from buckler.studies.rattling import mode_sets, modes
-from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
-from buckler.studies.rattling.mode_sets import (
+from buckler.studies.rattling import bars, modes
+from buckler.studies.rattling.bars import (
     AXIAL,
     BENDING,
     MESH,
@@ -26,6 +25,7 @@ from buckler.studies.rattling.mode_sets import (
     section,
     solid_modes,
 )
+from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
 from buckler.studies.rattling.modes import AGREES, BEST, DIFFERS, UNDECIDED, Parameters, sameness
 from buckler.studies.rattling.turns import FORCE, Turns, solver
 
@@ -196,5 +196,5 @@ def test_both_solvers_agree_through_the_first_impacts(depth):
 
 
 def test_on_the_list_and_input():
-    assert mode_sets.NAMES.keys() == SETS.keys()
+    assert bars.NAMES.keys() == SETS.keys()
     assert Parameters(sets="axial_1").mode_sets == ["none", "axial_1", BEST]

@@ -15,7 +15,7 @@ from buckler.mbs.sensitivity.curve import spells
 from buckler.studies.rattling import clearance_speed
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import solver
-from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
+from buckler.studies.striking.impact import StrikeAssumptions, crank_angle
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES, missing, tables = map(run_path(str(DOCS / "open_assumptions.py")).get, ("PAGES", "missing", "tables"))

@@ -7,7 +7,7 @@ from buckler import mbs
 from buckler.studies.kit import registry
 from buckler.studies.striking import impact_models, slider_crank
 from buckler.studies.striking.impact import ImpactParameters
-from buckler.studies.striking.sine_strip import SineStrip
+from buckler.studies.striking.impact_map import SineStrip
 
 
 def case(**given):

@@ -15,7 +15,7 @@ import numpy as np
 
 from buckler.mbs import Force, Link, Mechanism, Revolute, Rigid, Slider, Spring, Torque, simulate
 from buckler.mbs.record.errors import Norm
-from buckler.studies.extremes.verdict import Verdict
+from buckler.studies.extremes.case import Verdict
 
 from .known import Answer, Known
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.studies.extremes.verdict import Verdict, decide
+from buckler.studies.extremes.case import Verdict, decide
 
 ROUNDING = 1e-9
 """Relative error that a reported error need not cover."""

@@ -13,8 +13,7 @@ from typing import Any
 
 from buckler.mbs import Mechanism
 from buckler.studies.extremes import extremes
-from buckler.studies.extremes.case import Finding, judge
-from buckler.studies.extremes.verdict import Verdict
+from buckler.studies.extremes.case import Finding, Verdict, judge
 from buckler.studies.kit.drawn import Draw
 
 from .known import Answer, Known

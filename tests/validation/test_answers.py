@@ -14,7 +14,7 @@ from buckler.mbs import Exudyn, Rigid, path
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.spectral import registry
-from buckler.studies.extremes.verdict import Verdict
+from buckler.studies.extremes.case import Verdict
 from buckler.studies.kit.drawn import Draw
 
 from . import drops, errors, nonsmooth, published, solvers, stability
