@@ -59,12 +59,18 @@ def _read(given: object, names: set[str]) -> dict[str, Any]:
 
 def _names(content: Mapping[str, Any]) -> set[str]:
     """List the names of points and links, which are not formulas."""
-    links = content.get("links", {})
-    tables = {str(name): link for name, link in links.items() if isinstance(link, Mapping)} if isinstance(links, Mapping) else {}
-    found = {*tables, *(content.get("points") or ())}
+    tables = {str(name): link for name, link in _table(content, "links").items() if isinstance(link, Mapping)}
+    found = {*tables, *_table(content, "points")}
     for link in tables.values():
-        found |= {each for each in (link.get("start"), link.get("end"), *link.get("carries", ())) if isinstance(each, str)}
+        ends = link.get("start"), link.get("end"), *_table(link, "carries")
+        found |= {each for each in ends if isinstance(each, str)}
     return found
+
+
+def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """Return a table of a document, empty where something else stands in its place, which its field refuses."""
+    found = content.get(key)
+    return found if isinstance(found, Mapping) else {}
 
 
 def _fill(each: Any, values: Mapping[str, Any], names: set[str], place: str) -> Any:
@@ -115,7 +121,8 @@ KINDS = ("section", "body", "joint")
 def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the document without its short forms; a ValueError begins with the place."""
     found = {key: each for key, each in content.items() if key not in SHORT}
-    if isinstance(content.get("links"), list) and not all("name" in each for each in content["links"]):
+    links = content.get("links")
+    if isinstance(links, list) and not all(isinstance(each, Mapping) and "name" in each for each in links):
         raise ValueError("links = [...]: must be tables by name, as [links.crank]")
     defaults = _read_defaults(content.get(DEFAULTS, {}))
     if defaults and isinstance(found.get("links"), Mapping):
