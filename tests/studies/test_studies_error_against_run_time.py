@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from drawing import drawn
+from drawing import inked
 
 from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section, slider_crank
 from buckler.mbs.engine.pressed import pinned_strip
@@ -32,7 +32,8 @@ def test_works_are_as_accurate_as_they_were_found_to_be(quick):
     assert found["bars_engine_error"] < 1e-5 and found["bars_once_error"] < 1e-6
     assert found["bars_known_error"] < 1e-3 and found["smooth_known_error"] < 1e-3  # what was asked for
     assert found["bars_once_ratio"] > 0 and len(quick.tables) == 1
-    axes = drawn(study, quick).axes
+    axes = inked(study, quick).axes
+    assert axes[0].get_legend() is not None and all(ax.get_xlabel() and ax.get_ylabel() for ax in axes)
     assert [ax.get_title() for ax in axes] == ["strip", "smooth", "bars"]
 
 
