@@ -56,12 +56,12 @@ def test_modes_need_a_rocker_that_has_them():
     assert "rocker rigid" in plain.describe() and not plain.bars().link("rocker").body.flexible
 
 
-@pytest.mark.parametrize("given", [
-    {"motor": 1.6, "gravity": 9.81}, pytest.param({"gravity": 9.81}, marks=pytest.mark.slow),
-    pytest.param({"imperfection": 0.01}, marks=pytest.mark.slow),
+@pytest.mark.parametrize("given, ringing", [
+    ({"motor": 1.6, "gravity": 9.81}, 0.05), pytest.param({"gravity": 9.81}, 0.05, marks=pytest.mark.slow),
+    pytest.param({"imperfection": 0.01}, 0.2, marks=pytest.mark.slow),
 ])  # fmt: skip
-def test_two_solvers_agree_under_what_the_paper_leaves_open(given):
-    """Largest force and impulse of the first impact within 2 %, force at 180 degrees within 0.2 %."""
+def test_two_solvers_agree_under_what_the_paper_leaves_open(given, ringing):
+    """Largest force and impulse of the first impact within 2 %, mean force over some periods about 180 degrees within 0.2 %."""
     bow = given.pop("imperfection", 1e-4) * PAPER.coupler
     assumed, law = StrikeAssumptions(**given), CarvalhoMartins(7.2e4, 0.8, exponent=1.0)
     strip = Beam(Section(0.030, 3e-4).damped(0.05, PAPER.coupler), elements=8, imperfection=-bow)
@@ -71,7 +71,7 @@ def test_two_solvers_agree_under_what_the_paper_leaves_open(given):
         result = simulate(mechanism, assumed.lasts(2.8), solver=code)
         force, angle = result["B.contact_force"], crank_angle(result.signals)
         first = slice(*spells(force)[0])
-        settled = np.interp(np.pi, angle, force)
+        settled = np.interp(np.pi + np.linspace(-ringing, ringing, 2001), angle, force).mean()
         found.append([force[first].max(), np.trapezoid(force[first], result.time[first]), settled])
     off = np.abs(np.array(found[0]) / found[1] - 1)
     assert off[0] < 0.02 and off[1] < 0.02 and off[2] < 2e-3
