@@ -102,7 +102,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         for series in MARKERS
         if each.of(series)
     }
-    tables = [_table(found, footnote(p)), *([_scenes_table(made)] if made else [])]
+    tables = [_table(found, footnote(p))]
+    if made:
+        title = "What scenes are made of, and what a run of each loads and compiles"
+        rows = [[*key, *each.row()] for key, each in made.items()]
+        tables.append(Table(["work", "solver", *Ingredients.HEADERS], rows, title))
     wrong = [f"{name}: {what}" for name, each in found.items() for what in each.wrong()]
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **status_of(wrong))
 
@@ -116,12 +120,6 @@ def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
     headers = ["work", "series", "setting", "error", "time [ms]", "tuned engine's time over it", "front"]
     works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
     return Table(headers, rows, "Error against run time", f"{works}\n{notes}")
-
-
-def _scenes_table(made: Mapping[tuple[str, str], Ingredients]) -> Table:
-    rows = [[*key, *found.row()] for key, found in made.items()]
-    title = "What scenes are made of, and what a run of each loads and compiles"
-    return Table(["work", "solver", *Ingredients.HEADERS], rows, title)
 
 
 def figure(result: StudyResult) -> Figure:

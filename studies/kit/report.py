@@ -270,20 +270,18 @@ class Progress:
         self.quiet, self.cases = quiet, cases
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
-        """Yield the items and count them."""
-        yield from items if self.quiet else bar(iterable=items, desc=label or None, total=total)
+        """Yield the items and count them by a bar that appears after some time."""
+        if self.quiet:
+            yield from items
+            return
+        from tqdm import tqdm
+
+        delay = 0.5 if sys.stderr.isatty() else 20.0  # a file gets long runs only, in lines
+        yield from tqdm(items, label or None, total, leave=False, mininterval=delay / 5, delay=delay)
 
     def forecast(self, title: str) -> Forecast | bool:
         """Return the progress of `simulate`: a bar and how long it will take, of all cases where this is the first."""
         return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
-
-
-def bar(**options: object) -> Any:
-    """Make a bar that appears after some time: a short one on a terminal, which is redrawn, a long one in a file of lines."""
-    from tqdm import tqdm
-
-    delay = 0.5 if sys.stderr.isatty() else 20.0
-    return tqdm(delay=delay, mininterval=delay / 5, leave=False, **options)
 
 
 QUIET = Progress(quiet=True)

@@ -49,12 +49,9 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
     if kind in ("periodic", "response"):
         add("--period", type=_read_time, required=True, help="period of the drive, or first guess of it [s]")
-    if kind in ("path", "response"):
-        _declare_path(kind, parser)
-
-
-def _declare_path(kind: str, parser: argparse.ArgumentParser) -> None:
-    add, unit = parser.add_argument, "frequency [Hz]" if kind == "response" else "travel [rad or m]"
+    if kind not in ("path", "response"):
+        return
+    unit = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
     add("--to", required=True, help=f"end of the path: factor of the load, {unit}, or the number, in SI or with its unit")
     what = parser.add_mutually_exclusive_group()
     default = "the frequency changes by default" if kind == "response" else "default all"

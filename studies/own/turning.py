@@ -38,11 +38,6 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
 
 
-def print_json(content: object) -> None:
-    """Print strict JSON: NaN and infinity are null."""
-    print(to_json(content), end="")
-
-
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
@@ -58,7 +53,8 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
     document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
     found, stopped = ask(sensitivities, options, document, file.duration, by=by, of=readings)
     if options.json:
-        print_json([row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows])
+        rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
+        print(to_json(rows), end="")
     else:
         print(found)
         for reading in readings if found.spreads else ():
@@ -104,7 +100,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
     found.plot().savefig(figure := out / "fit.png")
     if options.json:
-        print_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")})
+        print(to_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}), end="")
     else:
         print(f"{found}\ndata beside the fit: {figure}\nmechanism with these numbers: {mechanism}")
     return stopped
@@ -136,7 +132,7 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
     chosen = change(file.document, found.values)
     path = documents.write(chosen, writable(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
-        print_json(asdict(found))
+        print(to_json(asdict(found)), end="")
     else:
         print(found, f"mechanism with these numbers: {path}", sep="\n")
     return stopped or int(not found.possible)
@@ -178,7 +174,7 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
     if (found.done & ~found.failed).any():
         _write(found, out)
         if options.json:
-            print_json([_summary(found, reading) for reading in readings])
+            print(to_json([_summary(found, reading) for reading in readings]), end="")
         else:
             print(f"{_table(found)}\nwritten to {out}")
     return 130 if found.interrupted else int(found.timed_out or found.failed.any())

@@ -27,24 +27,18 @@ THRESHOLDS = 0.1, 1.0
 """Sliding speeds [m/s] at which ADAMS friction is static, and from which it is dynamic, by default."""
 
 
-def constant(hertz: Array, ratio: float) -> Array:
-    """Return the same ratio for every mode."""
-    return np.full(len(hertz), ratio)
-
-
-def adams(hertz: Array, ratio: float) -> Array:
-    """Return ADAMS's default by frequency, whatever the ratio."""
-    return AdamsDamping().ratios(hertz)
-
-
 def rayleigh(hertz: Array, ratio: float) -> Array:
     """Return Rayleigh's damping by mass and stiffness, ratio at the lowest two modes: ratio (f1 f2/f + f)/(f1 + f2)."""
     low, high = np.sort(hertz)[[0, min(1, len(hertz) - 1)]]
     return ratio * (low * high / hertz + hertz) / (low + high)
 
 
-DAMPINGS: dict[str, Callable[[Array, float], Array]] = {"constant": constant, "ADAMS": adams, "Rayleigh": rayleigh}
-"""Damping ratios as functions of frequencies [Hz] and the given ratio."""
+DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
+    "constant": lambda hertz, ratio: np.full(len(hertz), ratio),
+    "ADAMS": lambda hertz, _: AdamsDamping().ratios(hertz),
+    "Rayleigh": rayleigh,
+}
+"""Damping ratios as functions of frequencies [Hz] and the given ratio, which ADAMS's default ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
 """Kinds of modes: of the free rocker by Timoshenko's or Euler and Bernoulli's theory; of a clamped one with its static shapes, as
 a modal neutral file has them."""

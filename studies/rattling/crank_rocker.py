@@ -28,7 +28,7 @@ from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
-from .turns import STEPS_A_TURN, chance, force_on_second, joint_force
+from .turns import STEPS_A_TURN, chance, force_on_second
 
 BAND = 2001
 """Number of times at which the members' band is drawn."""
@@ -149,7 +149,8 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
         return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
     for name, joint in FORCES.items():
-        found[f"peak_force_{name}"] = (curve(joint_force(result, joint)).max(), "N")
+        size = np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))
+        found[f"peak_force_{name}"] = (curve(size).max(), "N")
     for link in ("coupler", "rocker"):
         off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")

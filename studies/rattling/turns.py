@@ -110,8 +110,3 @@ def force_on_second(result: Result, joint: str, axis: str) -> Array:
     first, second = BODIES[joint]
     s, turned = result.signals, f"{joint}.{second}-{first}.f{axis}"
     return -s[turned] if turned in s else s[f"{joint}.{first}-{second}.f{axis}"]
-
-
-def joint_force(result: Result, joint: str) -> Array:
-    """Return the size of a joint's force [N]."""
-    return np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))

@@ -85,23 +85,18 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     speed : speed of the crank [rad/s]
     duration : time of the run [s]
     """
+    p = parameters
     if model == "stitched":
-        return _run_stitched(parameters, stop, speed, duration)
-    p, fastest = parameters, max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
+        begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
+        trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
+        held = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
+        return ModelRun(
+            model, "OK", held, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
+            trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
+        )  # fmt: skip
+    fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
     return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout)
-
-
-def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:
-    begin = perf_counter()
-    motion = speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
-    model = Stitched(p.mass, p.restitution, p.friction_force, impact_duration, p.section.bending_stiffness)
-    trace = follow(model, motion, duration)
-    held = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
-    return ModelRun(
-        "stitched", "OK", held, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
-        trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
-    )  # fmt: skip
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:

@@ -116,7 +116,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    metrics |= {name: metric for h in p.thicknesses for name, metric in _friction_metrics(h, p).items()}
+    for h in p.thicknesses:
+        ends = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
+        metrics |= {f"friction_h{_mm(h)}.{end}": Metric(float(x), "N") for end, x in zip(("low", "high"), ends, strict=True)}
     yielding = (
         f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" if yields else ""
     )
@@ -177,12 +179,6 @@ def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
 def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
     """Bound the force on the stop [N] of a resting slider that the strip pushes with `force` [N], by a friction limit [N]."""
     return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
-
-
-def _friction_metrics(thickness: float, p: Parameters) -> dict[str, Metric]:
-    exact = float(Press(thickness, PAPER_STOP).force(pinned.load, np.pi)[0])
-    low, high = friction_interval(exact, p.static_friction * p.mass * GRAVITY)
-    return {f"friction_h{_mm(thickness)}.{end}": Metric(float(x), "N") for end, x in (("low", low), ("high", high))}
 
 
 def figure(result: StudyResult) -> Figure:

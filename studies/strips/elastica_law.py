@@ -45,8 +45,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compare the laws on 0 <= u <= 1."""
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
+    unit = p.section.bending_stiffness / PAPER.coupler**2
+    rods = {"rod": Rod(), "strip": Rod(p.section.axial_stiffness / unit, p.section.shear_stiffness / unit)}
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
-    loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in _rods(p).items()}
+    loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in rods.items()}
     errors = {name: load / exact - 1 for name, load in loads.items()}
     metrics = _metrics(u, exact, errors)
     wrong = [name for name, limit in (("rod", ROD_LIMIT), ("fast", FAST_LIMIT)) if not _largest(errors[name]) <= limit]
@@ -59,12 +61,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     signals = {"shortening": u, "exact": exact, **loads}
     signals |= {f"{name}.error": error for name, error in errors.items()}
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **checks)
-
-
-def _rods(p: Parameters) -> dict[str, Rod]:
-    """Make the inextensible rod and the strip itself."""
-    unit = p.section.bending_stiffness / PAPER.coupler**2
-    return {"rod": Rod(), "strip": Rod(p.section.axial_stiffness / unit, p.section.shear_stiffness / unit)}
 
 
 def _at(rod: Rod, shortening: float) -> float:

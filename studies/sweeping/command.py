@@ -58,7 +58,9 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     again = f"what has ended is in {asked.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     workers = (os.cpu_count() or 1) if options.workers is None else options.workers
     try:
-        with _sigterm_as_interrupt(), _dask(options.scheduler_file) as executor:
+        with contextlib.ExitStack() as ending:  # SIGTERM, by which a batch system ends a job, is taken as Ctrl-C
+            ending.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler))
+            executor = ending.enter_context(_dask(options.scheduler_file))
             rows = sweep(
                 asked.study.module, asked.plan.cases, workers=workers, executor=executor, store=asked.store,
                 retry=options.retry, progress=Progress(options.quiet), name=asked.stored_as, units=asked.units, part=asked.part,
@@ -72,16 +74,6 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     except ValueError as error:
         return print_error(error)
     return _report(asked, rows, time.perf_counter() - begin)
-
-
-@contextlib.contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
-    """Treat SIGTERM, by which a batch system ends a job, as Ctrl-C."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 @contextlib.contextmanager
