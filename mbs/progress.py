@@ -180,7 +180,8 @@ def watch(unit: str) -> Callable[[F], F]:
         @wraps(call)
         def wrapper(*given: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
             outer = watching.get()
-            state = Watch(unit, timeout and positive("timeout", timeout, "s")) if outer is UNWATCHED else outer
+            limit = None if timeout is None else positive("timeout", timeout, "s")
+            state = Watch(unit, limit) if outer is UNWATCHED else outer
             show = outer is UNWATCHED and (is_interactive() if progress is None else progress)
             ticker, token = Ticker(state) if show else None, watching.set(state)
             try:

@@ -18,7 +18,7 @@ from ..progress import STOPS, watch, watching
 from ..record.errors import LEVEL
 from ..solvers import Spectral
 from ..units import unit_suffix
-from ..validate import whole
+from ..validate import one_of, whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
@@ -146,7 +146,10 @@ def fit(
     """
     needs_compiler()
     whole("starts", starts, 1, 10**9)
-    problem = FitProblem.of(mechanism, [data] if isinstance(data, Experiment) else list(data), free, solver)
+    experiments = [data] if isinstance(data, Experiment) else list(data)
+    for k, each in enumerate(experiments):
+        one_of(f"data[{k}]", each, (Experiment,))
+    problem = FitProblem.of(mechanism, experiments, free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
     watching.get().most = len(problem.experiments) * (starts + (POLISHED + 1) * ROUNDS * (1 + 2 * len(problem.names)))

@@ -124,6 +124,8 @@ def measured(**more):
         (measured(signals={"O.x": np.full(11, np.nan)}), {}, "data: O.x has no value at any time"),
         (measured(signals={"O.xx": np.zeros(11)}), {}, "no signal 'O.xx'; near it: O.x"),
         (measured(units={"O.x": "N"}), {}, r"data: O.x \[N\]: must be in m"),
+        ([[measured()]], {}, r"data\[0\] = .*: must be Experiment; this is a list"),
+        (measured(), {"timeout": 0.0}, "timeout = 0"),
         (measured(), {"starts": 0}, "starts = 0: must be a whole number"),
         (measured(), {"profiles": ["O.x"]}, "profiles: 'O.x' is not among"),
     ],
