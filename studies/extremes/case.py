@@ -215,7 +215,8 @@ def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
     """Find the measures that are known; None if none is."""
     if is_pressed(made.mechanism):
         return {"force of the push": np.array([find_load(made)])}
-    if is_pendulum(made.mechanism):
+    mechanism = made.mechanism
+    if len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops):  # a bar about its start
         return {"place": swing(made)}
     coarse, fine = (read_reference(made, finer) for finer in (0, 1))
     if coarse is None or fine is None:
@@ -275,11 +276,6 @@ def find_load(made: Draw) -> float:
     (strip,), pushed, length = made.mechanism.links, made.mechanism.drives[0].motion, made.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
     return critical / np.pi**2 * float(pinned.load(pushed.position(made.duration) / length - critical / axial))
-
-
-def is_pendulum(mechanism: Mechanism) -> bool:
-    """Check for one rigid bar that swings about its start."""
-    return len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
 
 
 def swing(made: Draw) -> Array:

@@ -160,7 +160,10 @@ def relative(error: float) -> str:
 
 def provenance(parameters: StudyParameters) -> dict[str, Any]:
     """Collect versions, commit, machine and parameters, with which the same can be run again."""
-    machine = {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()}
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    cpu = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
+    machine = {"cpu": cpu, "cores": os.cpu_count(), "os": platform.platform()}
     return {"versions": versions(), "commit": _commit(), "machine": machine, "parameters": parameters.plain()}
 
 
@@ -172,12 +175,6 @@ def _commit() -> str | None:
     with suppress(OSError, subprocess.SubprocessError):
         return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
     return None
-
-
-def _cpu() -> str:
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
 
 
 # --- files --------------------------------------------------------------------------------------------------------------

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, Section, crank_rocker
+from buckler.mbs import Clearance, Mechanism, Modal, Rigid, Section, crank_rocker
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
-from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
+from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import PAPER_STIFFNESS, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 
@@ -116,25 +116,6 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
     return replace(rocker, modes=modes, damping=ratios)
 
 
-def bars(
-    law: NormalLaw, friction: FrictionLaw, gap: float, *, depth: float = 20e-3, pin: float = 5e-3, speed: float | Ramp = 10 * pi,
-    angle: float = 0.0, rocker: Body | None = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0),
-    joints: str = JOINTS,
-) -> Mechanism:  # fmt: skip
-    """Make the crank-rocker with a clearance [m] in some joints, ideal ones if it is 0, and bars of a depth in the plane [m].
-
-    Turned joints have the pin on the body that carries the bush by default.
-    """
-
-    def play(point: str, first: str, second: str) -> Clearance:
-        pair = (second, first) if point in turned else (first, second)
-        return Clearance(point, *pair, pin, gap, law, friction)
-
-    body, loose = rocker or Rigid(section(depth)), joints if gap else ""
-    made = crank_rocker(body, speed=speed, play=play, with_play=loose, section=section(depth), angle=angle)
-    return replace(made, gravity=gravity)
-
-
 @dataclass(frozen=True)
 class PlayParameters(JointAssumptions):
     """The crank-rocker's bars, joints with clearance, contact and drive."""
@@ -167,13 +148,26 @@ class PlayParameters(JointAssumptions):
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
         return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
-    def bars(self, **changes: Any) -> Mechanism:
-        """Return the crank-rocker, some arguments of `bars` changed."""
-        given: dict[str, Any] = {
-            "law": self.law, "friction": self.friction, "gap": self.clearance, "depth": self.in_plane_depth, "pin": self.pin,
-            "speed": self.speed, "turned": self.reversed_joints, "gravity": self.pull,
-        }  # fmt: skip
-        return bars(**given | changes)
+    def bars(
+        self, *, gap: float | None = None, speed: float | None = None, rocker: Body | None = None, joints: str = JOINTS,
+        angle: float = 0.0,
+    ) -> Mechanism:  # fmt: skip
+        """Return the crank-rocker, by default rigid; a clearance [m] or speed [rad/s] given replaces the study's.
+
+        Joints without clearance are ideal. Turned joints have the pin on the body that carries the bush by default.
+        """
+        law, friction, turned, bar = self.law, self.friction, self.reversed_joints, section(self.in_plane_depth)
+        clearance = self.clearance if gap is None else gap
+
+        def play(point: str, first: str, second: str) -> Clearance:
+            pair = (second, first) if point in turned else (first, second)
+            return Clearance(point, *pair, self.pin, clearance, law, friction)
+
+        made = crank_rocker(
+            rocker or Rigid(bar), speed=self.speed if speed is None else speed, play=play,
+            with_play=joints if clearance else "", section=bar, angle=angle,
+        )  # fmt: skip
+        return replace(made, gravity=self.pull)
 
 
 @dataclass(frozen=True)
@@ -202,8 +196,9 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
     def bars(self, **changes: Any) -> Mechanism:
         """Return the crank-rocker, some arguments of `bars` changed."""
-        own = "rocker" not in changes and self.rocker == "modal"
-        return super().bars(**changes, **({"rocker": flexible(self)} if own else {}))
+        if "rocker" not in changes and self.rocker == "modal":
+            changes["rocker"] = flexible(self)
+        return super().bars(**changes)
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""

@@ -7,7 +7,6 @@ of many. So a claim is decided by means over turns of many runs, rigid and flexi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from math import hypot, pi
 from typing import NamedTuple
@@ -59,13 +58,11 @@ FORCES = {"coupler_rocker": ("couplerâ€“rocker", "B"), "rocker_frame": ("rockerâ
 """Joints whose forces the paper shows."""
 
 
-def _list_claims() -> Iterator[Claim]:
-    for family, (text, reading, unit) in FAMILIES.items():
-        for name, place in (FORCES if family == "force" else PLACES).items():
-            yield Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
-
-
-CLAIMS = tuple(_list_claims())
+CLAIMS = tuple(
+    Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
+    for family, (text, reading, unit) in FAMILIES.items()
+    for name, place in (FORCES if family == "force" else PLACES).items()
+)
 """All claims, a row of a table each."""
 READINGS = tuple(claim.reading for claim in CLAIMS)
 
