@@ -164,7 +164,9 @@ def read(made: Draw, result: Result) -> Measures:
     """Read the measures that are compared."""
     mechanism, duration = made.mechanism, made.duration
     if is_pressed(mechanism):
-        return {"force of the push": np.array([read_push(result)])}
+        late = result.time > 0.999 * result.time[-1]
+        inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # of the block
+        return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
     found: dict[str, Array] = {kind: np.stack([result.at(name, SAMPLES * duration, outside=np.nan) for name in names])}
@@ -202,13 +204,6 @@ def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
             measure, ringing = f"{what} {owner}", (result.traits[name].source or name) in result.error.unresolved
             found[measure] = max(found.get(measure, 0.0), np.inf if ringing else result.error.get((name, norm), 0.0))
     return found
-
-
-def read_push(result: Result) -> float:
-    """Read the force of the drive at the end, without the block's inertia [N]."""
-    late = result.time > 0.999 * result.time[-1]
-    inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)
-    return float(np.mean((result.signals["drive.force"] - inertia)[late]))
 
 
 def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:

@@ -102,15 +102,11 @@ class Parameters(PlayParameters, Assumptions):
         return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + chance(self.seed))
 
     def body(self, rocker: str) -> Rigid | Beam | Modal:
-        """Make the body of the rocker."""
-        if rocker == "modal":
-            return self.modal()
+        """Make the body of the rocker; a modal one has modes of a mesh of solid elements, or as `modes_of` says."""
         if rocker == "rigid":
             return Rigid(self.section)
-        return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
-
-    def modal(self) -> Modal:
-        """Make the rocker as a modal link: modes of a mesh of solid elements, or as `modes_of` says."""
+        if rocker == "beam":
+            return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
         plain = Modal(self.section, damping=self.rocker_damping)
         other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
         plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain

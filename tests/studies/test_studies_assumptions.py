@@ -121,7 +121,7 @@ def test_craig_bampton_answers_a_static_load_where_free_modes_do_not():
 
 def test_modal_rockers_on_the_engine_take_damping_and_kind():
     p = crank_rocker.Parameters(rocker="rigid,modal", modes_of="Craig-Bampton", modal_damping="ADAMS")
-    assert p.modal().modes.fixed == 12 and set(p.modal().damping) == {1.0}
+    assert p.body("modal").modes.fixed == 12 and set(p.body("modal").damping) == {1.0}
 
 
 @pytest.mark.parametrize(("study", "wrong", "message"), [
