@@ -117,18 +117,6 @@ class Parameters(StudyParameters):
         return rate * self.length * self.frequency * (pi * self.gyration / self.length) ** 2
 
 
-def make_compressed_strip(p: Parameters, rate: float, bow: float) -> Mechanism:
-    """Make the strip between a fixed pin and one that is pushed towards it; its bow in radii of gyration."""
-    strip = Beam(p.section, elements=p.elements, imperfection=bow * p.gyration)
-    return Mechanism(
-        points={"A": (0.0, 0.0), "B": (p.length, 0.0)},
-        links=[Link("strip", "A", "B", strip)],
-        joints=[Revolute("A", "ground", "strip")],
-        guides=[Guide("B", "strip")],
-        drives=[Drive("B", -p.speed(rate))],
-    )
-
-
 def peak(result: Result, p: Parameters) -> float:
     """Find the first maximum of the mean compression over the critical load: the largest before it has fallen by `FALLEN`."""
     force = -result.signals["strip.axial_force"] / p.section.euler_load(p.length)
@@ -145,7 +133,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     signals: dict[str, np.ndarray] = {}
     for rate, bow in progress([(rate, bow) for rate in p.rates for bow in p.bows], label="speeds and bows"):
         first_mode = Hoff(rate, bow).peak()
-        result = simulate(make_compressed_strip(p, rate, bow), (1.1 * first_mode.time + 2.0) / p.frequency, solver=solver)
+        strip = Link("strip", "A", "B", Beam(p.section, elements=p.elements, imperfection=bow * p.gyration))
+        joints, guides, drives = [Revolute("A", "ground", "strip")], [Guide("B", "strip")], [Drive("B", -p.speed(rate))]
+        made = Mechanism({"A": (0.0, 0.0), "B": (p.length, 0.0)}, [strip], joints, guides, drives=drives)
+        result = simulate(made, (1.1 * first_mode.time + 2.0) / p.frequency, solver=solver)
         found = peak(result, p)
         name = f"s{rate:g}.bow{bow:g}"
         metrics[f"{name}.peak"] = Metric(found, "1", exact=first_mode.force)
