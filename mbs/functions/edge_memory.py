@@ -39,6 +39,10 @@ TIME = -1
 """Index that represents the time among the states: edges that do not move from run to run are times."""
 BEYOND = 1e-3
 """Distance by which a state may leave the range in which edges were searched, over that range: finer runs differ by less."""
+ACROSS = 1e-6
+"""Distance at which values on both sides of an edge are compared, over the range of the state."""
+STANDS_OUT = 1e-8
+"""Least second difference across an edge, over the range of the function: a kink's is 1e-6, that of a curve 1e-12."""
 PROBES = 50
 """Arguments at which a function that depends on one state only does not change with the others."""
 
@@ -125,7 +129,7 @@ class EdgeMemory:
         return self._kept[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
-        """Return, by element, the values of the first state at which functions of it alone have edges; steps end on them."""
+        """Return, by element, the values of the first state at which functions have edges; steps end on them."""
         known = {self._names[k]: known for k, known in self._known.items()}
         self._located = {name: known[name].values for name in names if name in known and known[name].state == MEASURE}
         return self._located
@@ -166,6 +170,8 @@ class EdgeMemory:
             only = None if edges.capped else _only_state(function, time, curves, some)
             before, self._times[k] = self._times.get(k), times
             fixed = before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all()
+            if only is None and not edges.capped and _has_fixed_edges(function, time, curves, some):
+                only = MEASURE
             known = None if only is None else _Known.of(only, curves[only](time), curves[only](times))
             if known is not None:
                 self._known[k] = known
@@ -244,6 +250,21 @@ def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> 
     found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
+
+
+def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
+    """Return True if all edges lie at values of the first state, whatever the others are.
+
+    The second difference across each of them stands out both on the way and with the other arguments zero.
+    """
+    states, nothing = [curve(edges) for curve in curves], np.zeros_like(edges)
+    way, step = states[MEASURE], ACROSS * float(np.ptp(curves[MEASURE](time)))
+    size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
+    for t, others in ((edges, states[1:]), (nothing, [nothing] * len(states[1:]))):
+        before, here, after = (evaluate(function, t, way + side * step, *others) for side in (-1, 0, 1))
+        if (np.abs(after - 2 * here + before).max(axis=1) <= STANDS_OUT * size).any():
+            return False
+    return len(edges) > 0
 
 
 def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:

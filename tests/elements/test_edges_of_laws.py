@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from buckler.mbs import Guide, Link, Mechanism, Revolute, Rigid, Spring, Status, Torque, simulate
 
@@ -59,3 +60,34 @@ def test_pulses_over_a_narrow_angle_are_all_felt(draw):
     ways = np.array([0.5, *[1 - width] * 6, 0.5 - width])
     time = (ways / speeds).sum() + (2 * width / (speeds[1:] + speeds[:-1])).sum()
     check(rotor, time, "end(rotor.angle)", ways.sum() + 7 * width)
+
+
+@pytest.mark.parametrize("drag", [0.0, 1e-5, 1e-4])
+def test_edges_in_the_angle_are_found_beside_a_drag_of_the_speed(drag):
+    """Between the edges the angle is known in closed form: its way is the sum of an exponential and a line."""
+    inertia, torque, width, end = 2e-3, 0.05, 0.03, 1.0
+    rotor = Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0)},
+        links=[Link("rotor", "O", "A", Rigid.of(mass=0.1, inertia=inertia, centre=(0, 0)))],
+        joints=[Revolute("O", "ground", "rotor")],
+        loads=[Torque("rotor", lambda t, angle, rate: (torque if angle % 1.0 < width else 0.0) - drag * rate)],
+        velocities={"rotor": 10.0},
+    )
+    time, angle, speed = 0.0, 0.0, 10.0
+    for k in range(40):
+        push, way = (torque, width) if k % 2 == 0 else (0.0, 1 - width)
+
+        def travel(t, push=push, speed=speed):
+            if drag == 0.0:
+                return speed * t + push / inertia * t * t / 2
+            last, pace = push / drag, drag / inertia
+            return last * t - (speed - last) * np.expm1(-pace * t) / pace
+
+        left = end - time
+        if travel(left) <= way:
+            angle += travel(left)
+            break
+        step = brentq(lambda t: travel(t) - way, 0.0, left, xtol=1e-15)  # noqa: B023
+        speed += (push * step - drag * way) / inertia
+        time, angle = time + step, angle + way
+    check(rotor, end, "end(rotor.angle)", angle)
