@@ -170,7 +170,7 @@ class EdgeMemory:
             only = None if edges.capped else _only_state(function, time, curves, some)
             before, self._times[k] = self._times.get(k), times
             fixed = before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all()
-            if only is None and not edges.capped and _has_fixed_edges(function, time, curves, some):
+            if only is None and len(times) and not edges.capped and _has_fixed_edges(function, time, curves, some):
                 only = MEASURE
             known = None if only is None else _Known.of(only, curves[only](time), curves[only](times))
             if known is not None:
@@ -264,7 +264,7 @@ def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Seque
         before, here, after = (evaluate(function, t, way + side * step, *others) for side in (-1, 0, 1))
         if (np.abs(after - 2 * here + before).max(axis=1) <= STANDS_OUT * size).any():
             return False
-    return len(edges) > 0
+    return True
 
 
 def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
