@@ -129,16 +129,18 @@ def figure(result: StudyResult) -> Figure:
     columns = min(3, len(works))
     lines = -(-len(works) // columns)
     fig, axes = subplots(lines, columns, height=25 + 50 * lines, squeeze=False)
+    shown = {}
     for ax, work in zip(axes.flat, works, strict=False):
         for (series, marker), colour in zip(MARKERS.items(), COLOURS, strict=False):
             if f"{work}.{series}" in signals:
                 time, error = signals[f"{work}.{series}"].T
-                ax.loglog(1e3 * time, error, marker, color=colour, label=series)
+                shown[series] = ax.loglog(1e3 * time, error, marker, color=colour)[0]
         low, high = (np.log10(limit) for limit in ax.get_ylim())
         ax.set(title=work, xlabel="time [ms]", ylabel="error [1]", ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
         low, high = ax.get_xlim()
-        plain_ticks(ax.xaxis, (1, 2, 5) if high < 30 * low else (1,))
-    axes.flat[0].legend()
+        if high < 1000 * low:
+            plain_ticks(ax.xaxis, (1, 2, 5) if high < 30 * low else (1,))
+    axes.flat[0].legend(shown.values(), shown.keys())
     for ax in axes.flat[len(works) :]:
         ax.remove()
     return fig
