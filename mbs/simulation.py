@@ -187,7 +187,11 @@ class _Runs:
         if passed.many or len(passed.edges):
             what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
             text = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
-            self.made[-1] = run = replace(run, unseen=f"{text}; name them by a Piecewise, give a Table, or a shorter run")
+            friction = (
+                "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws" if passed.many else ""
+            )
+            advice = f"name them by a Piecewise, give a Table, or a shorter run{friction}"
+            self.made[-1] = run = replace(run, unseen=f"{text}; {advice}")
         return run
 
     def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
