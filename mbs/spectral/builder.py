@@ -262,6 +262,8 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
-        one = self._without_angle(one) if kind == ForceKind.PUSH and len(numbers) == 3 else one  # with a fixed line it turns, too
+        one = (
+            self._without_angle(one) if kind == ForceKind.POINT_FORCE and len(numbers) == 3 else one
+        )  # with a fixed line it turns, too
         self.forces.append(ForceRow(name, kind, one, other, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -42,7 +42,7 @@ def evaluate(tables, work, out, columns, scales, values):
         if columns[c, 0] == Source.REPORT:
             needed[columns[c, 1]] = True
     for i in range(out.time.size):
-        since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if needed.size > 0 else 0.0
+        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if needed.size > 0 else 0.0
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
         for k in range(needed.size):

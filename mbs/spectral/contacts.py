@@ -178,7 +178,7 @@ def remember_onset(tables, before, reports, k, m, controls, near):
     if new > -old >= 0.0:
         rate = rate_of_depth(tables, before, k)
     if new <= 0.0 or old <= 0.0:
-        m[Memory.ONSET] = max(rate, controls.floor, controls.graze * m[Memory.FASTEST])
+        m[Memory.ONSET] = max(rate, controls.least_onset, controls.graze * m[Memory.FASTEST])
     if (new > 0.0 and old <= 0.0) or (old < -near <= new and rate > 0.0 and near > 0.0):
         if tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
             m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
@@ -218,9 +218,9 @@ def bend_of_depths(tables, before, reports, h):
 def error_of_depth(tables, state, shifted, h, k, least, noise):
     """Error of contact k's depth over the largest of that depth, its change in the step, and `least`; 0 below the noise.
 
-    `shifted` are the reports at the state plus its error, `state.shifted` those of the step's end.
+    `shifted` are the reports at the state plus its error, `state.end_reports` those of the step's end.
     """
-    before, reports = state.before, state.shifted
+    before, reports = state.start_reports, state.end_reports
     old, new = depth_of(tables, before, k), depth_of(tables, reports, k)
     deep = max(old, new)
     if deep <= 0.0:

@@ -32,7 +32,7 @@ def _pressing(tables, work, k, now):
     row = tables.forces[k, Forces.ROW]
     if row >= 0:
         return now.lam[row]
-    return work.reports[tables.forces[k, Forces.B], Report.VALUE] if tables.forces[k, Forces.KIND] == ForceKind.SEAT else 0.0
+    return work.reports[tables.forces[k, Forces.B], Report.VALUE] if tables.forces[k, Forces.KIND] == ForceKind.FRICTION else 0.0
 
 
 @inline
@@ -43,8 +43,8 @@ def _along(tables, work, k, now, f):
     force = tables.factors[k] * value_along(tables, k, now, value, rate, reaction)
     out = work.reports[k]
     out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
-    if tables.forces[k, Forces.KIND] == ForceKind.SEAT:
-        out[Report.BENT] = friction_now(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
+    if tables.forces[k, Forces.KIND] == ForceKind.FRICTION:
+        out[Report.BRISTLE] = friction_now(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
     add_gradient(tables, work, number, grad, force, f)
 
 
@@ -62,11 +62,11 @@ def _add_tangents_along(tables, work, k, now, mass):
         bend = 0.0
         for j in range(6):
             bend += hess[i, j] * rate_of(work, a, b, j)
-        work.sway[i] = bend
+        work.hess_rate[i] = bend
     for i in range(6):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
-            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.sway[j]) + force * hess[i, j]
+            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.hess_rate[j]) + force * hess[i, j]
     add_pair(tables, work, (a, b, 0), h, -1.0, work.slope, work.stiff)
     add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), work.stiff, 0)
     across = tables.markers[a, Markers.COUNT]
@@ -74,7 +74,7 @@ def _add_tangents_along(tables, work, k, now, mass):
     if by_rate != 0.0:
         add_pair(tables, work, (a, b, 0), c, -1.0, work.slope, work.damp)
         add_pair(tables, work, (a, b, 0), c, -1.0, work.drift, work.stiff)
-    if tables.forces[k, Forces.KIND] == ForceKind.SEAT and reaction != 0.0:
+    if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and reaction != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:
             _add_cross(tables, work, k, number, grad, -force / reaction, mass)
         else:
@@ -109,9 +109,9 @@ def _add_cross(tables, work, k, number, grad, factor, mass):
     """Add factor times the gradient of a measure to the column of the multiplier that force k follows."""
     block = tables.rows.shape[0] + k
     _, m, slot = tables.blocks[block]
-    put_gradient(tables, work, number, grad, factor, work.element, 0)
+    put_gradient(tables, work, number, grad, factor, work.scratch, 0)
     for i in range(m - 1):
-        mass[tables.slots[slot + i * m + m - 1]] += work.element[i]
+        mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
 
 
 @inline
@@ -128,14 +128,14 @@ def report_pin(tables, work, k, mem, since, out):
     nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
     depth, rate = e - gap, nx * ux + ny * uy
     sliding = nx * uy - ny * ux + a[State.SPIN] * radius - b[State.SPIN] * (e + radius)
-    out[Report.VALUE], out[Report.FRICTION], out[Report.BENT], out[Report.FX], out[Report.FY] = 0.0, 0.0, 0.0, nx, ny
+    out[Report.VALUE], out[Report.FRICTION], out[Report.BRISTLE], out[Report.FX], out[Report.FY] = 0.0, 0.0, 0.0, nx, ny
     out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = depth, rate, sliding
     if depth > 0.0:
         out[Report.VALUE] = normal_force(tables, tables.forces[k, Forces.LAW], depth, rate, mem[Memory.ONSET])
-        coefficient, out[Report.BENT] = friction_now(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
+        coefficient, out[Report.BRISTLE] = friction_now(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
     elif since < 0.0:
-        out[Report.BENT] = mem[Memory.BRISTLE]
+        out[Report.BRISTLE] = mem[Memory.BRISTLE]
 
 
 @inline
@@ -245,10 +245,10 @@ def add_one(tables, work, k, now, f):
     kind = tables.forces[k, Forces.KIND]
     if kind == ForceKind.JOURNAL:
         _journal(tables, work, k, now.memory, now.since, f)
-    elif kind == ForceKind.PUSH:
-        _push(tables, work, k, tables.pace[0] * now.time, f)
+    elif kind == ForceKind.POINT_FORCE:
+        _push(tables, work, k, tables.time_factor[0] * now.time, f)
     elif kind == ForceKind.STATEFUL:
-        add_stateful(tables, work, k, tables.pace[0] * now.time, f)
+        add_stateful(tables, work, k, tables.time_factor[0] * now.time, f)
     else:
         _along(tables, work, k, now, f)
 
@@ -268,10 +268,10 @@ def add_forces_tangents(tables, work, now, mass, damp, stiff):
         clear_block(tables, work, block)
         if kind == ForceKind.JOURNAL:
             _add_journal_tangents(tables, work, k, now.q, now.memory, now.since)
-        elif kind == ForceKind.PUSH:
+        elif kind == ForceKind.POINT_FORCE:
             _add_push_tangents(tables, work, k, now.q)
         elif kind == ForceKind.STATEFUL:
-            add_stateful_tangents(tables, work, k, tables.pace[0] * now.time, now.q)
+            add_stateful_tangents(tables, work, k, tables.time_factor[0] * now.time, now.q)
         else:
             _add_tangents_along(tables, work, k, now, mass)
         add_entries(tables, block, work.stiff, stiff)

@@ -155,10 +155,10 @@ def couple_modes(tables, work, q, a):
             wide, swirl = _coupling(tables, row, q, i)
             moment -= swirl * a[e + i]
             inertia += wide * q[e + i] - swirl * swirl
-            work.element[i] = swirl
+            work.scratch[i] = swirl
         a[o + 2] = moment / inertia
         for i in range(m):
-            a[e + i] -= work.element[i] * a[o + 2]
+            a[e + i] -= work.scratch[i] * a[o + 2]
 
 
 @draft
@@ -218,14 +218,14 @@ def tangents(tables, work, now, mass, damp, stiff):
 def row_at(tables, work, r, t, residual, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
     grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
-    first, drive, count = tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
+    first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
     travel, rate = 0.0, 0.0
     if drive >= 0:
         travel, rate = motion(tables, drive, t)
     for k in range(first, first + count):
         value, _ = measure(tables, work, k, grad)
-        total += tables.directions[k, Directions.SHARE] * value
-        at = put_gradient(tables, work, k, grad, tables.directions[k, Directions.SHARE], jacobian, at)
+        total += tables.directions[k, Directions.FACTOR] * value
+        at = put_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
     residual[r], speed[r] = total - tables.values[r] - travel, rate
     if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
         residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
@@ -234,11 +234,11 @@ def row_at(tables, work, r, t, residual, jacobian, speed):
 @inline
 def change_at(tables, work, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
-    first, drive, grad = tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.MOTION], work.grad
+    first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
     change[r] = second_rate(tables, drive, t, side) if drive >= 0 else 0.0
     for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
         measure(tables, work, k, grad)
-        change[r] -= tables.directions[k, Directions.SHARE] * bias_of(tables, work, k, grad, work.hess)
+        change[r] -= tables.directions[k, Directions.FACTOR] * bias_of(tables, work, k, grad, work.hess)
 
 
 @draft
@@ -293,9 +293,9 @@ def add_multipliers(tables, work, q, lam, stiff):
     for r in range(tables.rows.shape[0]):
         clear_block(tables, work, r)
         at = 0
-        for k in range(tables.rows[r, RowColumn.LEAD], tables.rows[r, RowColumn.LEAD] + tables.rows[r, RowColumn.TERMS]):
+        for k in range(tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.FIRST] + tables.rows[r, RowColumn.TERMS]):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
-            push = lam[r] * tables.directions[k, Directions.SHARE]
+            push = lam[r] * tables.directions[k, Directions.FACTOR]
             measure(tables, work, k, grad)
             if hessian(tables, work, k, grad, hess):
                 add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)

@@ -48,7 +48,7 @@ def friction_slope(tables, law, speed, mem, since):
 @draft
 def motion(tables, k, t):
     """Travel of drive k at time t, and its speed."""
-    kind, pace = tables.motions[k, LawColumn.KIND], tables.pace[0]
+    kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
     t = pace * t
     if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
@@ -62,7 +62,7 @@ def motion(tables, k, t):
 @draft
 def second_rate(tables, k, t, side):
     """Acceleration of drive k at time t; at a jump the limit from the side AFTER or BEFORE."""
-    kind, pace = tables.motions[k, LawColumn.KIND], tables.pace[0]
+    kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
     t = pace * t
     if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
@@ -109,23 +109,23 @@ def motor(t, speed, p, address):
 @draft
 def value_along(tables, k, now, value, rate, reaction):
     """Force k along its measure; `reaction` is the normal force of friction."""
-    t, mem = tables.pace[0] * now.time, now.memory[k]
+    t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == ForceKind.LINE_SPRING:
+    if kind == ForceKind.SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
     if kind == ForceKind.CONTACT:
         depth = p[0] * (value - p[1])
         if depth <= 0.0:
             return 0.0
         return -p[0] * normal_force(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
-    if kind == ForceKind.DRY:
+    if kind == ForceKind.FRICTION_FORCE:
         return -dry(rate, p)
-    if kind == ForceKind.SEAT:
+    if kind == ForceKind.FRICTION:
         return -friction_now(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
     if kind == ForceKind.STRUT:
         return -strut(value, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL])
-    if kind == ForceKind.GIVEN:
+    if kind == ForceKind.PRESCRIBED:
         address = tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL] if tables.forces[k, Forces.LAW] >= 0 else 0
         return p[0] if address == 0 else call(address, (t,))
     if kind == ForceKind.MOTOR:
@@ -143,7 +143,7 @@ def slopes_along(tables, k, now, value, rate, reaction):
     mem = now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
-    if kind == ForceKind.LINE_SPRING:
+    if kind == ForceKind.SPRING:
         return -p[0], -p[1]
     if kind == ForceKind.CONTACT:
         depth = p[0] * (value - p[1])
@@ -151,9 +151,9 @@ def slopes_along(tables, k, now, value, rate, reaction):
             return 0.0, 0.0
         by_depth, by_rate = normal_slopes(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
         return -by_depth, -by_rate
-    if kind == ForceKind.GIVEN:
+    if kind == ForceKind.PRESCRIBED:
         return 0.0, 0.0
-    if kind == ForceKind.SEAT:
+    if kind == ForceKind.FRICTION:
         return 0.0, -friction_slope(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
     by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)
     if kind == ForceKind.STRUT or kind == ForceKind.LAW:

@@ -33,20 +33,20 @@ SLOW = 0.3
 @draft
 def renew(tables, orders, work, state, t, h, counts):
     """Compute and factor the real and the complex Newton matrix at the middle node; return False if they are not finite."""
-    q, lam = state.places[1], state.multipliers[1]
+    q, lam = state.node_q[1], state.node_lam[1]
     since = NODES[1] * h
-    copy(state.stresses[1], work.stress)
-    work.mixed[0] = RENEWED  # strips in the mixed form keep their B0 of here
-    now = Instant(t + since, since, q, state.rates[1], lam, state.memory)
+    copy(state.node_stress[1], work.stress)
+    work.strip_form[0] = RENEWED  # strips in the mixed form keep their B0 of here
+    now = Instant(t + since, since, q, state.node_v[1], lam, state.memory)
     forces(tables, work, now, state.force)
-    work.mixed[0] = MIXED
+    work.strip_form[0] = MIXED
     mass_matrix(tables, work, q, state.mass)
     tangents(tables, work, now, state.mass, state.damping, state.stiffness)
     rows_at(tables, work, t + since, state.gap, state.jacobian, state.speed)
     add_rows(tables, state.jacobian, state.mass)
     add_multipliers(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:
-        add_mass_slope(tables, work, q, state.seconds[1], state.stiffness)
+        add_mass_slope(tables, work, q, state.node_a[1], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.mass.sum()):
         return False
@@ -65,13 +65,13 @@ def _residuals(tables, work, state, t, h):
     """Compute the residual of the equations at the three nodes; slacks are those of stresses that are unknowns."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
-        since, residual, lam = NODES[i] * h, state.residual[i], state.multipliers[i]
-        at, q, v = t + NODES[i] * h, state.places[i], state.rates[i]
-        copy(state.stresses[i], work.stress)
+        since, residual, lam = NODES[i] * h, state.residual[i], state.node_lam[i]
+        at, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
+        copy(state.node_stress[i], work.stress)
         forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
-        copy(work.slack, state.slacks[i])
+        copy(work.slack, state.node_slack[i])
         rows_at(tables, work, at, state.gap, state.jacobian, state.speed)
-        mass_times(tables, q, state.seconds[i], residual[:n])
+        mass_times(tables, q, state.node_a[i], residual[:n])
         for k in range(n):
             residual[k] -= state.force[k]
         add_reactions(tables, state.jacobian, lam, residual)
@@ -97,17 +97,17 @@ def _correct(tables, orders, work, state, h):
             change = T[i, 0] * one + T[i, 1] * two.real - T[i, 2] * two.imag
             if k < n:
                 state.dv[i, k] = change
-                state.rates[i, k] += change
+                state.node_v[i, k] += change
             else:
-                state.multipliers[i, k - n] += change
+                state.node_lam[i, k - n] += change
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
-            whole = max(whole, abs(state.dq[i, k]) / state.whole[k])
+            whole = max(whole, abs(state.dq[i, k]) / state.full_unit[k])
             if not abs(state.dq[i, k]) < np.inf:
                 return np.inf, np.inf  # nan fails all comparisons
         size = max(size, size_of(state, tables.elastic, state.dq[i]))
-        carry_stresses(tables, work, state.dq[i], state.dv[i], state.stresses[i], state.slacks[i])
+        carry_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_slack[i])
     integrate(state, h)
     return size, whole
 

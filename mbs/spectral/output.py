@@ -1,4 +1,8 @@
-"""Data of the compiled integrators: controls, clock, counts, rows of a run, states and work arrays."""
+"""Data that Python and the compiled integrators exchange: controls, clock, counts, rows of a run, states, work arrays.
+
+Numbers are fields of records, arrays those of named tuples. Sizes: n coordinates, r rows of constraints, k forces, p Gauss points
+of all strips, e inner coordinates of strips and modes (`Tables.elastic`).
+"""
 
 from __future__ import annotations
 
@@ -14,51 +18,68 @@ from .fronts import Orders
 from .tables import Tables, Work
 
 Record = Any
-"""A record, whose fields are read by name."""
+"""A record of numbers, whose fields Python and compiled functions read and write by name."""
 
 Ended = IntEnum("Ended", "OK UNDERFLOW NOT_FINITE TOO_MANY", start=0)
-"""Status of a run: fine; steps too short, states not finite, too many steps."""
+"""Status of a run: no failure; step below the shortest; state not finite; more steps than allowed."""
 
 
-def _record(**kinds: str) -> np.dtype[np.void]:
-    """Type of records with fields of these kinds, which compiled functions read and write by name."""
-    return np.dtype((np.record, [(name, kind) for kind, names in kinds.items() for name in names.split()]))
+def _record_type(**kinds: str) -> np.dtype[np.void]:
+    """Build the type of records with fields of these names and NumPy kinds."""
+    return np.dtype((np.record, list(kinds.items())))
 
 
-COUNTS = _record(i8="status steps rejected jacobians iterations samples onsets")
-"""Counts of a run: accepted and rejected steps, Newton matrices, Newton iterations or evaluations, rows written, onsets."""
-CLOCK = _record(
-    f8="time wanted held previous made reach error last_error last_step grow", i8="skipped stop", b1="fresh"
-)  # fmt: skip
-"""Progress of a run: time, s; length of the next step, s, and one held back by an onset; of the last step, 0 after a jump; that
-of which the matrices are, 0 without; how near to a stop, in steps, is at it; local error over what is allowed, of this step and
-of the last one, whose length `last_step` is; how many times longer the next may be; steps since the last row; number of the next
-stop; whether the next step must have new matrices."""
-CONTROLS = _record(
-    f8="end shortest tolerance longest first_step budget floor graze contact_tolerance close", i8="every", b1="fixed located"
-)  # fmt: skip
-"""Controls of a run: its end and the shortest step, s; local error allowed; longest and first step, s; most steps; slowest onset
-speed, m/s; share of the fastest approach below which onsets are not taken apart; local error allowed of the depth of a contact;
-size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary;
-whether explicit ones end at onsets of all contacts, also of those that begin smoothly."""
+COUNTS = _record_type(**dict.fromkeys("status steps rejected jacobians iterations samples onsets".split(), "i8"))
+"""Counts of a run: accepted and rejected steps, Newton matrices, Newton iterations or evaluations of the right-hand side, rows
+written by this call, onsets of contacts; and its status, see `Ended`."""
+CLOCK = _record_type(
+    time="f8",  # [s]
+    next_step="f8",  # length of the next step [s]
+    resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
+    previous="f8",  # length of the last step, 0 after a jump [s]
+    matrix_step="f8",  # length for which the Newton matrices are factored, 0 if none are [s]
+    reach="f8",  # a stop nearer than so many step lengths ends the step
+    error="f8",  # local error of this step over the one allowed
+    last_error="f8",  # the same of the last accepted step
+    last_step="f8",  # length of the step of `last_error` [s]
+    max_growth="f8",  # largest ratio of the next step length to this one
+    skipped="i8",  # steps since the last row
+    stop="i8",  # index of the next stop
+    needs_matrix="?",  # the next step needs new Newton matrices
+)
+"""State of the step size control, kept from call to call."""
+CONTROLS = _record_type(
+    end="f8",  # end of the run [s]
+    shortest="f8",  # shortest step [s]
+    tolerance="f8",  # local error allowed, in units of the coordinates
+    longest="f8",  # longest step [s]
+    first_step="f8",  # first step, or all if they are fixed [s]
+    max_steps="f8",  # largest number of tried steps
+    least_onset="f8",  # least onset speed of a contact [m/s]
+    graze="f8",  # least onset speed over the fastest onset so far
+    contact_tolerance="f8",  # local error allowed of a contact's depth, relative to it
+    newton_share="f8",  # error that Newton's method may leave, over the local error allowed
+    every="i8",  # steps per row
+    fixed="?",  # all steps have the same length, without error control
+    located="?",  # explicit steps also end at onsets of contacts whose force begins smoothly
+)
+"""Options of an integrator, constant during a run."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:
-    """A record of zeros."""
+    """Return a record of zeros."""
     return np.zeros(1, kind).view(np.recarray)[0]
 
 
 class Output(NamedTuple):
-    """Rows of a run: time, coordinates, rates, second rates, multipliers; of each force its onset speed,
-    bristle and sliding speed at the step before, and that step's time.
-    """
+    """Rows of a run, one for each time; `memory` holds, of each force, the numbers that the row's forces depend on."""
 
-    time: Array
-    q: Array
-    v: Array
-    a: Array
-    lam: Array
-    memory: Array
+    time: Array  # (times,) [s]
+    q: Array  # coordinates, (times, n)
+    v: Array  # rates, (times, n)
+    a: Array  # second rates, (times, n)
+    lam: Array  # multipliers, (times, r)
+    memory: Array  # (times, k, 4): columns of `Memory`, with STEP_START as the last
 
 
 def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
@@ -69,15 +90,24 @@ def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
 
 RadauState = namedtuple(
     "RadauState",
-    "q v a lam stress places rates seconds multipliers stresses slacks past past_lam past_stress residual right step "
-    "complex_step dq dv force gap speed change jacobian base mass damping stiffness matrix complex_matrix real complex "
-    "real_swaps complex_swaps bare heavy heavy_swaps amount_of_row part complex_part memory before shifted largest old rest "
-    "whole amount weight across turn remainder",
+    "q v a lam stress "  # state at the start of the step; stress (p, 3)
+    "node_q node_v node_a node_lam node_stress node_slack "  # the same at the three nodes; residuals of the stresses
+    "past_v past_lam past_stress "  # last step: rates at its start and nodes (4, n), the others at its second node
+    "residual right step complex_step dq dv "  # Newton's method: residuals (3, n + r), right side, its solutions, changes (3, n)
+    "force gap speed change jacobian start_jacobian "  # f; g; right sides of G v = speed, G a = change; G, also at the start
+    "mass damping stiffness matrix complex_matrix "  # nonzeros (slots + 1,) of M with G and -df/dlambda, C, K, Newton matrices
+    "real complex real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
+    "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
+    "amount_of_row part complex_part "  # work arrays of the factorisation and the solution
+    "memory start_memory start_reports end_reports largest_force "  # of forces: (k, 4) and (k, 8), see `tables`; [N] (k,)
+    "start_deformation largest_deformation "  # inner coordinates at t = 0 (e,); largest change of each group that shares a unit
+    "full_unit inverse_unit across_unit chord "  # units of coordinates (n,); one over those of the error control (n,); see below
+    "remainder",  # error after a Newton step over that step, as its convergence rate tells, (1,)
 )
-"""A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
+"""State of the implicit integrator, unknowns of its step, work arrays.
 
-`weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
-`whole` and `across`; `turn` is the chord's direction.
+`inverse_unit` is zero for coordinates that are a vector: their unit along the chord, of direction `chord` (e, 2), is `full_unit`,
+across it `across_unit` (e,).
 """
 
 
@@ -92,10 +122,14 @@ class Radau(NamedTuple):
 
 DormandPrinceState = namedtuple(
     "DormandPrinceState",
-    "y new trial rates lam force residual speed change jacobian factored matrix factors swaps amount part right memory "
-    "before pace units begun apart",
+    "y new trial rates "  # state (q, v, bristles) at the start of the step, at its end, at a stage; rates of the seven stages
+    "lam force residual speed change jacobian "  # as those of `RadauState`
+    "factored_jacobian matrix factors swaps amount part right "  # G of the factors; saddle-point matrix, factors, work arrays
+    "memory start_reports "  # as those of `RadauState`
+    "largest_rate units "  # largest rate so far in units of coordinates (1,) [1/s]; these units (n,)
+    "has_factors free_modes",  # 1 once there are factors; 1 if there are modal links and no constraint acts on them
 )
-"""State y = (q, v, bristles), its seven rates, and room to work in."""
+"""State of the explicit integrator and its work arrays."""
 
 
 class DormandPrince(NamedTuple):
@@ -104,4 +138,4 @@ class DormandPrince(NamedTuple):
     tables: Tables
     order: Fronts
     work: Work
-    flight: DormandPrinceState
+    state: DormandPrinceState

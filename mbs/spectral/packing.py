@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry import Array
 from .builder import Builder, ConstraintRow, ForceRow
-from .tables import ForceKind, MeasureKind, Pushed, StripKind, Tables
+from .tables import ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -63,7 +63,7 @@ def _blocks(builder: Builder) -> list[Block]:
 
 def _of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
     """Coordinates of a force's second marker; of a force with states those of the markers of all."""
-    count = int(force.numbers[Pushed.STATES]) if force.kind == ForceKind.STATEFUL else 1
+    count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
     return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
@@ -122,7 +122,7 @@ def pack(builder: Builder) -> Tables:
         ramps=_real(builder.ramps, 3),
         forces=_whole(forces, 7),
         factors=np.ones(len(forces) + 1),
-        pace=np.ones(1),
+        time_factor=np.ones(1),
         elastic=_whole(builder.elastic, 7),
         laws=_whole(builder.laws, 4),
         law_numbers=_real(builder.law_numbers, 8),

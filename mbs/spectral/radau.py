@@ -51,12 +51,12 @@ def size_of(state, elastic, u):
     """Largest component of a change u of the coordinates, in their units."""
     worst = 0.0
     for i in range(u.size):
-        worst = max(worst, abs(u[i]) * state.weight[i])
+        worst = max(worst, abs(u[i]) * state.inverse_unit[i])
     for k in range(elastic.shape[0]):
         i, j = elastic[k, 0], elastic[k, 1]
         if j >= 0:
-            c, sn = state.turn[k, 0], state.turn[k, 1]
-            worst = max(worst, abs(c * u[i] + sn * u[j]) / state.whole[i], abs(c * u[j] - sn * u[i]) / state.across[k])
+            c, sn = state.chord[k, 0], state.chord[k, 1]
+            worst = max(worst, abs(c * u[i] + sn * u[j]) / state.full_unit[i], abs(c * u[j] - sn * u[i]) / state.across_unit[k])
     return worst
 
 
@@ -77,11 +77,11 @@ def predict(state, h, before):
     """
     n, known = state.q.size, h < MOST_EXTRAPOLATION * before
     for i in range(3):
-        rates, stress, slope = state.rates[i], state.stresses[i], 0.0
+        rates, stress, slope = state.node_v[i], state.node_stress[i], 0.0
         if known:
             slope = NODES[i] * h / (before * (1.0 - NODES[1]))
         for k in range(state.lam.size):
-            state.multipliers[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
+            state.node_lam[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
         for p in range(state.stress.size):
             stress.flat[p] = state.stress.flat[p] + slope * (state.stress.flat[p] - state.past_stress.flat[p])
         if not known:
@@ -90,9 +90,9 @@ def predict(state, h, before):
             continue
         at = 1.0 + NODES[i] * h / before
         for k in range(n):
-            rates[k] = state.v[k] - state.past[3, k]
+            rates[k] = state.v[k] - state.past_v[3, k]
         for j in range(4):
-            factor, past = lagrange(at, j), state.past[j]
+            factor, past = lagrange(at, j), state.past_v[j]
             for k in range(n):
                 rates[k] += factor * past[k]
 
@@ -102,16 +102,16 @@ def integrate(state, h):
     """Compute coordinates and accelerations at the nodes from the rates there."""
     for i in range(3):
         for k in range(state.q.size):
-            r0, r1, r2, v = state.rates[0, k], state.rates[1, k], state.rates[2, k], state.v[k]
-            state.places[i, k] = state.q[k] + h * (A[i, 0] * r0 + A[i, 1] * r1 + A[i, 2] * r2)
-            state.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
+            r0, r1, r2, v = state.node_v[0, k], state.node_v[1, k], state.node_v[2, k], state.v[k]
+            state.node_q[i, k] = state.q[k] + h * (A[i, 0] * r0 + A[i, 1] * r1 + A[i, 2] * r2)
+            state.node_a[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
 
 
 @draft
 def renew_heavy(tables, orders, work, state, q, jacobian):
     """Factor [M G^T; G 0] with these rows."""
-    renew_mass(tables, work, q, jacobian, state.bare)
-    factor(orders.mass, state.bare, state.heavy, state.heavy_swaps, state.amount_of_row)
+    renew_mass(tables, work, q, jacobian, state.saddle)
+    factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.amount_of_row)
 
 
 @draft
@@ -132,8 +132,8 @@ def error_of(tables, orders, state, h):
     n, r, k1 = state.q.size, state.lam.size, h / REAL
     moved, pushed = state.dq[0], state.dv[0]
     for k in range(n):
-        moved[k] = state.v[k] + _embedded_slope(state.places, state.q, k) / h
-        pushed[k] = state.a[k] + moved[k] / k1 + _embedded_slope(state.rates, state.v, k) / h
+        moved[k] = state.v[k] + _embedded_slope(state.node_q, state.q, k) / h
+        pushed[k] = state.a[k] + moved[k] / k1 + _embedded_slope(state.node_v, state.v, k) / h
     mass_times(tables, state.q, pushed, state.step[:n])
     for k in range(tables.row.size):
         if tables.row[k] < n and tables.col[k] < n:
@@ -141,7 +141,7 @@ def error_of(tables, orders, state, h):
     for i in range(n):
         state.step[i] *= k1 * k1
     for k in range(r):
-        state.step[n + k] = k1 * row_times(tables, k, state.base, moved)
+        state.step[n + k] = k1 * row_times(tables, k, state.start_jacobian, moved)
     solve_real(orders, state, state.step)
     return size_of(state, tables.elastic, state.step[:n])
 
@@ -153,7 +153,7 @@ def put_back(tables, orders, work, state, t, h):
     Multipliers of rigid links are corrected so that the equations of motion hold along the constraints, and those at the other
     nodes likewise; see docs/theory-spectral.md, (5).
     """
-    n, r, q, v, a, lam = state.q.size, state.lam.size, state.places[2], state.rates[2], state.seconds[2], state.multipliers[2]
+    n, r, q, v, a, lam = state.q.size, state.lam.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if r == 0:
         place_markers(tables, work, q, v)
         return
@@ -188,17 +188,17 @@ def put_back(tables, orders, work, state, t, h):
         lam[k] -= state.right[n + k]
     if rigid:
         lacking[n:] = 0.0
-        solve(orders.mass, state.heavy, state.heavy_swaps, lacking, state.part)
+        solve(orders.mass, state.saddle_factors, state.saddle_swaps, lacking, state.part)
         for k in range(r):
             for i in range(3):
-                state.multipliers[i, k] -= NODES[i] * lacking[n + k]
+                state.node_lam[i, k] -= NODES[i] * lacking[n + k]
 
 
 @draft
 def _project(orders, state, rows, y):
     """Subtract from y the change with the given products with the constraints' rows and least kinetic energy."""
     _fill(state.right, y.size, rows)
-    solve(orders.mass, state.heavy, state.heavy_swaps, state.right, state.part)
+    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right, state.part)
     for i in range(y.size):
         y[i] -= state.right[i]
 
@@ -219,8 +219,8 @@ def deformation(state, elastic, k):
         return state.q[i]
     dx, dy = state.q[elastic[k, 5]] - state.q[elastic[k, 3]], state.q[elastic[k, 6]] - state.q[elastic[k, 4]]
     length = max(np.sqrt(dx * dx + dy * dy), 1e-300)
-    state.turn[k, 0], state.turn[k, 1] = dx / length, dy / length
-    return state.turn[k, 0] * state.q[j] - state.turn[k, 1] * state.q[i]
+    state.chord[k, 0], state.chord[k, 1] = dx / length, dy / length
+    return state.chord[k, 0] * state.q[j] - state.chord[k, 1] * state.q[i]
 
 
 @draft
@@ -232,14 +232,16 @@ def follow_units(state, elastic, tolerance):
     least = max(1e-5, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):
         group = elastic[k, 2]
-        state.amount[group] = max(state.amount[group], abs(deformation(state, elastic, k) - state.rest[k]))
+        state.largest_deformation[group] = max(
+            state.largest_deformation[group], abs(deformation(state, elastic, k) - state.start_deformation[k])
+        )
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
         if j == STATE:
-            state.weight[i] = min(state.weight[i], 1.0 / max(abs(state.v[i]), 1e-300))
+            state.inverse_unit[i] = min(state.inverse_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
-        unit = min(state.whole[i], max(least * state.whole[i], SHARE * state.amount[group]))
+        unit = min(state.full_unit[i], max(least * state.full_unit[i], SHARE * state.largest_deformation[group]))
         if j >= 0:
-            state.across[k] = unit
+            state.across_unit[k] = unit
         else:
-            state.weight[i] = 1.0 / unit
+            state.inverse_unit[i] = 1.0 / unit

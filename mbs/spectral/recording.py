@@ -21,9 +21,9 @@ from .motion import Piece, SpectralStrip
 from .output import Output
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import ForceKind, Forces, Instant, Markers, Memory, Pushed, Report, State
+from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
-UNREPORTED = (ForceKind.JOURNAL, ForceKind.SEAT, ForceKind.STATEFUL)
+UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
 """Kinds of forces whose signals follow from memories and states alone."""
 
 
@@ -45,7 +45,7 @@ def follow(tables, work, out, wanted, traces, reports):
                     total += work.slope[c, j] * out.a[i, tables.places[j]]
                 traces[k, 0, i, c], traces[k, 1, i, c], traces[k, 2, i, c] = work.state[m, c], work.state[m, 3 + c], total
         if reports.shape[2] > 0:
-            since = out.time[i] - out.memory[i, 0, Memory.FASTEST] if out.memory.shape[1] > 0 else 0.0
+            since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
             copy(work.reports, reports[i])
 
@@ -128,13 +128,13 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})
-        if kind in (ForceKind.JOURNAL, ForceKind.SEAT):
+        if kind in (ForceKind.JOURNAL, ForceKind.FRICTION):
             found["memory"] = out.memory[:, i]
         elif kind == ForceKind.CONTACT:
             found["force"] = np.abs(reports[:, i, [Report.VALUE]])
         elif kind == ForceKind.STATEFUL:
             first = scene.tables.markers[scene.tables.forces[i, Forces.B], Markers.OFFSET]
-            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, Forces.NUMBERS] + Pushed.STATES]))
+            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, Forces.NUMBERS] + StatefulData.STATES]))
             found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
         else:
             found["value"] = reports[:, i, [Report.VALUE]]

@@ -42,10 +42,10 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     a, b = builder.marker(guide.link, guide.point), builder.marker(GROUND, guide.point)
     along = builder.add_measure(MeasureKind.FIXED, a, b, guide.along)
     if isinstance(friction, FrictionLaw | BristleLaw):
-        builder.add_force(name, ForceKind.SEAT, along, friction=add_friction(builder, friction), row=row)
+        builder.add_force(name, ForceKind.FRICTION, along, friction=add_friction(builder, friction), row=row)
         return
     numbers = (friction.dynamic, friction.static_offset, friction.viscous, friction.regularisation, friction.stribeck)
-    builder.add_force(name, ForceKind.DRY, along, numbers=numbers)
+    builder.add_force(name, ForceKind.FRICTION_FORCE, along, numbers=numbers)
 
 
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
@@ -67,7 +67,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     contact = builder.add_force(name, ForceKind.CONTACT, measure(across), law=law, numbers=(side, start + face))
     if stop.rubs:
         friction = add_friction(builder, stop.friction)
-        builder.add_force(name, ForceKind.SEAT, measure((-across[1], across[0])), contact, friction=friction)
+        builder.add_force(name, ForceKind.FRICTION, measure((-across[1], across[0])), contact, friction=friction)
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
@@ -82,11 +82,11 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     law, numbers = -1, [0.0, 0.0]
     if callable(load.value):
         parts = [function_pointer(each, 1) for each in numbers_of(load.value, ["t"], 2)]
-        law = builder.add_law(None, ForceKind.GIVEN, (), parts, f"the function of {name}")
+        law = builder.add_law(None, ForceKind.PRESCRIBED, (), parts, f"the function of {name}")
     else:
         numbers = [float(x) for x in load.value]
     numbers = [*numbers, 0.0 if turns is None else builder.angle_of(b), *line]
-    builder.add_force(name, ForceKind.PUSH, a, b, law=law, numbers=numbers)
+    builder.add_force(name, ForceKind.POINT_FORCE, a, b, law=law, numbers=numbers)
 
 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
@@ -99,10 +99,10 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
             marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
             if any(load.force):
                 b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
-                builder.add_force(name, ForceKind.PUSH, marker, b, numbers=[*(length * each for each in load.force), turn])
+                builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=[*(length * each for each in load.force), turn])
             if load.moment:
                 measure = builder.add_measure(MeasureKind.ANGLE, marker, ground)
-                builder.add_force(name, ForceKind.GIVEN, measure, numbers=(length * load.moment,))
+                builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(length * load.moment,))
 
 
 def add_torque(builder: Builder, name: str, load: Torque) -> None:
@@ -113,7 +113,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
         return
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
     if not callable(load.value):
-        builder.add_force(name, ForceKind.GIVEN, measure, numbers=(float(load.value),))
+        builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
     pointer = function_pointer(numbers_of(load.value, TURN)[0], 3)
     law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}")
@@ -127,7 +127,7 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
     law, voltage = -1, 0.0
     if callable(load.voltage):
         law = builder.add_law(
-            None, ForceKind.GIVEN, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
+            None, ForceKind.PRESCRIBED, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
         )
     else:
         voltage = float(load.voltage)
@@ -144,7 +144,7 @@ def add_spring(builder: Builder, name: str, load: Spring) -> None:
 def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
     """Add the force of a spring along a measure l: -k (l - l0) - c l', or minus its law's value at (l - l0, l')."""
     if load.law is None:
-        builder.add_force(name, ForceKind.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
+        builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
     pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
     row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")

@@ -133,8 +133,8 @@ def integrate(
     controls.shortest, controls.every = shortest * end, max(every, controls.every)
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
-        controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance
-    clock.time, clock.wanted = state.time, controls.first_step
+        controls.first_step, controls.longest, controls.fixed, controls.newton_share = end, end, True, CLOSEST / solver.tolerance
+    clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     RAISED.clear()
@@ -161,7 +161,7 @@ def integrate(
 
 def _stops(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
     """Find times at which steps end: kinks of functions of time, with parts of the longest step between them, and the end."""
-    pace = scene.tables.pace[0]
+    pace = scene.tables.time_factor[0]
     with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / pace for t in scene.source.kinks(end * pace) if start < t / pace < end]
     if longest is not None:
@@ -178,7 +178,7 @@ def _method(
         model = dormand_prince(scene, state.q, state.v, rest.multipliers, state.memory)
         return explicit.run_explicit, model, explicit.SHORTEST
     room = radau_state(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
-    orders, tables = Orders(scene.fronts, scene.heavy_fronts), scene.tables._replace(edges=scene.edges())
+    orders, tables = Orders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
     return implicit.run_implicit, Radau(tables, orders, scene.work, room), implicit.SHORTEST
 
 
@@ -191,7 +191,7 @@ def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
     if solver.method != "chosen":
         return solver.method == "explicit"
     kinds = s.forces[:, 0]
-    stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.SEAT, ForceKind.DRY, ForceKind.STATEFUL)).any()
+    stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.FRICTION, ForceKind.FRICTION_FORCE, ForceKind.STATEFUL)).any()
     loose = not len(s.strips) and bool((kinds == ForceKind.JOURNAL).any()) and not stiff
     return loose and not scene.source.is_stiffly_damped
 
@@ -201,9 +201,9 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
     out.first_step = longest if equal else SHORT * min(longest, duration / COARSEST)
-    out.budget, out.every, out.fixed = solver.steps.max_steps, 1, equal
-    out.floor, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
-    out.close = CLOSEST / solver.tolerance if equal else CLOSE * min(1.0, solver.tolerance / CLOSE_AT) ** (1 / 4)
+    out.max_steps, out.every, out.fixed = solver.steps.max_steps, 1, equal
+    out.least_onset, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
+    out.newton_share = CLOSEST / solver.tolerance if equal else CLOSE * min(1.0, solver.tolerance / CLOSE_AT) ** (1 / 4)
     if explicitly(scene, solver):
         out.tolerance = min([out.tolerance, *(OF_GAP * joint.gap / scene.source.size for joint in scene.source.clearances)])
     return out

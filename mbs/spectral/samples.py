@@ -27,7 +27,7 @@ def write(state, out, counts, t, before):
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
     _write_memory(state, out, row, before)
-    for k in range(state.old.shape[0]):
+    for k in range(state.start_memory.shape[0]):
         out.memory[row, k, Memory.ONSET] = state.memory[k, Memory.ONSET]
     counts.samples += 1
 
@@ -49,9 +49,7 @@ def write_at_face(state, out, counts, t, h, moment):
     """Write a row `moment` after a step's start at time t or, if negative, before its end, where a force jumps."""
     row, end = counts.samples, moment < 0.0
     q, v, a, lam = (
-        (state.places[2], state.rates[2], state.seconds[2], state.multipliers[2])
-        if end
-        else (state.q, state.v, state.a, state.lam)
+        (state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]) if end else (state.q, state.v, state.a, state.lam)
     )
     out.time[row] = t + (h if end else 0.0) + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
@@ -64,17 +62,17 @@ def write_at_face(state, out, counts, t, h, moment):
 @draft
 def _write_memory(state, out, row, before):
     """Write the memories of forces used in the step to this row; `write` overwrites onset speeds by later ones."""
-    for k in range(state.old.shape[0]):
+    for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
-        m[Memory.ONSET], m[Memory.FASTEST] = state.old[k, Memory.ONSET], before
-        m[Memory.BRISTLE], m[Memory.SLIDING] = state.old[k, Memory.BRISTLE], state.old[k, Memory.SLIDING]
+        m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], before
+        m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
 
 
 @draft
 def samples_in(state, elastic, h, controls, deep):
     """Number of parts of the step for linear interpolation; `deep` is the relative deviation of depths from a line."""
     for i in range(state.q.size):
-        state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.seconds[2, i]))
+        state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))
     bend = max(size_of(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
 
@@ -85,16 +83,16 @@ def write_between(state, out, counts, t, h, parts):
     for part in range(1, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
-            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.rates[2, i], h * h * state.seconds[2, i]
+            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.node_v[2, i], h * h * state.node_a[2, i]
             # q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5
-            d0, d1, d2 = state.places[2, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+            d0, d1, d2 = state.node_q[2, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
             c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
             out.q[row, i] = state.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
             out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
             out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
         out.time[row], out.lam[row] = t + y * h, 0.0
         for j in range(4):
-            factor, lam = lagrange(y, j), state.lam if j == 0 else state.multipliers[j - 1]
+            factor, lam = lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
             for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]
         _write_memory(state, out, row, t)

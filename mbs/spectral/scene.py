@@ -114,7 +114,7 @@ class CompiledScene:
         return out
 
     @cached_property
-    def twins(self) -> list[tuple[Array, Array]]:
+    def strip_places(self) -> list[tuple[Array, Array]]:
         """Coordinates x and y of strips, one element after the other."""
         bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
         return [(element.places[0], element.places[1]) for body in bodies for element in body.elements]
@@ -126,16 +126,16 @@ class CompiledScene:
         return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool))
 
     @cached_property
-    def heavy_fronts(self) -> Fronts:
+    def mass_fronts(self) -> Fronts:
         """Order of elimination of mass matrix and constraints."""
-        return self._mass_fronts(constant=False)
+        return self._find_mass_fronts(constant=False)
 
     @cached_property
-    def constant_fronts(self) -> Fronts:
+    def constant_mass_fronts(self) -> Fronts:
         """Order of elimination of the constant part of the mass matrix, diagonal for modal links, and constraints."""
-        return self._mass_fronts(constant=True)
+        return self._find_mass_fronts(constant=True)
 
-    def _mass_fronts(self, constant: bool) -> Fronts:
+    def _find_mass_fronts(self, constant: bool) -> Fronts:
         s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
         filled = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n)
         for o, m, _ in [] if constant else s.modal:
@@ -150,17 +150,17 @@ class CompiledScene:
 
     def mass_at(self, q: Array, sparse: bool = False) -> Matrix:
         """Mass matrix M(q), shape (n, n); it is constant without modal links."""
-        made = self._sparse if sparse else self.whole
+        made = self.sparse_matrix if sparse else self.full_matrix
         return made(self.mass_entries(q))[: self.size, : self.size]
 
-    def whole(self, values: Array) -> Array:
+    def full_matrix(self, values: Array) -> Array:
         """Matrix of all unknowns from its nonzeros, shape (n + r, n + r)."""
         unknowns = self.size + len(self.tables.rows)
         out = np.zeros((unknowns, unknowns))
         out[self.tables.row, self.tables.col] = values[:-1]
         return out
 
-    def _sparse(self, values: Array) -> csr_array:
+    def sparse_matrix(self, values: Array) -> csr_array:
         """Matrix of all unknowns from its nonzeros, sparse."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
         return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
@@ -187,12 +187,12 @@ class CompiledScene:
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((4, len(self.tables.mass)))
         entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
-        return Equations(force, sides[0], sides[1], sides[2], matrices, self._sparse if sparse else self.whole)
+        return Equations(force, sides[0], sides[1], sides[2], matrices, self.sparse_matrix if sparse else self.full_matrix)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of redundant rows."""
         out = np.concatenate([force, change])
-        entry_points.accelerate(self.tables, self.heavy_fronts, self.work, q, out)
+        entry_points.accelerate(self.tables, self.mass_fronts, self.work, q, out)
         return out[: self.size], out[self.size :]
 
     def linear(
@@ -248,16 +248,16 @@ class CompiledScene:
         """Set the values of rows constrained to their measures at t = 0."""
         for r, row in enumerate(self.builder.rows):
             if row.value is None:
-                row.value = sum(self.builder.directions[i][Directions.SHARE] * self.measure(i, self.q0) for i in row.measures)
+                row.value = sum(self.builder.directions[i][Directions.FACTOR] * self.measure(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
 
     def refresh(self) -> None:
         """Pack the tables again, with markers added since."""
-        values, factors, pace = self.tables.values.copy(), self.tables.factors.copy(), self.tables.pace
-        numbers = len(self.builder.data)
+        old, numbers = self.tables, len(self.builder.data)
         self.tables = pack(self.builder)
-        del self.builder.data[numbers:]
-        self.tables.values[:], self.tables.factors[:], self.tables.pace[:] = values[: len(self.tables.values)], factors, pace
+        del self.builder.data[numbers:]  # of forces, which `pack` appends
+        self.tables.values[:], self.tables.factors[:] = old.values, old.factors
+        self.tables.time_factor[:] = old.time_factor
         self.work = work_for(self.tables)
         self._begin()
 

@@ -1,4 +1,7 @@
-"""Initial states: rates and accelerations that satisfy the constraints, and work arrays."""
+"""State at the start of a run: rates and accelerations that satisfy the constraints; arrays of the integrators.
+
+Coordinates q (n,), rates v, accelerations a, multipliers lambda (r,), forces f, constraints g(q, t) = 0 with G = dg/dq.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +15,30 @@ from .frame_body import FrameBody
 from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import Forces, Memory, Tables
+from .tables import BlockColumn, Forces, Memory, Tables
 
 ROUNDING = 1e-12
+"""Violation of G v = speed, over the largest speed, below which start rates are not corrected: rounding."""
+MOST_ITERATIONS = 20
+"""Largest number of iterations in `balance`: enough for 1e-12 if each reduces the change to a quarter."""
+LEAST_RATE = 1e-3
+"""Least rate with which the explicit method compares errors of rates, in units of coordinates [1/s], for a start from rest."""
 
 
 class Balance(NamedTuple):
-    """Accelerations (n,) and multipliers (r,)."""
+    """Solution of the equations of motion at a state."""
 
-    acceleration: Array
-    multipliers: Array
+    acceleration: Array  # (n,)
+    multipliers: Array  # (r,)
 
 
 def start_rates(scene: CompiledScene) -> Array:
-    """Rates of all coordinates at t = 0: those of links by `scene.start`, rigid if possible.
+    """Compute the rates of all coordinates at t = 0, (n,), from the velocities of links that the scene's start has.
 
-    Constraints not yet satisfied (a pin inside a curved strip) are then met with least kinetic energy. A KinematicsError if
-    drives and given velocities contradict each other.
+    Strips move as rigid bodies, and bend where the start asks for it. If that violates G v = speed (a pin inside a curved strip)
+    v is projected with least kinetic energy. Raises KinematicsError if drives and given velocities contradict each other.
     """
-    found = scene.source.start
+    found = scene.source.start  # velocities of links as rigid bodies, from the closure of the linkage
     v = np.zeros(scene.size)
     for name, body in scene.builder.bodies.items():
         if isinstance(body, FrameBody | StripBody):
@@ -44,15 +52,15 @@ def start_rates(scene: CompiledScene) -> Array:
             v[offset : offset + 2] = found.velocity(link, point)
     for i, rate in scene.builder.rates.items():
         v[i] = rate
-    a = scene.assemble(scene.q0, tangents=False, sparse=True)
-    rest = a.speed - a.jacobian @ v
-    if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):
-        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), rest)[0]
+    equations = scene.assemble(scene.q0, tangents=False, sparse=True)
+    violation = equations.speed - equations.jacobian @ v
+    if np.abs(violation).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
+        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), violation)[0]  # M dv + G^T mu = 0, G dv = violation
     return v
 
 
 def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
-    """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
+    """Compute the derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, *_ = scene.tables.markers[marker]
     out = np.zeros((3, scene.size))
@@ -62,76 +70,82 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
 
 
 def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
-    """Accelerations and multipliers by M a + G^T lambda = f, G a = change; multipliers of redundant rows are zero."""
+    """Solve M a + G^T lambda = f, G a = change at a state; multipliers of redundant rows are zero.
+
+    Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges.
+    """
     lam = np.zeros(len(scene.tables.rows))
-    for _ in range(20):
+    depends_on_multipliers = (scene.tables.forces[:, Forces.ROW] >= 0).any()
+    for _ in range(MOST_ITERATIONS):
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
         acceleration, new = scene.accelerate(q, out.force, out.change)
-        done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
+        converged = np.abs(new - lam).max(initial=0.0) <= ROUNDING * np.abs(new).max(initial=1e-300)
         lam = new
-        if done or not (scene.tables.forces[:, Forces.ROW] >= 0).any():  # no force depends on a multiplier
+        if converged or not depends_on_multipliers:
             break
     return Balance(acceleration, lam)
 
 
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
-    """A small random change of the start that satisfies the constraints to first order; modes stay at rest."""
+    """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
+
+    Components are normal with standard deviation `spread`, before the projection; modal coordinates stay zero.
+    """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
         if isinstance(body, FrameBody):
             step[body.offset + 3 : body.offset + 3 + body.modes] = 0.0
-    return allowed(scene.assemble(scene.q0, tangents=False).jacobian, step)
-
-
-def allowed(rows: Array, *changes: Array) -> Array:
-    """Project changes of all coordinates onto those that satisfy the constraints to first order; concatenated."""
-    if not len(rows):
-        return np.concatenate(changes)
-    back = np.linalg.pinv(rows, rcond=1e-10)
-    return np.concatenate([each - back @ (rows @ each) for each in changes])
+    jacobian = scene.assemble(scene.q0, tangents=False).jacobian
+    return step - np.linalg.pinv(jacobian, rcond=1e-10) @ (jacobian @ step) if len(jacobian) else step
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run from this state."""
-    tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
+    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` (forces, 4)."""
+    tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
-    m, z, slots = n + r, np.zeros, len(tables.mass)
-    members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
+    m, z, slots, g = n + r, np.zeros, len(tables.mass), _size_of_jacobian(tables)
+    largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
-        places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
-        stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
-        residual=z((3, m)), right=z(m), step=z(m),
-        complex_step=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
-        change=z(r), jacobian=z(members), base=z(members), mass=z(slots), damping=z(slots), stiffness=z(slots),
-        matrix=z(slots), complex_matrix=z(slots, dtype=complex),
-        real=z(newton.size), complex=z(newton.size, dtype=complex), real_swaps=z(len(newton.unknowns), dtype=np.int64),
-        complex_swaps=z(len(newton.unknowns), dtype=np.int64), bare=tables.mass.copy(), heavy=z(mass.size),
-        heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
+        node_q=z((3, n)), node_v=z((3, n)), node_a=z((3, n)), node_lam=z((3, r)),
+        node_stress=z((3, p, 3)), node_slack=z((3, p, 3)), past_v=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
+        residual=z((3, m)), right=z(m), step=z(m), complex_step=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)),
+        force=z(n), gap=z(r), speed=z(r), change=z(r), jacobian=z(g), start_jacobian=z(g),
+        mass=z(slots), damping=z(slots), stiffness=z(slots), matrix=z(slots), complex_matrix=z(slots, dtype=complex),
+        real=z(newton.size), complex=z(newton.size, dtype=complex),
+        real_swaps=z(exchanges, dtype=np.int64), complex_swaps=z(exchanges, dtype=np.int64),
+        saddle=tables.mass.copy(), saddle_factors=z(mass.size), saddle_swaps=z(len(mass.unknowns), dtype=np.int64),
         amount_of_row=z(m), part=z(largest), complex_part=z(largest, dtype=complex),
-        memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
-        largest=z(k), old=memory.copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
-        across=z(e), turn=z((e, 2)), remainder=np.ones(1),
+        memory=memory.copy(), start_memory=memory.copy(), start_reports=z((k, 8)), end_reports=z((k, 8)), largest_force=z(k),
+        start_deformation=z(e), largest_deformation=z(e),
+        full_unit=scene.units, inverse_unit=z(n), across_unit=z(e), chord=z((e, 2)), remainder=np.ones(1),
     )  # fmt: skip
 
 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
-    """Allocate the data of an explicit run of a scene from this state."""
-    apart = _modal_links_are_free(scene.tables)
-    n, r, k, s, z = len(q), len(lam), len(memory), scene.tables, np.zeros
-    e = scene.constant_fronts if apart else scene.heavy_fronts
+    """Allocate the data of an explicit run that starts from this state; `memory` (forces, 4)."""
+    tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
+    order = scene.constant_mass_fronts if free_modes else scene.mass_fronts
+    n, r, k, g, z = len(q), len(lam), len(memory), _size_of_jacobian(tables), np.zeros
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
-    pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
-    flight = DormandPrinceState(
-        y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
-        z(entries := int(s.blocks[:r, 1].sum())), z(entries), s.mass.copy(),
-        z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r), z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace,
-        scene.units, z(1, dtype=np.int64), np.array([int(apart)]),
+    largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
+    state = DormandPrinceState(
+        y=y, new=y.copy(), trial=y.copy(), rates=z((7, len(y))),
+        lam=np.array(lam, dtype=float), force=z(n), residual=z(r), speed=z(r), change=z(r), jacobian=z(g),
+        factored_jacobian=z(g), matrix=tables.mass.copy(), factors=z(order.size), swaps=z(len(order.unknowns), dtype=np.int64),
+        amount=z(n + r), part=z(order.largest), right=z(n + r), memory=memory.copy(), start_reports=z((k, 8)),
+        largest_rate=np.array([largest_rate]), units=scene.units,
+        has_factors=z(1, dtype=np.int64), free_modes=np.array([int(free_modes)]),
     )  # fmt: skip
-    return DormandPrince(s, e, scene.work, flight)
+    return DormandPrince(tables, order, scene.work, state)
 
 
-def _modal_links_are_free(tables: Tables) -> bool:
-    """Check that there are modal links, and no constraints on them."""
-    held = {int(x) for at, m, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + m]}
-    return len(tables.modal) > 0 and all(held.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())
+def _size_of_jacobian(tables: Tables) -> int:
+    """Count the entries of G as the kernel stores it: the unknowns of all constraints' blocks."""
+    return int(tables.blocks[: len(tables.rows), BlockColumn.WIDTH].sum())
+
+
+def _are_modal_links_free(tables: Tables) -> bool:
+    """Return True if there are modal links, and no constraint acts on their coordinates."""
+    constrained = {int(x) for at, width, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + width]}
+    return len(tables.modal) > 0 and all(constrained.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())

@@ -14,7 +14,7 @@ import numpy as np
 from ..laws.table import LawColumn, call
 from .compiling import draft
 from .markers import add_force, add_geometric
-from .tables import Forces, Markers, Pushed, Report, State
+from .tables import Forces, Markers, Report, State, StatefulData
 
 SMALL = 1e-3
 """Least size of a law's argument in difference quotients."""
@@ -24,14 +24,14 @@ SMALL = 1e-3
 def _counts(tables, k):
     """First column of the marker that force k acts on, number of columns, number of states."""
     number = tables.forces[k, Forces.NUMBERS]
-    return int(tables.data[number]), int(tables.data[number + Pushed.COUNT]), int(tables.data[number + Pushed.STATES])
+    return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 
 
 @draft
 def _value(tables, work, k, r, count):
-    """Component r of the force, or the rate of a state; the arguments of its law are in work.element."""
+    """Component r of the force, or the rate of a state; the arguments of its law are in work.scratch."""
     factor = tables.factors[k] if r < count else 1.0
-    return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.element)
+    return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.scratch)
 
 
 @draft
@@ -46,13 +46,13 @@ def _of(tables, k, first, count, component):
 
 @draft
 def _fill(tables, work, k, t):
-    """Put the arguments of the law of force k into work.element: time, coordinates, their rates, states."""
+    """Put the arguments of the law of force k into work.scratch: time, coordinates, their rates, states."""
     first, count, states = _counts(tables, k)
-    a, b, given = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.element
+    a, b, given = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.scratch
     given[0] = t
     for i in range(count):
         given[1 + i], given[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
-    given[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + Pushed.OFFSET]
+    given[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]
     for i in range(states):
         given[1 + 2 * count + i] = work.state[b + i, State.SPIN]
 
@@ -78,7 +78,7 @@ def add_stateful(tables, work, k, t, f):
 def add_stateful_tangents(tables, work, k, t, q):
     """Derivatives of the force and of the rates of its states, by central differences of the law."""
     first, count, states = _counts(tables, k)
-    given, out = work.element, work.reports[k]
+    given, out = work.scratch, work.reports[k]
     _fill(tables, work, k, t)
     for c in range(count + count + states):
         component, place = (c, True) if c < count else (c - count, False)

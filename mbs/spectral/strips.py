@@ -125,9 +125,9 @@ def _stress(data, at, free, strain, slopes, rate, lag):
 @inline
 def _balance_stresses(work, p, slopes, n):
     """Return the stresses that are unknowns, and B0^T (n - these), n those of the strains."""
-    if work.mixed[0] == RENEWED:
-        copy(slopes, work.held[p])
-    b, held, slack = work.stress[p], work.held[p], work.slack[p]
+    if work.strip_form[0] == RENEWED:
+        copy(slopes, work.b0[p])
+    b, held, slack = work.stress[p], work.b0[p], work.slack[p]
     slack[0], slack[1], slack[2] = n[0] - b[0], n[1] - b[1], n[2] - b[2]
     return (b[0], b[1], b[2]), (
         slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0],
@@ -143,8 +143,8 @@ def _add_strip(tables, work, place, q, v, slopes, f):
     strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _fields(kind, nb)
-    at, x, rate = tables.places[first : first + size], work.element[:size], work.element[size : 2 * size]
-    local = work.element[2 * size : 3 * size]
+    at, x, rate = tables.places[first : first + size], work.scratch[:size], work.scratch[size : 2 * size]
+    local = work.scratch[2 * size : 3 * size]
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
     lag, r = (tables.data[d + 4], 0.0, tables.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
@@ -159,7 +159,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
         elif lag[2] > 0.0:  # Reissner's curvature is an argument
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
         n, f0 = _stress(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
-        if work.mixed[0] != PLAIN:
+        if work.strip_form[0] != PLAIN:
             n, f0 = _balance_stresses(work, p, slopes, n)
         force = (
             weight * (f0[0] + n[0] * slopes[0, 0] + n[1] * slopes[1, 0] + n[2] * slopes[2, 0]),
@@ -176,9 +176,9 @@ def _add_strip(tables, work, place, q, v, slopes, f):
 
 @draft
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, in the form work.mixed.
+    """Add elastic and damping forces of all strips to f, in the form work.strip_form.
 
-    Stresses that are unknowns are in work.stress, their residuals in work.slack, B0 in work.held.
+    Stresses that are unknowns are in work.stress, their residuals in work.slack, B0 in work.b0.
     """
     ez, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
@@ -203,7 +203,7 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     r, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
     lag[0], lag[2] = tables.data[d + 4], tables.data[d + 3]
-    at, member, rate = tables.places[first : first + size], d + 5 + 4 * ng, work.element[size : 2 * size]
+    at, member, rate = tables.places[first : first + size], d + 5 + 4 * ng, work.scratch[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
     damped = lag[0] > 0.0 or lag[2] > 0.0
@@ -261,7 +261,7 @@ def carry_stresses(tables, work, shift, rate_shift, stress, slack):
         kind, nb, ng, first, d = tables.strips[strip]
         size, block, order = _fields(kind, nb)
         at, member = tables.places[first : first + size], d + 5 + 4 * ng
-        x, axial, bending = work.element[:size], work.element[size : 2 * size], work.element[2 * size : 3 * size]
+        x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
             x[a] = shift[at[a]]
             axial[a], bending[a] = x[a] + tables.data[d + 4] * rate_shift[at[a]], x[a] + tables.data[d + 3] * rate_shift[at[a]]
@@ -269,13 +269,13 @@ def carry_stresses(tables, work, shift, rate_shift, stress, slack):
             p = point + g
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
-                straight, bent = work.held[p, 0, i] != 0.0 or work.held[p, 1, i] != 0.0, work.held[p, 2, i] != 0.0
+                straight, bent = work.b0[p, 0, i] != 0.0 or work.b0[p, 1, i] != 0.0, work.b0[p, 2, i] != 0.0
                 dz = _sum(tables.data, m, x, block[i], nb) if straight or tables.data[d + 3] == 0.0 else 0.0
                 da = _sum(tables.data, m, axial, block[i], nb) if straight and tables.data[d + 4] > 0.0 else dz
                 db = _sum(tables.data, m, bending, block[i], nb) if bent and tables.data[d + 3] > 0.0 else dz
-                stress[p, 0] += tables.data[d] * work.held[p, 0, i] * da
-                stress[p, 1] += tables.data[d + 1] * work.held[p, 1, i] * dz
-                stress[p, 2] += tables.data[d + 2] * work.held[p, 2, i] * db
+                stress[p, 0] += tables.data[d] * work.b0[p, 0, i] * da
+                stress[p, 1] += tables.data[d + 1] * work.b0[p, 1, i] * dz
+                stress[p, 2] += tables.data[d + 2] * work.b0[p, 2, i] * db
             for j in range(3):
                 stress[p, j] += slack[p, j]
         point += ng
@@ -284,8 +284,8 @@ def carry_stresses(tables, work, shift, rate_shift, stress, slack):
 @draft
 def elastic_stresses(tables, work, q, v, stress):
     """Fill stress (points, 3) with those of this state."""
-    f, mixed = np.zeros(q.size), work.mixed[0]
-    work.stress[:], work.mixed[0] = 0.0, MIXED
+    f, mixed = np.zeros(q.size), work.strip_form[0]
+    work.stress[:], work.strip_form[0] = 0.0, MIXED
     add_strips(tables, work, q, v, f)
     copy(work.slack, stress)
-    work.mixed[0] = mixed
+    work.strip_form[0] = mixed

@@ -34,16 +34,16 @@ MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
 class ForceKind(IntEnum):
     """Kinds of forces: along a measure, and from `JOURNAL` on at markers."""
 
-    LINE_SPRING = 0  # spring and damper
+    SPRING = 0  # spring and damper
     CONTACT = 1  # against a face
-    DRY = 2  # friction given as a force
-    SEAT = 3  # friction of a constraint's reaction or of a contact
+    FRICTION_FORCE = 2  # friction given as a force
+    FRICTION = 3  # friction of a constraint's reaction or of a contact
     STRUT = 4  # post-buckled
-    GIVEN = 5  # function of time
+    PRESCRIBED = 5  # function of time
     LAW = 6  # function of time, measure and rate
     MOTOR = 7  # DC motor
     JOURNAL = 8  # pin in a bush
-    PUSH = 9  # at a marker, direction fixed or turning with another
+    POINT_FORCE = 9  # at a marker, direction fixed or turning with another
     STATEFUL = 10  # force or torque at a marker whose law has states
 
 
@@ -61,7 +61,7 @@ class Markers(IntEnum):
 
 Measures = IntEnum("Measures", "KIND A B", start=0)
 """Columns of measures: kind and both markers."""
-RowColumn = IntEnum("RowColumn", "LEAD MOTION TERMS", start=0)
+RowColumn = IntEnum("RowColumn", "FIRST MOTION TERMS", start=0)
 """Columns of rows: first measure, motion or -1, number of measures."""
 BlockColumn = IntEnum("BlockColumn", "MEMBERS WIDTH ENTRIES", start=0)
 """Columns of blocks: where its unknowns begin, how many, where its slots begin."""
@@ -79,9 +79,9 @@ class Forces(IntEnum):
     NUMBERS = 6  # where its numbers begin
 
 
-Directions = IntEnum("Directions", "X Y SHARE", start=0)
+Directions = IntEnum("Directions", "X Y FACTOR", start=0)
 """Columns of directions: of the measure in its second marker's axes, and its coefficient in its constraint."""
-Pushed = IntEnum("Pushed", "FIRST COUNT STATES OFFSET", start=0)
+StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
 """Numbers of a force whose law has states: first column of its marker, columns, states, offset of the first column at t = 0."""
 STATE = -2
 """Mark in place of an inner coordinate's second one: it is the integral of a law's state."""
@@ -97,13 +97,19 @@ class Report(IntEnum):
     LENGTH = 2  # measure or depth
     RATE = 3
     SLIP = 4  # sliding speed
-    BENT = 5  # bristle
+    BRISTLE = 5  # bristle
     FX = 6
     FY = 7
 
 
-Memory = IntEnum("Memory", "ONSET BRISTLE SLIDING FASTEST", start=0)
-"""Columns of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
+class Memory(IntEnum):
+    """Columns of a force's memory, kept from step to step."""
+
+    ONSET = 0  # onset speed of a contact [m/s]
+    BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
+    SLIDING = 2  # sliding speed at the last accepted step [m/s]
+    FASTEST = 3  # fastest onset so far [m/s]
+    STEP_START = 3  # in rows of a run, instead of it: time of the last accepted step, from which bristles move on [s]
 
 
 class Tables(NamedTuple):
@@ -136,7 +142,7 @@ class Tables(NamedTuple):
     ramps: Array  # floats (k, 3): start, end, duration
     forces: Array  # (k, 7)
     factors: Array  # floats (k + 1,): each force is multiplied by its factor, gravity by the last
-    pace: Array  # floats (1,): by how much faster all functions of time go
+    time_factor: Array  # floats (1,): by how much faster all functions of time go
     elastic: Array
     """Inner coordinates of strips and modes, (k, 7): one, or two that are a vector (else -1), the group that shares a unit, and
     for vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform. Integrals of laws' states,
@@ -166,16 +172,16 @@ class Work(NamedTuple):
     drift: Array  # (3, places): derivatives of their rates by the coordinates
     grad: Array  # (6,): of one measure by (x, y, angle) of two markers
     hess: Array  # (6, 6)
-    sway: Array  # (6,): Hessian times the markers' rates
+    hess_rate: Array  # (6,): Hessian times the markers' rates
     by_place: Array  # (6, 6): derivatives of one force on two markers by their places
     by_rate: Array  # (6, 6): and by their rates
-    element: Array  # one strip's coordinates, rates and forces
+    scratch: Array  # one strip's coordinates, rates and forces
     stiff: Array  # (m, m): one block's entries, m unknowns that the largest has
     damp: Array  # (m, m)
-    mixed: Array  # (1,): which forces of strips are asked for, see `strips`
+    strip_form: Array  # (1,): which forces of strips are asked for, see `strips`
     stress: Array  # (points, 3): stresses at all strips' Gauss points
     slack: Array  # (points, 3): what these lack
-    held: Array  # (points, 3, 4): gradients of the strains when tangents were last made
+    b0: Array  # (points, 3, 4): gradients of the strains when tangents were last made
     strain: Array  # (points, 4): arguments of the strains, from forces to tangents
     force: Array  # (points, 3): weighted stresses, likewise
     reports: Array  # (forces, 8): columns of `Report`

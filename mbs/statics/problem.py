@@ -149,13 +149,13 @@ class Problem:
     def _stresses(self, origin: Rest, q: Array) -> Iterator[None]:
         """Make the stresses of strips unknowns, extrapolated from a state to coordinates q."""
         scene, work = self.scene, self.scene.work
-        work.stress[:], work.mixed[0] = 0.0, RENEWED
+        work.stress[:], work.strip_form[0] = 0.0, RENEWED
         try:
             self.assemble(origin, False)
             carry(scene.tables, work, q - origin.q)
             yield
         finally:
-            work.mixed[0] = PLAIN
+            work.strip_form[0] = PLAIN
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
         """Take one damped step of Newton's method; return state and undamped size."""
@@ -175,7 +175,7 @@ class Problem:
         largest = float(np.abs(step[:n]).max(initial=0.0))
         damp = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
         moved = rest.q + damp * step[:n] * self.units
-        if self.scene.work.mixed[0] != PLAIN:
+        if self.scene.work.strip_form[0] != PLAIN:
             carry(self.scene.tables, self.scene.work, moved - rest.q)
         return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
 

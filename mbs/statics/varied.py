@@ -54,7 +54,7 @@ class Paced(Problem):
 
     def set(self, parameter: float) -> None:
         """Set the frequency of the functions of time."""
-        self.scene.tables.pace[0] = parameter / self.drawn
+        self.scene.tables.time_factor[0] = parameter / self.drawn
 
 
 def problem_over(

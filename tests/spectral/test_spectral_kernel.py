@@ -64,7 +64,7 @@ def test_modal_mass_and_its_slope() -> None:
     a = np.random.default_rng(4).standard_normal(scene.size)
     values = np.zeros_like(scene.tables.mass)
     _mass_slope(scene.tables, scene.work, q, a, values)
-    out = scene.whole(values)[: scene.size, : scene.size]
+    out = scene.full_matrix(values)[: scene.size, : scene.size]
     assert np.abs(out - slope(lambda q: scene.mass_at(q) @ a, q, 1e-4)).max() < 1e-9 * np.abs(scene.mass_at(q)).max()
 
 
@@ -177,7 +177,7 @@ def test_modes_that_no_constraint_touches_accelerate_as_by_the_whole_matrix(monk
     q, v = scene.q0 + 1e-2 * draw.normal(size=(1, n)), 3.0 * draw.normal(size=(1, n))
     row = Output(time, q, v, np.zeros((1, n)), np.zeros((1, len(scene.row_names))), scene.memory()[None])
     found = at_times(scene, row, time).a
-    monkeypatch.setattr(start, "_modal_links_are_free", lambda tables: False)
+    monkeypatch.setattr(start, "_are_modal_links_free", lambda tables: False)
     whole = at_times(scene, row, time).a
     assert scene.tables.modal.shape[0] == 1
     np.testing.assert_allclose(found, whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max())

@@ -183,7 +183,7 @@ BOOLE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 def reports_at(scene, seen):
     """Reports of forces at states, whose bristles are as they stand, (times, forces, 8)."""
     memory = seen.memory.copy()
-    memory[:, :, Memory.FASTEST] = seen.time[:, None]
+    memory[:, :, Memory.STEP_START] = seen.time[:, None]
     reports = np.empty((len(seen.time), len(scene.tables.forces), 8))
     follow_markers(scene, seen._replace(memory=memory), [], reports)
     return reports
