@@ -1,7 +1,7 @@
-"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method, for `strip`.
+"""Chebyshev collocation on two pieces of a strip that meet at a point load, and Newton's method, for `strip`.
 
-The error falls geometrically with the number of points. Rounding stays at 1e-15, as there are integration matrices only, no
-differentiation matrices.
+The error falls geometrically with the number of points. Integration matrices alone are used: they keep rounding at 1e-15,
+which differentiation matrices would not.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ class NewtonDivergedError(RodError):
 
 
 class Grid(NamedTuple):
-    """Collocation points s of both pieces, matrix J that integrates from 0, stress-free angle; 1 beyond the load, else 0."""
+    """Collocation points of both pieces, in one array of shape (2 nodes,); the point of the load occurs twice.
+
+    `J @ f` is the integral of f from 0 to each point; `beyond` is 0 in the first piece and 1 in the second.
+    """
 
     s: Array
     J: Array
@@ -38,7 +41,7 @@ class Grid(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Fields along a strip: sin and cos of theta, nx, ny, x', y', the moment, and the rotation of the start."""
+    """Fields at the collocation points, as equations (1) to (4) of `strip` name them; dx, dy are x', y'."""
 
     sin: Array
     cos: Array
@@ -52,7 +55,7 @@ class Fields(NamedTuple):
 
 @cache
 def integration(nodes: int) -> tuple[Array, Array]:
-    """Return two or more Chebyshev-Lobatto points on [0, 1], and the matrix that integrates from 0 to each of them."""
+    """Return Chebyshev-Lobatto points on [0, 1], at least two, and the matrix that integrates from 0 to each of them."""
     points = -np.cos(pi * np.arange(nodes) / (nodes - 1))
     primitives = chebyshev.chebint(np.eye(nodes), lbnd=-1, axis=0)
     to_coefficients = np.linalg.inv(chebyshev.chebvander(points, nodes - 1))
@@ -60,33 +63,34 @@ def integration(nodes: int) -> tuple[Array, Array]:
     return (points + 1.0) / 2.0, J
 
 
-def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:
-    """Return the grid of a strip with its point load at arc length `at` over L and `nodes` points in each piece."""
+def make_grid(load_point: float, nodes: int, angle: Angle | None) -> Grid:
+    """Return the grid of a strip with a point load at an arc length over L and `nodes` points in each piece."""
     unit, J = integration(nodes)
-    left, right = at, 1.0 - at
+    left, right = load_point, 1.0 - load_point
     s = np.concatenate((left * unit, left + right * unit))
     s[-1] = 1.0
-    whole = np.zeros((2 * nodes, 2 * nodes))
-    whole[:nodes, :nodes], whole[nodes:, nodes:], whole[nodes:, :nodes] = left * J, right * J, left * J[-1]
+    both = np.zeros((2 * nodes, 2 * nodes))
+    both[:nodes, :nodes], both[nodes:, nodes:], both[nodes:, :nodes] = left * J, right * J, left * J[-1]
     angles = np.zeros_like(s) if angle is None else np.asarray(angle(s), dtype=float)
-    return Grid(s, whole, angles, np.repeat((0.0, 1.0), nodes))
+    return Grid(s, both, angles, np.repeat((0.0, 1.0), nodes))
 
 
 def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
-    """Subtract steps until one is below 1e-9, so that the next would be below rounding.
+    """Subtract Newton steps until one is below 1e-9: steps shrink quadratically, so the next would be below rounding.
+
+    The size of a step is the largest change, relative to unknowns above 1.
 
     Raises
     ------
     NewtonDivergedError
         If 25 steps were not enough, a matrix was singular, or a step was above 1e3.
     """
-    scale = np.ones_like(unknowns)
     for _ in range(25):
         try:
             change = step(unknowns)
         except np.linalg.LinAlgError as error:
             raise NewtonDivergedError("the equations are singular here: a branching, or a strip that can move freely") from error
-        size = float(np.max(np.abs(change) / np.maximum(scale, np.abs(unknowns))))
+        size = float(np.max(np.abs(change) / np.maximum(1.0, np.abs(unknowns))))
         unknowns = unknowns - change
         if not size < 1e3:
             break
@@ -103,12 +107,6 @@ def resample(values: Array, nodes: int) -> Array:
 
 
 def require(name: str, value: object, valid: bool, allowed: str) -> None:
-    """Raise a ValueError with name, value and allowed values.
-
-    Raises
-    ------
-    ValueError
-        If the value is not valid.
-    """
+    """Raise a ValueError with name, value and allowed values if the value is not valid."""
     if not valid:
         raise ValueError(f"{name} = {value} must be {allowed}")

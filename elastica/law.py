@@ -1,14 +1,14 @@
-"""Load of the buckled strip as a fast function of its end shortening: the published fit and a better one.
+"""Load of the buckled strip as a fast function of its end shortening: a published fit and a more accurate one.
 
-u is end shortening over length and the load is p = P L^2/(E I), as in `buckler.elastica.pinned`. Both laws hold on
-0 <= u <= 1, for floats and arrays; other values raise ValueError. `quartic` reproduces published results; `fast` is for sweeps
-of forces and contact callbacks. It is the rational function
+u is end shortening over length and the load is p = P L^2/(E I), as in `buckler.elastica.pinned`. Both functions hold on
+0 <= u <= 1, for floats and arrays; other values raise ValueError. `quartic` reproduces published results; `fast` is for
+simulations, which need the load many times. `fast` is the rational function
 
     p(u) = N(x)/D(x),   x = u - 1/2,   N and D of degree 5,
 
-within 2e-13 of the elliptic integrals. The law has branch points near the interval in the complex plane, so that a polynomial
-of the same accuracy needs degree 17. The coefficients are a relative least-squares fit at 60 Chebyshev nodes in 40-digit
-arithmetic; the tests repeat the fit and compare.
+within 2e-13 of the elliptic integrals, relative to p. The exact load has branch points near the interval in the complex plane,
+so that a polynomial of the same accuracy needs degree 17. The coefficients are a relative least-squares fit at 60 Chebyshev
+nodes in 40-digit arithmetic; the tests repeat the fit and compare.
 """
 
 from collections.abc import Sequence
@@ -21,6 +21,7 @@ from .pinned import Reals
 Array = NDArray[np.float64]
 
 QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
+"""Coefficients of the published quartic in u, highest power first."""
 _NUMERATOR = (
     0.15013423069067938,
     -27.60080759714413,
@@ -31,13 +32,13 @@ _NUMERATOR = (
 )
 _DENOMINATOR = (1.0, -14.876272602260727, 68.47748340115675, -135.96996059703338, 123.68873420614567, -42.645784915464915)
 _BLOCK = 24576
-"""Values evaluated together: three work arrays, 576 KiB, stay in a second-level cache of 1 MiB."""
+"""Number of values per block of `fast`: its three arrays, 576 KiB, stay in a second-level cache of 1 MiB."""
 
 
 def quartic(shortening: ArrayLike) -> Reals:
-    """Load by the published quartic fit.
+    """Compute the load by the published quartic fit.
 
-    Its error is at most 0.19 %, at u = 0, where it is 9.888 instead of pi^2.
+    The error is at most 0.19 %, at u = 0, where the fit has 9.888 instead of pi^2.
 
     Returns
     -------
@@ -52,9 +53,9 @@ def quartic(shortening: ArrayLike) -> Reals:
 
 
 def fast(shortening: ArrayLike) -> Reals:
-    """Load to a relative error of 1e-12 (2e-13 measured), at three times the cost of the quartic and a 200th of the integrals.
+    """Compute the load to a relative error of 1e-12 (2e-13 measured) by the rational fit.
 
-    A float takes about a microsecond. Arrays are evaluated in place, in blocks that fit into the cache.
+    A float takes about a microsecond: three times the quartic, a 200th of the elliptic integrals.
 
     Returns
     -------

@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Reals = Any
-"""A float or an array, as what was given; NumPy has no type for both."""
+"""A float for a float, an array for an array; NumPy has no type for both."""
 
 Array = NDArray[np.float64]
 

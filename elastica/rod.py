@@ -1,8 +1,9 @@
 """The pinned strip as a boundary value problem, extensible and shearable: an independent check of `elastica.pinned`.
 
-By symmetry only half of it is solved, a `Strip` clamped at mid-span, its other end free to move across the chord. Quantities are
-normalised by E I and by the whole stress-free arc length L: p = P L^2/(E I), axial = E A L^2/(E I), shear = G A L^2/(E I).
-Newton's method begins with a one-term Galerkin solution theta = alpha cos(pi s), and must converge to the same branch.
+By symmetry one half is solved: a `Strip` that is clamped at mid-span and whose other end is free to move across the chord.
+Quantities are normalised by E I and the stress-free length L of both halves: p = P L^2/(E I), axial = E A L^2/(E I),
+shear = G A L^2/(E I). The `Strip` of the half is normalised by its own length L/2, hence the factors 4 below. Newton's method
+begins with a one-term Galerkin solution theta = -alpha sin(pi s/2), s = 0 at mid-span, and must converge to the same branch.
 
 References
 ----------
@@ -22,7 +23,7 @@ from .collocation import Array, RodError, require
 from .strip import Load, Strip, StripEquilibrium
 
 APPROACH = Load(move=(-1.0, 0.0, 0.0))
-"""Load parameter: shortening of the half over its length."""
+"""Displacement of the half's end towards mid-span; its load factor is the shortening of the half over its length."""
 
 
 class WrongBranchError(RodError):
@@ -75,23 +76,26 @@ class Rod:
         half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
         lowest = self.critical_load / self.axial
         require("shortening", shortening, lowest < shortening <= 1.5, f"above {lowest:.12g}, to 1.5 (end shortening/L)")
-        guess = self._guess(half, shortening)
+        guess, end_angle = self._guess(half, shortening)
         found = half.equilibrium(APPROACH, shortening, guess)
-        end, expected = float(found.theta[-1]), float(guess[-4])
-        if np.any(found.theta[1:] * expected <= 0.0) or end / expected < 0.5:
-            raise WrongBranchError(f"end angle {-end:.3g} rad where about {-expected:.3g} was expected; the rod is {self}")
+        end = -float(found.theta[-1])
+        if np.any(found.theta[1:] >= 0.0) or end < 0.5 * end_angle:  # a higher mode changes sign, or has a smaller angle
+            raise WrongBranchError(f"end angle {end:.3g} rad where about {end_angle:.3g} was expected; the rod is {self}")
         return RodSolution(-4.0 * float(found.force[0, 0]), found)
 
-    def _guess(self, half: Strip, shortening: float) -> Array:
-        """Return the half's unknowns for theta = alpha cos(pi s), whose alpha has this shortening by Galerkin's method."""
-        whole, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
+    def _guess(self, half: Strip, shortening: float) -> tuple[Array, float]:
+        """Return the half's unknowns and the end angle alpha [rad] at a shortening, by Galerkin's method with one mode.
+
+        The load p at an angle solves bending = linear p + quadratic p^2. A table of 200 angles is interpolated.
+        """
+        integral, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
         angles = np.geomspace(1e-6, 3.0, 200)
         sin, cos = np.sin(np.outer(angles, mode)), np.cos(np.outer(angles, mode))
-        bending = angles * pi**2  # = linear * p + quadratic * p^2
-        linear, quadratic = 2.0 * (sin * mode) @ whole, 2.0 * self.softness * (sin * cos * mode) @ whole
+        bending = angles * pi**2
+        linear, quadratic = 2.0 * (sin * mode) @ integral, 2.0 * self.softness * (sin * cos * mode) @ integral
         discriminant = linear**2 + 4.0 * quadratic * bending
         known = np.logical_and.accumulate(discriminant >= 0.0)  # at larger angles no load balances the bending
         angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
-        shortened = 1.0 - cos[known] @ whole + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ whole)
+        shortened = 1.0 - cos[known] @ integral + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ integral)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
-        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0)))
+        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)

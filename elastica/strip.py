@@ -13,9 +13,9 @@ Let J[f](s) be the integral of f from 0 to s. Integrated twice:
 
     theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'].                                           (4)
 
-These are collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds theta, n at the start,
-and phi (pinned start) or m0 (clamped start). The three conditions at s = 1 prescribe either a place or the force that works on
-it.
+These are collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds the unknowns theta at
+all points, b, nx(0) and ny(0), in this order in every array of unknowns. The start decides b: its rotation phi where it is
+pinned, its moment m0 where it is clamped. At s = 1 each of x, y and theta is prescribed, or else the force or moment on it.
 
 References
 ----------
@@ -30,7 +30,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, newton, require, resample, two_pieces
+from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, make_grid, newton, require, resample
 
 PRESCRIBED = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Indices of x, y and the rotation that each support at s = 1 prescribes."""
@@ -39,7 +39,7 @@ STEEPEST = 1e6
 MOST_ROTATION = 0.6
 """Largest rotation of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
 MOST_CORRECTION = 0.3
-"""Largest correction by Newton over the predicted rotation of a step. A larger one may lead to another equilibrium."""
+"""Largest correction by Newton's method, over the rotation predicted by the tangent. A larger one may lead elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Strip:
         require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
         require("end", self.end, self.end in PRESCRIBED, "one of " + ", ".join(PRESCRIBED))
         movable = self.start == "pinned" and self.end in ("free", "rail")
-        require("end", self.end, not movable, "held in y at least: a strip pinned at its start falls over with this end")
+        require("end", self.end, not movable, "fixed in y at least: a strip pinned at its start turns freely with this end")
         require("axial", self.axial, self.axial > 0.0, "above 0 (E A L^2/(E I))")
         require("shear", self.shear, self.shear > 0.0, "above 0 (G A L^2/(E I))")
         require("at", self.at, 0.01 <= self.at <= 0.99, "0.01 to 0.99 (arc length over L)")
@@ -151,19 +151,18 @@ class Strip:
     @cached_property
     def grid(self) -> Grid:
         """Collocation points, integration matrix and stress-free angle."""
-        return two_pieces(self.at, self.nodes, self.angle)
+        return make_grid(self.at, self.nodes, self.angle)
 
     @cached_property
     def finer(self) -> Strip:
-        """The same strip with 1.5 times as many points, at most 200, for the residual."""
+        """Copy of the strip with 1.5 times as many points, at most 200, for the residual."""
         return replace(self, nodes=min(3 * self.nodes // 2, 200))
 
     @cached_property
     def rest(self) -> tuple[float, float, float]:
         """x, y over L and tangent angle, rad, of the end s = 1 in the stress-free shape."""
-        grid = self.grid
-        tangent = grid.angle[-1]
-        return float(grid.J[-1] @ np.cos(grid.angle)), float(grid.J[-1] @ np.sin(grid.angle)), float(tangent)
+        integral, angle = self.grid.J[-1], self.grid.angle
+        return float(integral @ np.cos(angle)), float(integral @ np.sin(angle)), float(angle[-1])
 
     def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> StripEquilibrium:
         """Find the equilibrium under `factor` times a load.
@@ -172,8 +171,8 @@ class Strip:
         ----------
         load : Load
         factor : float, load factor, -1e6 to 1e6
-        guess : array, `unknowns` of a neighbouring equilibrium; without one the load is increased from zero in steps, on the path
-            that begins at the stress-free shape
+        guess : array, `unknowns` of a neighbouring equilibrium; without it the load increases from zero in steps, and the path
+            that begins at the stress-free shape is followed
 
         Raises
         ------
@@ -185,16 +184,16 @@ class Strip:
         require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:
             return self.at_unknowns(load, factor, self._newton(load, factor, guess))
-        reached, step, state = 0.0, 1.0, self.stress_free()
+        reached, step, unknowns = 0.0, 1.0, self.stress_free()
         while reached < 1.0:
-            there = self._nearby(load, factor * reached, factor * min(reached + step, 1.0), state)
-            if there is not None:
-                reached, step, state = reached + step, 1.5 * step, there
+            found = self._follow(load, factor * reached, factor * min(reached + step, 1.0), unknowns)
+            if found is not None:
+                reached, step, unknowns = reached + step, 1.5 * step, found
             elif step < 1e-6:
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0
-        return self.at_unknowns(load, factor, self._newton(load, factor, state))
+        return self.at_unknowns(load, factor, self._newton(load, factor, unknowns))
 
     def stress_free(self) -> Array:
         """Return the unknowns of the stress-free shape."""
@@ -205,19 +204,16 @@ class Strip:
         fields, grid, theta = self.fields(load, factor, unknowns), self.grid, unknowns[:-3]
         x, y = grid.J @ fields.dx, grid.J @ fields.dy
         force = np.column_stack((fields.nx, fields.ny))
-        half = self.nodes
-        inner, end = (float(x[half]), float(y[half])), (float(x[-1]), float(y[-1]), float(theta[-1]))
+        loaded = self.nodes  # index of the point `at`, first of the second piece
+        inner, end = (float(x[loaded]), float(y[loaded])), (float(x[-1]), float(y[-1]), float(theta[-1]))
         residual = self._residual(load, factor, unknowns)
         return StripEquilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, unknowns)
 
     def fields(self, load: Load, factor: float, unknowns: Array) -> Fields:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
-        a, g, grid, theta = 1.0 / self.axial, 1.0 / self.shear, self.grid, unknowns[:-3]
-        b, nx, ny = (
-            unknowns[-3],
-            unknowns[-2] - factor * load.inner[0] * grid.beyond,
-            unknowns[-1] - factor * load.inner[1] * grid.beyond,
-        )
+        a, g, grid = 1.0 / self.axial, 1.0 / self.shear, self.grid
+        theta, (b, start_nx, start_ny) = unknowns[:-3], unknowns[-3:]
+        nx, ny = start_nx - factor * load.inner[0] * grid.beyond, start_ny - factor * load.inner[1] * grid.beyond
         sin, cos = np.sin(theta), np.cos(theta)
         dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
         dy = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
@@ -238,26 +234,30 @@ class Strip:
         return np.concatenate((balance, ends))
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
+        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4).
+
+        Each row below is the derivative of a field at one point, each column that by theta, b, nx(0), ny(0), load factor.
+        """
         f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
+        b, start_nx, start_ny, load_factor = range(n, n + 4)
         slopes = _slope_columns(self, f, load)
-        dx, dy = J @ slopes[0], J @ slopes[1]
+        x, y = J @ slopes[0], J @ slopes[1]
         force = np.zeros((2, n, n + 4))
-        force[0, :, n + 1] = force[1, :, n + 2] = 1.0
-        force[:, :, n + 3] = -np.outer(load.inner, self.grid.beyond)
+        force[0, :, start_nx] = force[1, :, start_ny] = 1.0
+        force[:, :, load_factor] = -np.outer(load.inner, self.grid.beyond)
         moment_slope = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + force[0] * f.dy[:, None] - force[1] * f.dx[:, None]
         moment = J @ moment_slope
-        moment[:, n] += self.start == "clamped"
+        moment[:, b] += self.start == "clamped"
         matrix = np.zeros((n + 3, n + 4))
         matrix[:n] = -J @ moment
         matrix[:n, :n] += np.eye(n)
-        matrix[:n, n] -= self.start == "pinned"
-        angle = np.eye(1, n + 4, n - 1)[0]
-        place, end_force = (dx[-1], dy[-1], angle), (force[0, -1], force[1, -1], moment[-1])
+        matrix[:n, b] -= self.start == "pinned"
+        end_angle = np.eye(1, n + 4, n - 1)[0]
+        place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
         applied = (*load.end, load.moment)
         for k in range(3):
             matrix[n + k] = place[k] if k in PRESCRIBED[self.end] else end_force[k]
-            matrix[n + k, -1] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
+            matrix[n + k, load_factor] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
         return matrix
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
@@ -266,8 +266,8 @@ class Strip:
 
         return newton(step, unknowns)
 
-    def _nearby(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
-        """Return the unknowns at a load factor from those at another; None if they are far from the tangent's prediction."""
+    def _follow(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
+        """Follow the path from one load factor to another; return None if Newton's method leaves the tangent's prediction."""
         matrix = self.jacobian(load, before, unknowns)
         try:
             change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
@@ -287,13 +287,14 @@ class Strip:
 def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
     """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
     a, g, n = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size
-    double_sin, double_cos = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
+    _, nx, ny, load_factor = range(n, n + 4)
+    sin_2theta, cos_2theta = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
     columns = np.zeros((2, n, n + 4))
     diagonal = np.arange(n)
-    columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * double_sin - f.ny * double_cos)
-    columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * double_cos + f.ny * double_sin)
+    columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * sin_2theta - f.ny * cos_2theta)
+    columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * cos_2theta + f.ny * sin_2theta)
     cross = (a - g) * f.sin * f.cos
-    columns[0, :, n + 1], columns[0, :, n + 2] = a * f.cos**2 + g * f.sin**2, cross
-    columns[1, :, n + 1], columns[1, :, n + 2] = cross, a * f.sin**2 + g * f.cos**2
-    columns[:, :, n + 3] = -strip.grid.beyond * (columns[:, :, n + 1] * load.inner[0] + columns[:, :, n + 2] * load.inner[1])
+    columns[0, :, nx], columns[0, :, ny] = a * f.cos**2 + g * f.sin**2, cross
+    columns[1, :, nx], columns[1, :, ny] = cross, a * f.sin**2 + g * f.cos**2
+    columns[:, :, load_factor] = -strip.grid.beyond * (columns[:, :, nx] * load.inner[0] + columns[:, :, ny] * load.inner[1])
     return columns

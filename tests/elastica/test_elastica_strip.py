@@ -135,7 +135,7 @@ def test_beyond_a_limit_point_there_is_no_equilibrium_in_reach():
     [
         (lambda: Strip("free"), "start = free must be clamped or pinned"),
         (lambda: Strip(end="hinged"), "end = hinged must be one of free, rail, roller"),
-        (lambda: Strip("pinned", "free"), "end = free must be held in y"),
+        (lambda: Strip("pinned", "free"), "end = free must be fixed in y"),
         (lambda: Strip(axial=0.0), r"axial = 0\.0 must be above 0 \(E A L\^2/\(E I\)\)"),
         (lambda: Strip(shear=np.nan), "shear = nan must be above 0"),
         (lambda: Strip(at=0.0), r"at = 0\.0 must be 0\.01 to 0\.99 \(arc length over L\)"),
