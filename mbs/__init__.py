@@ -1,4 +1,4 @@
-"""Planar mechanisms that buckle, rattle and strike. Importing it does not load the engine; `simulate` does."""
+"""Planar mechanisms that buckle, rattle and strike. The engine is loaded by `simulate`, not by an import of this package."""
 
 from typing import TYPE_CHECKING
 
@@ -75,7 +75,7 @@ __getattr__ = on_demand(__name__, {
 
 
 def __dir__() -> list[str]:
-    """Names on the door, those too that are loaded on demand."""
+    """Return the public names, which include those imported at first use."""
     return sorted(__all__)
 
 

@@ -1,6 +1,8 @@
 """Assembly: places of points from the lengths and angles of links.
 
-Linear equations are solved first, the remaining lengths |E - S|^2 = L^2 by the Levenberg-Marquardt method from random starts.
+The unknowns x are the coordinates of the points whose places are not given. Places are complex numbers, x + i y. Angles, guides
+and points that links carry give linear equations, which are solved first: x = base + free z, with free coordinates z. Lengths
+|E - S| = L of links from S to E remain; the Levenberg-Marquardt method solves them for z from random starts, to find all poses.
 """
 
 from __future__ import annotations
@@ -19,22 +21,20 @@ from .validate import short
 Pair = tuple[float, float]
 AGREE = 1e-9
 """Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write."""
-STARTS, ROUNDS, ITERATIONS = 48, 8, 60
+STARTS = 48
+"""Random starts in a round; more cost time, fewer may miss a pose."""
+ROUNDS = 8
+"""Most rounds; the first that finds no further pose is the last."""
+ITERATIONS = 60
+"""Most iterations of the Levenberg-Marquardt method in a round."""
 SAME_POSE = 1e-6
 """Distance, over the longest link, below which two poses are the same."""
 SINGULAR = 1e-6
-"""Ratio of the least to the largest singular value below which a pose is a dead centre: there places have half of the digits."""
+"""Ratio of the least to the largest singular value below which a pose is a dead centre: places then lose half of their digits."""
 
 
 class Assembly(NamedTuple):
-    """Places of the points that were left out, m.
-
-    Attributes
-    ----------
-    points : dict of str to (float, float)
-    others : tuple of such dicts
-        The other poses of the same lengths and angles, from the topmost down.
-    """
+    """Places of the points that lengths and angles determine [m], by name; in `others` the other poses, the topmost first."""
 
     points: dict[str, Pair]
     others: tuple[dict[str, Pair], ...] = ()
@@ -43,18 +43,18 @@ class Assembly(NamedTuple):
 def assemble(
     points: Mapping[str, Pair], links: Iterable[Any], guides: Iterable[Any] = (), near: Mapping[str, Pair] | None = None
 ) -> Assembly:
-    """Find the points that are determined by lengths and angles of links.
+    """Find the places of points that are determined by lengths and angles of links.
 
     Parameters
     ----------
     points : dict of str to (float, float)
-        Places that are given, m.
+        Given places [m].
     links : iterable of Link
     guides : iterable of Guide
-        Those with `through` keep their point on a line.
+        Guides with `through` keep their point on a line.
     near : dict of str to (float, float), optional
-        Rough places, m: of several poses the one with the least sum of squared distances from them is taken. By default it is
-        the one whose first differing point is highest, then farthest right.
+        Rough places [m]: the pose with the least sum of squared distances from them is taken. By default it is the pose whose
+        first differing point is highest, then farthest right.
 
     Raises
     ------
@@ -62,45 +62,44 @@ def assemble(
         If lengths and angles are too few or contradict each other; in one line that names links.
     """
     links, near = list(links), near or {}
-    lengths = {link.name: given for link in links if (given := _length(link, points)) is not None}
+    lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}
     deciding = [link for link in links if link.length is not None or link.angle is not None]
     concerned = [point for link in deciding for point in (link.start, link.end)]
     concerned += [point for link in links if link.name in lengths for point in link.carried_places(1.0)]
     unknown = list(dict.fromkeys(point for point in concerned if point not in points))
     for point in near:
         if point not in unknown:
-            raise ValueError(
-                f"near.{point}: no point whose place follows from lengths; those are: {', '.join(unknown) or 'none'}"
-            )
+            known = ", ".join(unknown) or "none"
+            raise ValueError(f"near.{point}: no point whose place follows from lengths; those are: {known}")
     if not deciding or not unknown:
         return Assembly({})
-    at = _places(points, unknown)
-    guided = [each for each in guides if each.through and {each.point, each.through} <= set(at)]
-    lines = [((at[each.point] - at[each.through]) * complex(*each.along).conjugate()).imag for each in guided]
-    base, free = _linear([*_rows(at, links, lengths), *lines], 2 * len(unknown))
+    places = _places(points, unknown)
+    guided = [guide for guide in guides if guide.through and {guide.point, guide.through} <= set(places)]
+    lines = [((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag for guide in guided]
+    base, free = _solve_linear([*_linear_equations(places, links, lengths), *lines], 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0
-    open_links = [link for link in deciding if link.angle is None and link.start in at and link.end in at]
-    ends = np.array([at[link.end] - at[link.start] for link in open_links], dtype=complex).reshape(-1, 2 * len(unknown) + 1)
-    poses = _Poses(ends, np.array([link.length for link in open_links]), base, free)
-    poses.check_decided(open_links)
-    coordinates, met = poses.all(size)
-    found = [_by_name(unknown, x) for x in coordinates]
-    if not met:
-        raise _out_of_reach(open_links, {**points, **found[0]})
-    kept = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)] or found
-    first, *others = sorted(sorted(kept, key=_topmost(unknown, size)), key=_nearest(near, size))
+    turning = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
+    vectors = np.array([places[link.end] - places[link.start] for link in turning], dtype=complex)
+    poses = _Poses(vectors.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in turning]), base, free)
+    poses.check_decided(turning)
+    solutions, solved = poses.find_all(size)
+    found = [_by_name(unknown, x) for x in solutions]
+    if not solved:
+        raise _out_of_reach(turning, {**points, **found[0]})
+    allowed = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)] or found
+    first, *others = sorted(sorted(allowed, key=_topmost(unknown, size)), key=_nearest(near, size))
     for link in deciding:
         _check(link, {**points, **first})
-    poses.check_regular(unknown, first, open_links)
+    poses.check_regular(unknown, first, turning)
     return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
 
 
 def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
-    """Complete places with those of the points that links carry; ValueError if one that is given lies elsewhere."""
+    """Add the places of the points that links carry; raise a ValueError if such a point is given elsewhere."""
     found = dict(points)
     for link in links:
         if link.start not in found or link.end not in found:
-            continue  # the link's own check names it
+            continue  # the check of the link names the missing point
         for point, (x, y) in link.inner(found[link.start], found[link.end]).items():
             distance = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
             if distance > AGREE * abs(_vector(link, found)):
@@ -114,7 +113,7 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
 
 
 def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
-    """Return the length of a link, as given or from the places of its ends; None if it is unknown."""
+    """Return the length of a link [m], given or from the given places of its ends; None if unknown."""
     if link.length is not None or not {link.start, link.end} <= set(points):
         return link.length
     return abs(_vector(link, points))
@@ -125,21 +124,21 @@ def _vector(link: Any, points: Mapping[str, Pair]) -> complex:
 
 
 def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
-    """Return places x + i y as complex linear forms: coefficients of the unknown coordinates, then the constant."""
-    at = {point: np.zeros(2 * len(unknown) + 1, dtype=complex) for point in (*unknown, *points)}
+    """Return places as linear forms of the unknowns, complex, shape (unknowns + 1,): coefficients, then the constant."""
+    places = {point: np.zeros(2 * len(unknown) + 1, dtype=complex) for point in (*unknown, *points)}
     for k, point in enumerate(unknown):
-        at[point][2 * k : 2 * k + 2] = 1.0, 1j
+        places[point][2 * k : 2 * k + 2] = 1.0, 1j
     for point, place in points.items():
-        at[point][-1] = complex(*place)
-    return at
+        places[point][-1] = complex(*place)
+    return places
 
 
-def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
-    """Yield the equations of links that are linear in the places, each a linear form that must vanish."""
+def _linear_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
+    """Yield real linear forms that must vanish: from angles of links, and from the points that links carry."""
     for link in links:
-        if link.start not in at or link.end not in at:
+        if link.start not in places or link.end not in places:
             continue
-        vector, equations = at[link.end] - at[link.start], []
+        vector, equations = places[link.end] - places[link.start], []
         if link.angle is not None and link.length is not None:
             equation = vector.copy()
             equation[-1] -= rect(link.length, link.angle)
@@ -148,17 +147,17 @@ def _rows(at: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float
             yield (vector * rect(1.0, -link.angle)).imag
         if length := lengths.get(link.name):
             carried = link.carried_places(length).items()
-            equations += [at[point] - at[link.start] - vector * complex(x, y) / length for point, (x, y) in carried]
-        for each in equations:
-            yield each.real
-            yield each.imag
+            equations += [places[point] - places[link.start] - vector * complex(x, y) / length for point, (x, y) in carried]
+        for equation in equations:
+            yield equation.real
+            yield equation.imag
 
 
-def _linear(rows: list[Array], count: int) -> tuple[Array, Array]:
-    """Return a least-squares solution of the linear rows, and a basis of their null space, (count, open)."""
-    if not rows:
+def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
+    """Return a least-squares solution of linear equations, (count,), and a basis of their null space, (count, free)."""
+    if not equations:
         return np.zeros(count), np.eye(count)
-    matrix = np.array(rows)
+    matrix = np.array(equations)
     u, values, vt = np.linalg.svd(matrix[:, :-1])
     rank = int((values > AGREE * max(1.0, values[0])).sum())
     base = vt[:rank].T @ (-(u.T @ matrix[:, -1])[:rank] / values[:rank])
@@ -166,64 +165,69 @@ def _linear(rows: list[Array], count: int) -> tuple[Array, Array]:
 
 
 class _Poses:
-    """Poses of the links whose length alone is given: solutions z of |M z + c| = L, M and c complex."""
+    """Poses of the links whose length alone is given: solutions z of |M z + c| = L, with M and c complex.
 
-    def __init__(self, ends: Array, lengths: Array, base: Array, free: Array) -> None:
+    `vectors` are the linear forms of the links from end to end, shape (links, unknowns + 1).
+    """
+
+    def __init__(self, vectors: Array, lengths: Array, base: Array, free: Array) -> None:
         self.base, self.free, self.lengths = base, free, lengths
-        self.matrix, self.constant = ends[:, :-1] @ free, ends[:, :-1] @ base + ends[:, -1]
+        self.matrix, self.constant = vectors[:, :-1] @ free, vectors[:, :-1] @ base + vectors[:, -1]
 
-    def residual(self, coordinates: Array) -> tuple[Array, Array]:
-        """Compute (|v|^2 - L^2) / 2 L, v = M z + c [m], and its derivatives, for z of shape (starts, open)."""
-        vectors = coordinates @ self.matrix.T + self.constant
+    def residual(self, z: Array) -> tuple[Array, Array]:
+        """Compute (|v|^2 - L^2) / 2 L, v = M z + c [m], and its derivatives by z, for z of shape (starts, free)."""
+        vectors = z @ self.matrix.T + self.constant
         value = (np.abs(vectors) ** 2 - self.lengths**2) / (2 * self.lengths)
         return value, (vectors.conj()[..., None] * self.matrix).real / self.lengths[:, None]
 
     def check_decided(self, links: list[Any]) -> None:
-        """Raise a ValueError if there are fewer equations than unknowns."""
+        """Raise a ValueError if there are fewer equations than unknowns, by the rank of the derivatives in a random pose."""
         count = self.free.shape[1]
         slopes = self.residual(np.random.default_rng(1).normal(size=(1, count)))[1][0]
-        ways = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
-        if ways:
+        missing = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
+        if missing:
             example = f", as links.{links[0].name}.angle = '60 deg'" if links else ""
-            more = "an angle" if ways == 1 else f"{ways} angles"
-            left = "1 way" if ways == 1 else f"{ways} ways"
+            more = "an angle" if missing == 1 else f"{missing} angles"
+            left = "1 way" if missing == 1 else f"{missing} ways"
             raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
 
-    def all(self, size: float) -> tuple[list[Array], bool]:
-        """Return the coordinates of every pose found, and True; without any, of the one with the least gap, and False."""
+    def find_all(self, size: float) -> tuple[list[Array], bool]:
+        """Return the unknowns x of all poses found, and True; or else the pose with the least residual, and False."""
         found: list[Array] = []
         random = np.random.default_rng(1)
         if not self.free.shape[1] or not len(self.lengths):
             return [self.base], True
         for _ in range(ROUNDS):
-            z, gaps = self._descend(size * random.normal(size=(STARTS, self.free.shape[1])))
-            poses = self.base + z @ self.free.T
-            met = [x for x, gap in zip(poses, gaps, strict=True) if gap < 1e-12 * size]
-            before = len(found)
-            for x in met:
+            z, residuals = self._iterate(size * random.normal(size=(STARTS, self.free.shape[1])))
+            poses, before = self.base + z @ self.free.T, len(found)
+            for x in poses[residuals < 1e-12 * size]:
                 if all(np.abs(x - other).max() > SAME_POSE * size for other in found):
                     found.append(x)
             if len(found) == before:
-                return found or [poses[np.argmin(gaps)]], bool(found)
+                return found or [poses[np.argmin(residuals)]], bool(found)
         return found, True
 
-    def _descend(self, coordinates: Array) -> tuple[Array, Array]:
-        """Iterate by Levenberg-Marquardt from all starts at once; return the ends and the largest residual of each [m]."""
-        damping = np.full(len(coordinates), 1e-2)
-        value, slopes = self.residual(coordinates)
+    def _iterate(self, z: Array) -> tuple[Array, Array]:
+        """Iterate by the Levenberg-Marquardt method from all starts z at once.
+
+        Returns the last z of each start, (starts, free), and its largest residual [m], (starts,). The damping falls tenfold after
+        an accepted step and rises tenfold after a rejected one.
+        """
+        damping = np.full(len(z), 1e-2)
+        value, slopes = self.residual(z)
         for _ in range(ITERATIONS):
             square = np.einsum("sqi,sqj->sij", slopes, slopes)
-            square += (damping[:, None] + 1e-14)[..., None] * np.eye(coordinates.shape[1])
+            square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])
             right = np.einsum("sqi,sq->si", slopes, value)
-            trial = coordinates - np.linalg.solve(square, right[..., None])[..., 0]
+            trial = z - np.linalg.solve(square, right[..., None])[..., 0]
             new_value, new_slopes = self.residual(trial)
             better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
-            coordinates = np.where(better[:, None], trial, coordinates)
+            z = np.where(better[:, None], trial, z)
             value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
             damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
             if (np.abs(value) < 1e-14 * self.lengths.max()).all():
                 break
-        return coordinates, np.abs(value).max(axis=1)
+        return z, np.abs(value).max(axis=1)
 
     def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
         """Raise a ValueError if a pose is a dead centre, where places are not differentiable in the lengths."""
@@ -245,13 +249,13 @@ def _by_name(unknown: list[str], x: Array) -> dict[str, Pair]:
 
 
 def _nearest(near: Mapping[str, Pair], size: float) -> Any:
-    """Make a key that orders poses by the sum of squared distances from rough places; others keep their order."""
+    """Make a sorting key of poses: the sum of squared distances from rough places, rounded so that equal poses are equal."""
     step = SAME_POSE * size**2
     return lambda pose: round(sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) / step)
 
 
 def _topmost(unknown: list[str], size: float) -> Any:
-    """Make a key that orders poses: first the one whose first differing point is highest, then farthest right."""
+    """Make a sorting key of poses: first comes the pose whose first differing point is highest, then farthest right."""
     step = SAME_POSE * size
     return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
@@ -269,7 +273,7 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
 
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
-    """Make the error for lengths that no pose has, from the pose with the least gap."""
+    """Make the error for lengths that no pose has, from the pose with the least residual."""
     best = {link.name: abs(_vector(link, points)) for link in links}
     wrong = [link for link in links if abs(best[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {best[link.name]:.4g} m for {link.length:.4g} m" for link in wrong)
@@ -277,6 +281,7 @@ def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
 
 
 def _check(link: Any, points: Mapping[str, Pair]) -> None:
+    """Raise a RefusalError if the places of a link's ends contradict its length or angle."""
     vector, where = _vector(link, points), f"'{link.start}' and '{link.end}'"
     if link.length is not None and abs(abs(vector) - link.length) > AGREE * link.length:
         why = f"{where} are {abs(vector):.9g} m apart"

@@ -1,4 +1,4 @@
-"""Plane vectors as arrays, x and y along their last axis, and the zeros of sampled curves."""
+"""Plane vectors as arrays, x and y along their last axis, and the onsets of contacts in sampled depths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = np.ndarray[Any, Any]
 
 
 def rotate(angle: Array, vectors: ArrayLike) -> Array:
-    """Rotate vectors (..., 2), or a fixed one (2,), by angles (...)."""
+    """Rotate vectors (..., 2), or one vector (2,), by angles [rad] of shape (...)."""
     c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(np.asarray(vectors), -1, 0)
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
@@ -37,7 +37,7 @@ HALVINGS = 52
 
 
 def onsets(time: Array, depth: Array, rate: Array) -> Array:
-    """Find the times [s] at which a depth passes zero, by bisection of the cubic Hermite interpolant.
+    """Find the times [s] at which a sampled depth changes its sign, by bisection of the cubic Hermite interpolant.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def onsets(time: Array, depth: Array, rate: Array) -> Array:
         s, m, m/s.
     """
     k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
-    h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
-    before, after = h * rate[k], h * rate[k + 1]
-    square, cubic = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
+    step, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
+    linear, end_slope = step * rate[k], step * rate[k + 1]
+    square, cubic = 3 * (end - start) - 2 * linear - end_slope, linear + end_slope - 2 * (end - start)
     low, high = np.zeros(len(k)), np.ones(len(k))
     for _ in range(HALVINGS):
-        s = (low + high) / 2
-        same = (start + s * (before + s * (square + s * cubic)) > 0) == (start > 0)
+        s = (low + high) / 2  # time in the step, 0 to 1
+        same = (start + s * (linear + s * (square + s * cubic)) > 0) == (start > 0)
         low, high = np.where(same, s, low), np.where(same, high, s)
-    return np.asarray(time[k] + h * high)
+    return np.asarray(time[k] + step * high)

@@ -1,4 +1,4 @@
-"""Ready mechanisms: small functions that return a `Mechanism`, written with the public interface alone."""
+"""Functions that return the `Mechanism` of a slider-crank and of a crank-rocker, written with the public interface alone."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def slider_crank(
     stop: float = PAPER_STOP,
     lengths: SliderCrank = PAPER,
 ) -> Mechanism:
-    """Return the compliant slider-crank at crank angle 0, its slider beyond the crank pivot, at negative x.
+    """Return the compliant slider-crank at crank angle 0, its slider at negative x, on the far side of the crank pivot.
 
     Parameters
     ----------
@@ -92,25 +92,26 @@ class CrankRocker(NamedTuple):
         a, c = self.crank * np.array([np.cos(angle), np.sin(angle)]), np.array([self.frame, 0.0])
         diagonal = float(np.hypot(*(c - a)))
         along = (self.coupler**2 - self.rocker**2 + diagonal**2) / (2 * diagonal)
-        square = self.coupler**2 - along**2
-        if square <= 0:
+        height_squared = self.coupler**2 - along**2  # of the triangle A B C over A-C
+        if height_squared <= 0:
             raise KinematicsError(f"crank angle {angle:g} rad: coupler and rocker do not close, or are in line (dead centre)")
         u = (c - a) / diagonal
-        b = a + along * u + np.sqrt(square) * np.array([-u[1], u[0]])
+        b = a + along * u + np.sqrt(height_squared) * np.array([-u[1], u[0]])
         return {"O": (0.0, 0.0), "A": (float(a[0]), float(a[1])), "B": (float(b[0]), float(b[1])), "C": (self.frame, 0.0)}
 
 
 BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, density=7850.0, poisson=0.29))
-"""The crank-rocker's links, 20 x 5 mm of steel, bending over their 5 mm."""
+"""Section of the crank-rocker's links: steel, 20 mm wide, 5 mm thick in the plane."""
 STEEL_CRANK_ROCKER = CrankRocker()
+"""Lengths of the published crank-rocker [m]."""
 PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
-"""K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
+"""Contact stiffness K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
 """Contact law of the paper with its c_max read as 253 N s/m: the joints rattle."""
 CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
-"""The same with c_max read as 253 N s/mm: the joints stay closed."""
+"""Contact law of the paper with its c_max read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
-"""Function that makes the joint of a point, given the names of the pin's and the bush's body."""
+"""Function from a point and the names of the bodies of pin and bush to a joint with clearance."""
 
 
 def crank_rocker(
@@ -134,7 +135,7 @@ def crank_rocker(
     play : callable, optional
         `play(point, first, second)` returns the Clearance of a joint; None leaves all joints ideal.
     with_play : str
-        Which of the joints O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker) have it.
+        Joints with clearance among O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker).
     section : Section
         Section of crank and coupler.
     lengths : CrankRocker

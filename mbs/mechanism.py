@@ -1,6 +1,6 @@
-"""A planar mechanism as one frozen value in SI, checked when made and free of the engine.
+"""A planar mechanism as one immutable value in SI units, checked when it is made; no solver is needed for it.
 
-Fidelity is the type of a link or joint, never a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
+The type of a link's body or of a joint decides how it is modelled: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
 """
 
 from __future__ import annotations
@@ -29,12 +29,13 @@ if TYPE_CHECKING:
 
 Pair = tuple[float, float]
 RUN = "run"
-"""Table of a file with the settings of a run, as duration and accuracy; it is no part of the mechanism."""
+"""Table of a file with the settings of a run, such as duration and accuracy."""
 ASIDE = ("about", RUN)
+"""Tables of a file that are no part of the mechanism."""
 
 
 class Placed(Frozen):
-    """Places of all points, and those among them that were given."""
+    """Places of all points [m], by name; the attribute `given` has the places that the user gave."""
 
     __slots__ = ("given",)
 
@@ -44,44 +45,44 @@ class Placed(Frozen):
 
 
 class Places(Named):
-    """Places of points in a file: only given ones are read and written, as the others follow from lengths and angles."""
+    """Type of the field `points`: files hold given places only, as the others follow from lengths and angles."""
 
     def read(self, name: str, given: object) -> dict[str, Any]:
-        """Return the given places."""
+        """Read the given places."""
         return super().read(name, given.given if isinstance(given, Placed) else given)
 
     def write(self, name: str, value: Any) -> dict[str, Any]:
-        """Return the places that were given."""
+        """Write the given places."""
         return super().write(name, value.given)
 
 
 class Links(Several):
-    """Links, in files by their names."""
+    """Type of the field `links`: a list of links, in files a table for each, by the link's name."""
 
     words = "a list of links, in files tables by name"
 
     def read(self, name: str, given: object) -> tuple[Any, ...]:
-        """Return a tuple."""
+        """Read links from a list, or from tables by name, into a tuple."""
         if not isinstance(given, Mapping):
             return super().read(name, given)
-        for key, each in given.items():
-            if isinstance(each, Mapping) and each.get("name", key) != key:
-                raise ValueError(f"{name}.{key}: has another name, {each['name']!r}")
-        tables = {key: {**each, "name": key} if isinstance(each, Mapping) else each for key, each in given.items()}
-        return tuple(self.item.read(f"{name}.{key}", each) for key, each in tables.items())
+        for key, table in given.items():
+            if isinstance(table, Mapping) and table.get("name", key) != key:
+                raise ValueError(f"{name}.{key}: has another name, {table['name']!r}")
+        tables = {key: {**table, "name": key} if isinstance(table, Mapping) else table for key, table in given.items()}
+        return tuple(self.item.read(f"{name}.{key}", table) for key, table in tables.items())
 
     def write(self, name: str, value: Any) -> Any:
-        """Tables by name."""
+        """Write a table for each link, by name."""
         tables = {link.name: self.item.write(f"{name}.{link.name}", link) for link in value}
         return {key: {k: v for k, v in table.items() if k != "name"} for key, table in tables.items()}
 
     def schema(self) -> Schema:
-        """Tables by name."""
+        """Return the schema of tables by name."""
         return {"type": "object", "additionalProperties": self.item.schema()}
 
 
-def _elements(of: str, doc: str) -> Any:
-    return field(Several(Part((KINDS[of],))), doc, default=())
+def _elements(kind: str, doc: str) -> Any:
+    return field(Several(Part((KINDS[kind],))), doc, default=())
 
 
 @declared
@@ -91,8 +92,8 @@ class Mechanism(Parts):
     Raises
     ------
     ValueError
-        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
-        carries at a fraction of its length lies elsewhere, and so on.
+        If elements contradict each other: for example if a name is unknown or used twice, a link has no length, or a joint's link
+        does not reach its point. The message begins with the place in a file, as `joints[0]`.
 
     Examples
     --------
@@ -101,7 +102,7 @@ class Mechanism(Parts):
     (0.0, -9.81)
     """
 
-    __slots__ = ("scene",)  # kept by `Scene.of`
+    __slots__ = ("scene",)  # cache of `Scene.of`
 
     points: Mapping[str, Pair] = field(
         Places(Vector("m"), "points"),
@@ -117,7 +118,7 @@ class Mechanism(Parts):
     couplings: Sequence[Coupling] = _elements("couplings", "gears, racks, belts, ropes")
     velocities: Mapping[str, float | Pair] = field(
         Named(Either((Quantity("rad/s"), Vector("m/s"))), "links and points"),
-        "given at t = 0: angular velocity of a link, rad/s, or velocity of a point, m/s",
+        "velocities at t = 0: angular velocity of a link, rad/s, or velocity of a point, m/s",
         default_factory=dict,
     )
     gravity: Pair = vector("m/s^2", doc="in the plane; zero also for gravity normal to it", default=(0.0, 0.0))
@@ -128,7 +129,7 @@ class Mechanism(Parts):
     )
 
     def agree(self) -> None:
-        """Raise a ValueError unless all names are known and unique, and elements fit together."""
+        """Complete the places of points; raise a ValueError unless names are known and unique and elements fit together."""
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
         object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))
@@ -147,11 +148,11 @@ class Mechanism(Parts):
                     raise RefusalError(str(error), _place(kind, k, element)) from None
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields alone; derived values are computed again."""
+        """Return the fields for pickling; the scene is computed again."""
         return dict(vars(self))
 
     def __str__(self) -> str:
-        """Return links and numbers of elements, in a line."""
+        """Return the links and the numbers of other elements, in a line."""
         links = ", ".join(f"{link.name} ({type(link.body).__name__})" for link in self.links)
         rest = [f"{len(found)} {kind}" for kind in KINDS if kind != "links" and (found := getattr(self, kind))]
         return f"Mechanism of {len(self.points)} points, links {links}" + "".join(f", {part}" for part in rest)
@@ -161,11 +162,11 @@ class Mechanism(Parts):
         return f"<{self}>"
 
     def link(self, name: str) -> Link:
-        """Return the link of that name; KeyError if there is none."""
+        """Return the link of a name; raise a KeyError if it is unknown."""
         return {link.name: link for link in self.links}[name]
 
     def guide(self, point: str) -> Guide:
-        """Return the guide of that point; KeyError if there is none."""
+        """Return the guide of a point; raise a KeyError if the point has none."""
         return {guide.point: guide for guide in self.guides}[point]
 
     def length(self, name: str) -> float:
@@ -175,7 +176,7 @@ class Mechanism(Parts):
         return hypot(x1 - x0, y1 - y0)
 
     def assemblies(self) -> Assembly:
-        """Return the places of the points left out, and those of the other poses that lengths and angles allow."""
+        """Return the places of points without given ones, and their places in the other poses that lengths and angles allow."""
         return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
@@ -195,7 +196,7 @@ class Mechanism(Parts):
         Raises
         ------
         ValueError
-            If it holds what a file has no name for, such as a Python function; names its place.
+            If a value has no form in a file, such as a Python function; the message names its place.
         """
         return fields_written("", self)
 
@@ -210,9 +211,9 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in substitute(expand(content)).items() if key not in ASIDE}
-        made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT, PARAMETERS))
-        return made
+        described = {key: value for key, value in substitute(expand(content)).items() if key not in ASIDE}
+        mechanism: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT, PARAMETERS))
+        return mechanism
 
     def save(self, path: str | Path) -> Path:
         """Write the mechanism as a `.toml` or `.json` file.
@@ -220,7 +221,7 @@ class Mechanism(Parts):
         Raises
         ------
         ValueError
-            If the ending is another, or it holds what a file has no name for.
+            If the file has another ending, or a value has no form in a file.
         """
         return documents.write(self.to_dict(), Path(path))
 
@@ -247,9 +248,9 @@ class Mechanism(Parts):
         Parameters
         ----------
         axes : matplotlib Axes, optional
-            Where to draw; a new figure by default.
+            Axes to draw in; those of a new figure by default.
         names : bool
-            Write the names of links and points.
+            True to write the names of links and points.
 
         Returns
         -------
@@ -259,12 +260,12 @@ class Mechanism(Parts):
 
 
 def _place(kind: str, k: int, element: Any) -> str:
-    """Return the place of an element in a file."""
+    """Return the place of an element in a file, such as `joints[0]`."""
     return f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"
 
 
 def _check_velocities(mechanism: Mechanism) -> None:
-    """Raise a ValueError unless velocities are given of links, by one number, or of points of links."""
+    """Raise a ValueError unless each velocity is one number of a link, or a vector of a point on a link."""
     links = {link.name: link for link in mechanism.links}
     for name, value in mechanism.velocities.items():
         where = f"velocities['{name}']"
@@ -272,7 +273,7 @@ def _check_velocities(mechanism: Mechanism) -> None:
             check_known("link", name, links, where)
             continue
         if name in links:
-            raise ValueError(f"{where} = {short(value)}: a link's is its turning, one number, rad/s")
+            raise ValueError(f"{where} = {short(value)}: a link has an angular velocity, one number, rad/s")
         body, point = place(name)
         carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
         check_known("link", body or next(iter(links)), links, where)
@@ -280,6 +281,7 @@ def _check_velocities(mechanism: Mechanism) -> None:
 
 
 def _check_names(mechanism: Mechanism) -> None:
+    """Raise a ValueError if no link is given or names of links are not unique."""
     names = [link.name for link in mechanism.links]
     if not names:
         raise ValueError("links: a mechanism needs at least one link")

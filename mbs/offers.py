@@ -2,12 +2,12 @@
 
 Other installed packages extend Buckler through entry points:
 
-- `buckler.kinds`: a class that files may name, an element, a body or a law.
-- `buckler.exudyn`, by the name of the kind: `connect(scene, elements)`, as in `mbs/engine/loads.py`.
-- `buckler.spectral`, likewise: `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
-- `buckler.symbols`, likewise: `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
+- `buckler.kinds`: a class of an element, a body or a law, which files may name. Its name is a kind.
+- `buckler.exudyn`, by kind: function `connect(scene, elements)`, as in `mbs/engine/loads.py`.
+- `buckler.spectral`, by kind: function `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
+- `buckler.symbols`, by kind: function `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
 
-They are searched when a kind is not one of Buckler's own, and when a file is read.
+The entry points are read when a kind is not one of Buckler's own, and when a file is read.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from importlib import import_module
 from typing import Any
 
 _OFFERS: dict[str, str] = {}
+"""Place of each registered function, 'package.module:function', by name."""
 
 
 def offer(offers: Mapping[str, str]) -> None:
@@ -39,22 +40,22 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
 
 
 def find_offer(name: str) -> Any:
-    """Return the function of that name."""
+    """Import and return a registered function."""
     module, _, function = _OFFERS[name].partition(":")
     return getattr(import_module(module), function)
 
 
 @cache
 def extensions(group: str) -> dict[str, Any]:
-    """Return the objects that packages add to a group, by name; warn of one that does not load and leave it out."""
-    from importlib import metadata  # a tenth of the time that importing this package takes, and seldom needed
+    """Return the objects of a group of entry points, by name; warn of any that does not load and leave it out."""
+    from importlib import metadata  # loading takes a tenth of the time of this package, and is seldom needed
 
     found: dict[str, Any] = {}
     for point in metadata.entry_points(group=group):
         try:
             found[point.name] = point.load()
         except Exception as error:
-            whose = f" of {point.dist.name}" if point.dist else ""
-            text = f"{group}: '{point.name}'{whose} does not load: {type(error).__name__}: {error}"
+            package = f" of {point.dist.name}" if point.dist else ""
+            text = f"{group}: '{point.name}'{package} does not load: {type(error).__name__}: {error}"
             warnings.warn(text, RuntimeWarning, stacklevel=2)
     return found

@@ -1,4 +1,4 @@
-"""State of the process that a run needs: Ctrl-C, threads of linear algebra, the compiler, a clock without compile time."""
+"""State of the process during a run: Ctrl-C, threads of linear algebra, the compiler, a clock that leaves out compile time."""
 
 from __future__ import annotations
 
@@ -21,18 +21,17 @@ import scipy
 
 @cache
 def has_compiler() -> bool:
-    """Return True if Numba is installed and not switched off by its variable NUMBA_DISABLE_JIT.
+    """Return True if Numba is installed and not switched off by its environment variable NUMBA_DISABLE_JIT.
 
-    Without it the equations run as plain Python: the same numbers, some hundred times slower. A small task such as one
-    equilibrium is then done before Numba would have been loaded.
+    Without Numba the same functions run as plain Python: the same numbers, some hundred times slower.
     """
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and find_spec("numba") is not None
 
 
 class Stopwatch:
-    """Seconds that this process has spent compiling, which count neither as run time nor towards a time limit.
+    """Time that this process has spent compiling [s]; `runs` is True while a function is compiled.
 
-    It `runs` while something is compiled.
+    Compile time counts neither as run time nor towards a time limit.
     """
 
     seconds = 0.0
@@ -43,25 +42,24 @@ COMPILING = Stopwatch()
 
 
 def working_time() -> float:
-    """Return the seconds of a clock that stops while functions are compiled."""
+    """Return the time of a clock that stops while functions are compiled [s]."""
     return perf_counter() - COMPILING.seconds
 
 
 Progress = Callable[[float], None]
 """Function that is called with the fraction of a run that is done."""
-
-
 CTRL_C = "Ctrl-C"
-"""Text of the KeyboardInterrupt that follows a Ctrl-C that was noted."""
+"""Text of the KeyboardInterrupt that Buckler raises after Ctrl-C."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended a call; as it is a KeyboardInterrupt, a script ends unless it catches this.
+    """End of a call by Ctrl-C, with its best answer so far; it ends a script that does not catch it.
 
     Attributes
     ----------
-    result : Result, or what the call returns
-        Best so far; of `simulate` the run that got farthest, without checks, whose status is INTERRUPTED.
+    result : object
+        Best answer so far, of the type that the call returns. `simulate` gives the Result of the run that got farthest, without
+        checks, with the status INTERRUPTED.
     """
 
     def __init__(self, result: Any) -> None:
@@ -70,17 +68,17 @@ class Interrupted(KeyboardInterrupt):
 
 
 class CtrlC:
-    """Signal handler, its `note`, that remembers Ctrl-C; a second one raises KeyboardInterrupt at once."""
+    """Memory of a Ctrl-C, with the signal handler `note`; a call returns True if Ctrl-C was pressed."""
 
     def __init__(self) -> None:
         self.pressed = False
 
     def __call__(self) -> bool:
-        """Return True if it came."""
+        """Return True if Ctrl-C was pressed."""
         return self.pressed
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """Remember it; the compiler has no safe point at which it would be asked for."""
+        """Remember Ctrl-C; raise KeyboardInterrupt the second time, and at once in the compiler, which never asks for it."""
         again, self.pressed = self.pressed, True
         if again or COMPILING.runs:
             raise KeyboardInterrupt(CTRL_C)
@@ -88,34 +86,35 @@ class CtrlC:
 
 @contextmanager
 def ctrl_c() -> Iterator[CtrlC]:
-    """Yield the handler of Ctrl-C, True after it; always False in other threads, or where a caller has its own handler.
+    """Yield a function that returns True after Ctrl-C; always False in other threads or under a caller's own handler.
 
     Python's default handler would raise a KeyboardInterrupt inside a callback, which the engine turns into a failed step. Nested
     contexts use the handler of the outer one.
     """
-    here = threading.current_thread() is threading.main_thread()
-    before = signal.getsignal(signal.SIGINT) if here else None
-    outer = getattr(before, "__self__", None)
+    is_main = threading.current_thread() is threading.main_thread()
+    previous = signal.getsignal(signal.SIGINT) if is_main else None
+    outer = getattr(previous, "__self__", None)
     handler = outer if isinstance(outer, CtrlC) else CtrlC()
-    replaced = before is signal.default_int_handler
-    if replaced:
+    replaces = previous is signal.default_int_handler
+    if replaces:
         signal.signal(signal.SIGINT, handler.note)
     try:
         yield handler
     finally:
-        if replaced:
+        if replaces:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 _LOCK = Lock()
 _COUNTS: list[list[int]] = []
-"""Numbers of threads before each `one_thread` that is active; the last one to end restores those of the first."""
+"""Stack of the numbers of threads found at the start of each active `one_thread`; threads may end them in any order."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
+"""Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 
 
 @cache
 def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
-    """Find the functions that get and set the number of threads of the libraries of SciPy and of NumPy."""
+    """Find the functions that get and set the number of threads, in the OpenBLAS libraries of SciPy and NumPy."""
     found = []
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
@@ -127,7 +126,7 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let linear algebra use one thread, until the last active context of this kind ends."""
+    """Let linear algebra use one thread until the last active context of this kind ends."""
     with _LOCK:
         _COUNTS.append([read() for read, _ in _thread_functions()])
         for _, write in _thread_functions():

@@ -1,4 +1,8 @@
-"""Progress of the runs of one call: a bar, and a line with the expected time."""
+"""Progress and end of a call that takes long: a line that a terminal renews, the expected time, `timeout`, Ctrl-C.
+
+`Forecast` is the state of `simulate`, whose runs report a fraction done; `Watch` that of calls which count steps or runs. A
+`Ticker` prints either from a thread of its own. The decorator `watch` gives a function a `Watch` and ends it in good order.
+"""
 
 from __future__ import annotations
 
@@ -16,29 +20,29 @@ from .process import COMPILING, CTRL_C, CtrlC, Interrupted, ctrl_c, working_time
 from .validate import positive
 
 SOON = 2.0
-"""Seconds after which the expected time is printed: first steps are slower than others."""
+"""Time after which the expected time is printed [s]: the first steps of a run are slower than others."""
 TICK = 0.5
-"""Time between two moves of a bar [s]."""
+"""Time between two renewals of the line [s]."""
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the one before: tolerances of levels differ by 8, and steps are as their fourth root."""
+"""Time of a run over that of the coarser run before: tolerances differ by 8, and steps are as their fourth root."""
 USUAL_RUNS = (2, 5)
 """Usual least and largest number of runs for one result: see `mbs.accuracy.refine`."""
 
 
 class TimeUpError(Exception):
-    """The time that a call may take is over."""
+    """The time limit of a call is over."""
 
 
 STOPS = (TimeUpError, KeyboardInterrupt)
-"""Exceptions of a limit of time and of Ctrl-C."""
+"""Exceptions by which a time limit and Ctrl-C end a call."""
 
 
 class Forecast:
-    """Progress callback of `simulate` that writes the expected time of all runs, for `cases` such calls one after another.
+    """Progress callback of `simulate` that forecasts the time of all its runs, for `cases` such calls one after another.
 
-    A call takes `runs`, at least and at most. Without a `bar` only the time is printed.
+    The attribute `runs` is the least and the largest number of runs of a call. Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -46,13 +50,13 @@ class Forecast:
         self.number, self.done, self.begin = 1, 0.0, working_time()
 
     def __call__(self, done: float) -> None:
-        """Take the fraction of a run that is done; a smaller one than before, or one after 1, belongs to the next run."""
+        """Note the fraction of a run that is done; one that falls, or follows a 1, belongs to the next run."""
         if done < self.done or self.done >= 1.0:
             self.number, self.begin = self.number + 1, working_time()
         self.done = done
 
     def line(self) -> str:
-        """Write the state of the run."""
+        """Write the number and the fraction done of the run."""
         return f"{self.title} run {self.number}: {100 * self.done:.0f} %".strip() if self.bar and self.done else ""
 
     def text(self) -> str:
@@ -60,58 +64,65 @@ class Forecast:
         if not self.done:
             return ""
         spent = working_time() - self.begin
-        whole = spent / self.done
+        run_time = spent / self.done
         least, most = (
-            whole - spent + sum(whole * GROWTH**k for k in range(1, max(0, runs - self.number) + 1)) for runs in self.runs
+            run_time - spent + sum(run_time * GROWTH**k for k in range(1, max(0, runs - self.number) + 1)) for runs in self.runs
         )
         if self.cases > 1:
-            least, most = (each + (self.cases - 1) * (each + spent) for each in (least, most))
+            least, most = (rest + (self.cases - 1) * (rest + spent) for rest in (least, most))
         if most < WORTH:
             return ""
         first, last = write_duration(least), write_duration(most)
         span = first if first == last else f"{first} to {last}"
-        why = f"; this run takes {write_duration(whole)}, and finer ones tell its error" if self.runs[1] > self.number else ""
+        why = f"; this run takes {write_duration(run_time)}, and finer ones tell its error" if self.runs[1] > self.number else ""
         cases = f", {self.cases:.3g} cases one after another" if self.cases > 1 else ""
         return f"{self.title}{': ' if self.title else ''}about {span} more{cases}{why}"
 
 
 class Ticker:
-    """Line of a terminal that a thread of its own renews, also within a long step, and one that tells how long it takes.
+    """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after `SOON`.
 
-    The state's `line` writes the first and its `text` the second, after `SOON`; '' where there is nothing to say. Nothing is
-    written while something is compiled, or only then, if this is the ticker of that.
+    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. A ticker that
+    `compiles` prints only while a function is compiled, any other only while none is. Once is remembered in `announced`.
     """
 
-    def __init__(self, state: Forecast | Watch, compiles: bool = False, told: bool = False) -> None:
-        self.state, self.compiles, self.told, self.over = state, compiles, told, threading.Event()
+    def __init__(self, state: Forecast | Watch, compiles: bool = False, announced: bool = False) -> None:
+        self.state, self.compiles, self.announced, self.over = state, compiles, announced, threading.Event()
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
 
     def stop(self) -> bool:
-        """Take the line away; return True if the time was told."""
+        """End the thread and clear the line; return True if the expected time was printed."""
         self.over.set()
         self.thread.join()
-        return self.told
+        return self.announced
 
     def _run(self) -> None:
-        """Write the lines until it is over."""
         start, clear = perf_counter(), "\r\x1b[K" if sys.stderr.isatty() else ""
         while not self.over.wait(TICK):
             if COMPILING.runs is not self.compiles:
                 continue
-            if not self.told and perf_counter() - start >= SOON and (text := self.state.text()):
+            if not self.announced and perf_counter() - start >= SOON and (text := self.state.text()):
                 print(f"{clear}{text}", file=sys.stderr, flush=True)
-                self.told = True
+                self.announced = True
             if clear and (line := self.state.line()):
                 print(f"{clear}{line}", end="", file=sys.stderr, flush=True)
         print(clear, end="", file=sys.stderr, flush=True)
 
 
 class Watch:
-    """Count of the steps or runs of one call: how long it takes, its limit of time, Ctrl-C.
+    """Count of the steps or runs of one call, with its time limit and Ctrl-C.
 
-    Their number is not known beforehand, but perhaps the `share` of the way that is done, or the `most` that are allowed. What
-    counts them asks before each, where it can end with the best so far. `ended` says why it did.
+    Attributes
+    ----------
+    share : float
+        Fraction of the call that is done, as far as known; else 0.
+    most : float
+        Largest number of steps or runs that the call may take.
+    ended : str
+        Reason for which the call was stopped; '' while it may go on.
+    best : object
+        Best answer so far, which a stopped call returns.
     """
 
     def __init__(self, unit: str = "steps", timeout: float | None = None, clock: Callable[[], float] = working_time) -> None:
@@ -120,14 +131,14 @@ class Watch:
         self.best: Any = None
 
     def step(self, share: float = 0.0) -> None:
-        """Count a step. An exception ends the call, see `check`; after it no step begins."""
+        """Count a step before it begins; raise as `check` does, and in every later step of a stopped call."""
         self.check()
         if self.ended:
             raise TimeUpError(self.ended)
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt or TimeUpError, once, where Ctrl-C came or the time is over."""
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, the first time that it is called then."""
         if self.pressed() and not self.ended:
             self.pressed.pressed, self.ended = False, CTRL_C
             raise KeyboardInterrupt(CTRL_C)
@@ -136,24 +147,24 @@ class Watch:
             raise TimeUpError(self.ended)
 
     def end_run(self, failure: tuple[str, str] | None) -> None:
-        """Raise what ended a run, if it is Ctrl-C or the time."""
+        """Raise the exception of Ctrl-C or of the time limit if either ended a run, whose failure is (status, message)."""
         self.check()
         if failure and failure[0] == "INTERRUPTED":
             raise KeyboardInterrupt(CTRL_C)
 
     @property
     def time_left(self) -> float | None:
-        """Time that is left [s]; None without a limit, and where what there is is put together after it."""
-        whole = None if self.ended else self.timeout
-        return whole and max(1e-3, self.start + whole - self.clock())
+        """Time that is left [s], above 0; None without a limit, or after it, while a stopped call completes its answer."""
+        limit = None if self.ended else self.timeout
+        return limit and max(1e-3, self.start + limit - self.clock())
 
     def line(self) -> str:
-        """Write the state of the call."""
-        way = f", {100 * self.share:.0f} % of the way" if self.share else ""
-        return f"{self.count} {self.unit}{way}, {write_duration(self.clock() - self.start)}"
+        """Write the number of steps, the fraction done and the time spent."""
+        done = f", {100 * self.share:.0f} % of the way" if self.share else ""
+        return f"{self.count} {self.unit}{done}, {write_duration(self.clock() - self.start)}"
 
     def text(self) -> str:
-        """Say how long it will take from now on: at the rate so far and, at most, for all steps that are allowed."""
+        """Write the expected time from now on, at the rate so far, and its bound for all steps that are allowed."""
         spent = self.clock() - self.start
         likely = f"about {write_duration(spent / self.share - spent)} more at this rate" if self.share > 0.0 else ""
         if self.most == inf:
@@ -163,67 +174,71 @@ class Watch:
 
 
 UNWATCHED = Watch()
-"""Watch of calls without one; it ends nothing."""
+"""Watch outside of all calls; it never stops one."""
 watching: ContextVar[Watch] = ContextVar("watching", default=UNWATCHED)
-"""Watch of the call that runs."""
+"""Watch of the current call."""
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def watch(unit: str) -> Callable[[F], F]:
-    """Give a function that counts its `unit` its parameters `timeout` and `progress`.
+    """Make a decorator that adds `timeout` and `progress` to a function which counts its `unit`, steps or runs, by a `Watch`.
 
-    If it is stopped it returns its best so far, on which `mark_stopped` is called, if there is one. After Ctrl-C that comes with
-    `Interrupted`. Within another such function the outer one is stopped, too.
+    A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
+    the answer is raised in `Interrupted`. A watched function inside another shares its watch, and stops it as well.
     """
 
     def decorate(call: F) -> F:
         @wraps(call)
-        def wrapper(*given: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
+        def wrapper(*arguments: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
             outer = watching.get()
             limit = None if timeout is None else positive("timeout", timeout, "s")
-            state = Watch(unit, limit) if outer is UNWATCHED else outer
-            show = outer is UNWATCHED and (is_interactive() if progress is None else progress)
+            is_outermost = outer is UNWATCHED
+            state = Watch(unit, limit) if is_outermost else outer
+            show = is_outermost and (is_interactive() if progress is None else progress)
             ticker, token = Ticker(state) if show else None, watching.set(state)
             try:
                 with ctrl_c() as state.pressed:
-                    ended, found = state.ended, call(*given, **named)
+                    ended_before, answer = state.ended, call(*arguments, **named)
             except Exception as error:
-                if state.pressed():  # within a compilation it comes back as whatever the compiler makes of it
+                if state.pressed():  # the compiler turns a KeyboardInterrupt into an exception of its own
                     raise KeyboardInterrupt(CTRL_C) from error
                 raise
             finally:
                 watching.reset(token)
                 if ticker:
                     ticker.stop()
-            if state is outer and state.ended != ended:
-                raise TimeUpError(state.ended)
-            if state.ended and state is not outer:
-                found = found.mark_stopped(state.ended) if hasattr(found, "mark_stopped") else found
-            if state.ended == CTRL_C and state is not outer:
-                raise Interrupted(found)
-            return found
+            if not is_outermost:
+                if state.ended != ended_before:
+                    raise TimeUpError(state.ended)
+                return answer
+            if state.ended and hasattr(answer, "mark_stopped"):
+                answer = answer.mark_stopped(state.ended)
+            if state.ended == CTRL_C:
+                raise Interrupted(answer)
+            return answer
 
         return cast(F, wrapper)
 
     return decorate
 
 
-def forecast(progress: bool | Callable[[float], None] | None) -> Callable[[float], None] | None:
-    """Make the progress callback of `simulate`: the function given, or a `Forecast`, by default in terminals and notebooks."""
-    if callable(progress):
-        return progress
-    return Forecast() if (is_interactive() if progress is None else progress) else None
+def forecast(progress: bool | Callable[[float], None] | None, runs: tuple[int, int]) -> Callable[[float], None] | None:
+    """Return the progress callback of `simulate`: a given function, or a `Forecast`; None if nothing is shown."""
+    if not callable(progress):
+        progress = Forecast() if (is_interactive() if progress is None else progress) else None
+    if isinstance(progress, Forecast):
+        progress.runs = runs
+    return progress
 
 
 def is_interactive() -> bool:
-    """Return True in the main thread of a parent process whose standard error is a terminal, or that serves a notebook."""
-    first = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
-    return first and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+    """Return True if standard error is a terminal or a notebook, in the main thread of a process without a parent of its own."""
+    is_main = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
+    return is_main and (sys.stderr.isatty() or "ipykernel" in sys.modules)
 
 
 def write_duration(seconds: float) -> str:
-    """Write a time to one or two digits: 12 s, 3 min, 2 h."""
-    for size, unit, limit in ((1.0, "s", 90.0), (60.0, "min", 5400.0)):
-        if seconds < limit:
-            return f"{max(1, round(seconds / size))} {unit}" if seconds >= 1 else "1 s"
-    return f"{seconds / 3600:.2g} h"
+    """Write a time to one or two digits: 12 s, 3 min, 2 h; at least 1 s."""
+    if seconds < 90.0:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60)} min" if seconds < 5400.0 else f"{seconds / 3600:.2g} h"

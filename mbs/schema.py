@@ -7,14 +7,15 @@ from .declare.spec import Quantity, Schema
 from .documents import shorthand
 from .mechanism import RUN, Mechanism
 
-BY_OTHERS = (("Link", "name"), ("Link", "body"))
-"""Required fields that a file may give in another place: as the name of a table, or among the defaults."""
+OPTIONAL_IN_FILES = (("Link", "name"), ("Link", "body"))
+"""Required fields that a file may leave out: a table's name is the name of its link, and defaults may give the body."""
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+"""Address by which a schema names the version of its language."""
 
 
 def schema() -> Schema:
-    """Return the schema of a whole file."""
-    fields = {key: _describe(each) for key, each in declarations(Mechanism).items()}
+    """Return the schema of a mechanism file."""
+    fields = {key: _describe(field) for key, field in declarations(Mechanism).items()}
     return {
         "$schema": DIALECT,
         "title": "Mechanism",
@@ -25,13 +26,14 @@ def schema() -> Schema:
             **fields,
             **shorthand.schema(),
         },
-        "required": [key for key, each in declarations(Mechanism).items() if each.required],
+        "required": [key for key, field in declarations(Mechanism).items() if field.required],
         "additionalProperties": False,
         "$defs": {name: _object(name, kind) for name, kind in sorted(known_kinds().items())},
     }
 
 
 def _run() -> Schema:
+    """Return the schema of the table `run`."""
     quantity = Quantity("").schema()
     formulas = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
     return {
@@ -51,17 +53,19 @@ def _run() -> Schema:
 
 
 def _object(name: str, kind: type) -> Schema:
+    """Return the schema of an element, a body or a law, described by the first paragraph of its docstring."""
     fields = declarations(kind)
     about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-    required = [key for key, each in fields.items() if each.required and (name, key) not in BY_OTHERS]
-    content = {"kind": {"const": name}, **{key: _describe(each) for key, each in fields.items()}}
+    required = [key for key, field in fields.items() if field.required and (name, key) not in OPTIONAL_IN_FILES]
+    content = {"kind": {"const": name}, **{key: _describe(field) for key, field in fields.items()}}
     shape = {"type": "object", "properties": content, "required": required, "additionalProperties": False}
     return {"description": about, **shape}
 
 
 def _describe(field: Declaration) -> Schema:
-    """Return the schema of a field's value, with its unit and meaning."""
-    words = [part for part in (field.doc, f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else "") if part]
-    found = dict(field.spec.schema()) | ({"description": " ".join(words)} if words else {})
-    plain = isinstance(field.default, bool | int | float | str) and not field.required
-    return found | ({"default": field.default} if plain else {})
+    """Return the schema of a field's value, with its meaning, unit and default."""
+    unit = f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else ""
+    description = " ".join(filter(None, (field.doc, unit)))
+    found = dict(field.spec.schema()) | ({"description": description} if description else {})
+    has_default = isinstance(field.default, bool | int | float | str) and not field.required
+    return found | ({"default": field.default} if has_default else {})

@@ -1,4 +1,4 @@
-"""Simulation of a mechanism: runs, error estimates, checks, and the result."""
+"""Simulation of a mechanism: `simulate` runs a solver until the error estimate meets the demand, checks, and makes the result."""
 
 from __future__ import annotations
 
@@ -41,33 +41,33 @@ GRAPHICS = (
     "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
     "'dnf install mesa-libGL libX11', conda packages libgl and xorg-libx11"
 )
-"""Advice for a machine without graphics libraries."""
+"""Advice where the engine does not load because graphics libraries are missing."""
 
 
-def _run_compiled(*arguments: object, **known: object) -> Run:
-    """Run with the compiled solver, which takes a second to load."""
+def _run_compiled(*arguments: object, **scene: object) -> Run:
+    """Load the compiled solver, which takes a second, and run it; raise an ImportError without Numba."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
-    return find_offer("run_compiled")(*arguments, **known)
+    return find_offer("run_compiled")(*arguments, **scene)
 
 
-def _on_engine(*arguments: object) -> Run:
-    """Run with the engine, which is loaded only where it runs; ImportError with the cure if it cannot be."""
+def _run_engine(*arguments: object) -> Run:
+    """Load the engine and run it; raise an ImportError with advice if it does not load."""
     try:
         run = find_offer("run_engine")
     except ImportError as error:
-        raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; what needs no engine runs without it") from error
+        raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; the other solvers run without it") from error
     return run(*arguments)
 
 
-SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _on_engine, Spectral: _run_compiled, Closure: exact.once}
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_compiled, Closure: exact.once}
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
-"""Most repetitions of a run whose steps pass edges of a function: a step that ends on one moves the later ones."""
+"""Most repetitions of a run whose steps pass edges of a user's function: a step that ends on an edge moves later edges."""
 STALLED = 3
-"""Number of repetitions without halving the shift of edges after which the repetition ends."""
+"""Number of repetitions that do not halve the shift of edges, after which repetition ends."""
 
 
 @one_thread()
@@ -90,29 +90,28 @@ def simulate(
     ----------
     mechanism : Mechanism
     duration : float
-        s, positive.
+        Time to simulate [s], positive.
     accuracy : float, optional
-        Largest relative error of the signals in `of`, 1e-6 to 0.1. The solver runs twice or more often, each run finer than the
-        one before, until the error estimated from the last two is below it; the result's `error` has that of each signal.
-        A result with a larger error is SUSPECT, with ACCURACY in the message. One that has it up to `error.until` only is
-        CHAOTIC, or SENSITIVE if finer runs would have it longer. Without an accuracy the allowed errors are conventions: see
+        Largest relative error of the signals in `of`, 1e-6 to 0.1. Each run of the solver is finer than the run before, until
+        the error estimated from the last two is small enough; the result's `error` has the estimate of each signal. A result
+        with a larger error is SUSPECT, with ACCURACY in the message. A motion that is accurate up to `error.until` only is
+        CHAOTIC, or SENSITIVE if finer runs would be accurate longer. Without an accuracy the allowed errors are conventions, see
         `mbs.accuracy.demand`. A chaotic motion is then OK, and the message says up to when it is one trajectory.
     of : str or sequence of str
-        Signals that shall have the accuracy: "places"; "forces", all of them; or names of signals, or norms of them such as
-        "impulse(B.contact_force)".
+        Signals that shall have the accuracy: "places", "forces", names of signals, or norms such as "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
         Solver and its settings. Without an accuracy it runs once, and the error is not known. By default `Closure()` if
         joints and drives alone determine the motion; else `Spectral()`, the compiled solver; `Exudyn()` if Numba is missing or
         an element is unknown to the compiled solver. The result's provenance names the solver and the reason.
     verify : bool
-        Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the largest relative difference of
-        places into the result's `verified`. A difference above the sum of both errors makes it SUSPECT, SOLVERS in the message.
+        True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. The result's `verified` is the
+        largest relative difference of places; above the sum of both errors the result is SUSPECT, with SOLVERS in the message.
     ledger : bool
-        Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
+        True to keep the energy ledger, and to mark a run whose energy balance fails as SUSPECT.
     shapes : sequence of float
-        Times, s, at which to keep the shapes of flexible links.
+        Times [s] at which to keep the shapes of flexible links.
     timeout : float, optional
-        Wall-clock limit, s; beyond it the result is TIMED_OUT: the finest run that ended, or else the beginning of the first.
+        Wall-clock limit [s]; beyond it the result is TIMED_OUT: the finest run that ended, or else the beginning of the first.
     progress : bool or callable, optional
         True shows a bar and the expected time, by default in terminals and notebooks. A function is called after each step with
         the fraction of the run that is done; each run begins at 0.
@@ -137,15 +136,11 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    memory = EdgeMemory()
-    with use_memory(memory):
+    runs = _Runs(mechanism, timeout, forecast(progress, (1, 1) if accuracy is None and solver else USUAL_RUNS))
+    with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
             element.check_run(duration, name)
-    followed = forecast(progress)
-    ticker = Ticker(followed) if isinstance(followed, Forecast) else None
-    runs = _Runs(mechanism, timeout, followed, memory)
-    if isinstance(followed, Forecast) and (accuracy is not None or solver is None):
-        followed.runs = USUAL_RUNS
+    ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
     try:
         with use_memory(runs.memory):
             if accuracy is None and solver is not None:
@@ -158,25 +153,25 @@ def simulate(
                 result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
             return verify_by_other_solver(result, single, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
-        raise (_interruption(runs.made) if runs.made else stop) from None
+        raise (_interruption(runs.ended) if runs.ended else stop) from None
     finally:
         if ticker:
             ticker.stop()
 
 
 class _Runs:
-    """All runs of one call; they share the time limit and a scene that is built once."""
+    """Runs of one call of `simulate`, which share the time limit, the compiled scene and the edges of users' functions."""
 
-    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None, memory: EdgeMemory) -> None:
-        self.mechanism, self.timeout, self.progress, self.memory = mechanism, timeout, progress, memory
-        self.start, self.made = working_time(), list[Run]()
+    def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
+        self.mechanism, self.timeout, self.progress, self.memory = mechanism, timeout, progress, EdgeMemory()
+        self.start, self.ended = working_time(), list[Run]()
         self.scenes: dict[int | None, Any] = {}
 
-    def __call__(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
-        """Make a run; repeat it with steps that end on the edges of a user's function which its steps have passed."""
+    def __call__(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
+        """Run a solver; repeat the run while its steps pass edges of a user's function, so that steps end on the edges."""
         shifts: list[float] = []
         for _ in range(MOST_REPETITIONS):
-            run = self._once(mechanism, span, solver)
+            run = self._run_once(mechanism, duration, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
@@ -185,26 +180,24 @@ class _Runs:
             if passed.many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):
                 break
         if passed.many or len(passed.edges):
-            what = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
-            text = f"UNSEEN: a function was looked at every {WIDTH * span:.2g} s; of its edges {what} lie between steps"
-            friction = (
-                "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws" if passed.many else ""
-            )
-            advice = f"name them by a Piecewise, give a Table, or a shorter run{friction}"
-            self.made[-1] = run = replace(run, unseen=f"{text}; {advice}")
+            count = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
+            text = f"UNSEEN: a function was looked at every {WIDTH * duration:.2g} s; of its edges {count} lie between steps"
+            advice = "name them by a Piecewise, give a Table, or a shorter run"
+            if passed.many:
+                advice += "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws"
+            self.ended[-1] = run = replace(run, unseen=f"{text}; {advice}")
         return run
 
-    def _once(self, mechanism: Mechanism, span: float, solver: Solver) -> Run:
-        """Make one run."""
+    def _run_once(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
         left = None if self.timeout is None else max(1e-3, self.timeout - (working_time() - self.start))
-        known = {}
+        options = {}
         if isinstance(solver, Spectral) and find_spec("numba") and not isinstance(scene := self.scene(solver.degree), str):
-            known["scene"] = scene
-        with ctrl_c() as interrupted:  # also while a run is put together, or its record
-            self.made.append(SOLVERS[type(solver)](mechanism, span, solver, left, self.progress, **known))
+            options["scene"] = scene
+        with ctrl_c() as interrupted:  # also while scene and record are built, which the solvers do not interrupt
+            self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
             raise KeyboardInterrupt
-        return self.made[-1]
+        return self.ended[-1]
 
     def scene(self, degree: int | None) -> Any:
         """Return the compiled scene for strips of a degree, or the reason why the compiled solver cannot run the mechanism."""
@@ -219,33 +212,32 @@ class _Runs:
         if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
         levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
-        found = self.scene(levels.settings(levels.first())[1].degree)
-        if isinstance(found, str):
-            return Exudyn(), f"the compiled solver does not take this mechanism: {found}"
+        scene = self.scene(levels.settings(levels.first())[1].degree)
+        if isinstance(scene, str):
+            return Exudyn(), f"the compiled solver does not take this mechanism: {scene}"
         return Spectral(), "it knows all elements of this mechanism"
 
     def complete(self, result: Result, answer: CheckedRun, demand: Demand, why: str) -> Result:
-        """Add errors, the work of all runs and the status to the result of the last run."""
-        names = [type(run.solver).__name__.lower() for run in self.made]
+        """Add the errors, the work of all runs and the status to the result of the best run."""
+        names = [type(run.solver).__name__.lower() for run in self.ended]
         counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
         work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
-        found = add_notes(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
-        found = replace(found, provenance=found.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
+        result = add_notes(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
+        result = replace(result, provenance=result.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
         if answer.run.failure:
-            return found
-        last = self.made[-1].failure
+            return result
+        shortfall, last = answer.shortfall(demand), self.ended[-1].failure
         if last and last[0] is Status.TIMED_OUT:
             best = f"timeout = {self.timeout:g} s is over; the best so far is a run to the end, the one before the last"
-            return replace(found, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, answer.shortfall(demand)))))
+            return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:
             status = answer.chaos if demand.asked > 0 else Status.OK
-            return replace(found, status=status, message=answer.errors.notes[0])
-        missed = answer.shortfall(demand)
-        return found.suspect(missed) if missed else found
+            return replace(result, status=status, message=answer.errors.notes[0])
+        return result.suspect(shortfall) if shortfall else result
 
 
 def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
-    """Return the errors allowed of a run."""
+    """Return the demand: errors allowed of signals, by an accuracy or by conventions."""
     if accuracy is not None:
         return Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
     if of != PLACES:
@@ -254,14 +246,14 @@ def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
 
 
 def _times(shapes: Sequence[float], duration: float) -> Array:
-    """Return the times, s, at which shapes are kept."""
-    each = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
-    return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
+    """Return the times at which shapes are kept [s], from one number or several."""
+    times = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
+    return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(times)])
 
 
-def _interruption(made: Sequence[Run]) -> Interrupted:
-    """Make the exception of Ctrl-C, with the run that got farthest, without checks."""
-    run = max(reversed(made), key=lambda run: float(run.record.time[-1]))
+def _interruption(runs: Sequence[Run]) -> Interrupted:
+    """Make the exception of Ctrl-C, with the unchecked result of the run that got farthest."""
+    run = max(reversed(runs), key=lambda run: float(run.record.time[-1]))
     message = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, message)), None, False, np.empty(0)))
 
@@ -271,8 +263,8 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     record = run.record
     status, message = run.failure or (Status.OK, "")
     shapes, energies = shapes_at(record, times) if len(times) else {}, run.ledger if ledger else {}
-    known = (run.values, run.units, run.work, energies, shapes, _provenance(run))
-    result = Result(status, message, record.time, *known, film=Film(record), traits=run.traits)
+    values = (run.values, run.units, run.work, energies, shapes, _provenance(run))
+    result = Result(status, message, record.time, *values, film=Film(record), traits=run.traits)
     if complete is not None:
         result = complete(result)
     result = replace(result, provenance=result.provenance | {IDLE: idle(run, result)})
@@ -285,10 +277,9 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
 
 @cache
 def _versions() -> dict[str, str]:
-    """Return the versions of the packages that compute."""
-    return {name: metadata.version(name) for name in ("buckler", "exudyn", "numpy", "scipy")} | {
-        "python": platform.python_version()
-    }
+    """Return the versions of Python and of the packages on which numbers depend."""
+    packages = {name: metadata.version(name) for name in ("buckler", "exudyn", "numpy", "scipy")}
+    return packages | {"python": platform.python_version()}
 
 
 def _provenance(run: Run) -> dict[str, Any]:
@@ -297,15 +288,13 @@ def _provenance(run: Run) -> dict[str, Any]:
     scene = Scene.of(run.record.mechanism)
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
     if scene.has_user_code:
-        looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
-        notes.append(f"{looked}; a Piecewise names shorter ones")
+        interval = f"every {WIDTH * run.record.time[-1]:.2g} s"
+        notes.append(f"functions in Python are looked at {interval} for jumps and pulses; a Piecewise names shorter ones")
     return found | ({"notes": notes} if notes else {})
 
 
 def _settings(value: Any) -> dict[str, Any]:
-    """Return a solver's settings as plain values; a nested setting is a dictionary with the name of its type."""
-    found: dict[str, Any] = {"kind": type(value).__name__}
-    for spec in fields(value):
-        inner = getattr(value, spec.name)
-        found[spec.name] = _settings(inner) if is_dataclass(inner) else inner
-    return found
+    """Return a solver's settings as plain values; the steps are a dictionary as well, with the name of their type."""
+    settings = {field.name: getattr(value, field.name) for field in fields(value)}
+    plain = {name: _settings(inner) if is_dataclass(inner) else inner for name, inner in settings.items()}
+    return {"kind": type(value).__name__} | plain

@@ -1,4 +1,4 @@
-"""Settings of the solvers: length of steps, options of each, default tolerances. Nothing here computes or loads an engine."""
+"""Settings of the three solvers: steps, tolerances and their defaults. Nothing is computed here, and no engine is loaded."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .declare import Declared, Quantity, choice, declared, field, part, quantity
 from .scene.scene import Scene
 
 MIN_STEP = 1e-9
-"""Smallest step of the engine [s]: a million times the rounding of times of seconds."""
+"""Smallest step of the engine [s]: a million times the rounding of a time of some seconds."""
 COARSEST = 40
-"""Least number of steps of the coarsest run."""
+"""Least number of steps of the coarsest run of a refinement."""
 
 
 @declared
@@ -84,10 +84,13 @@ class Equal(Declared):
 
 
 def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
-    """Add times between kinks, s, that are closer than the longest step, so that a finer run has finer steps there, too."""
-    parts = max(1, ceil(usual / longest - 1e-9))
-    between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
-    return sorted({*kinks, *(float(t) for piece in between for t in piece)})
+    """Add times between kinks that are closer to each other than the longest step, so that finer runs have finer steps there.
+
+    All times are in s. An interval has as many parts as the `usual` longest step has in this run.
+    """
+    parts = max(1, ceil(usual / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
+    added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
+    return sorted({*kinks, *(float(t) for piece in added for t in piece)})
 
 
 @declared
@@ -137,8 +140,9 @@ class Exudyn(Declared):
 
 
 TOLERANCE = 1e-6
+"""Default tolerance of the compiled solver."""
 LONGEST = 50
-"""Duration over the longest step, if that is not given."""
+"""Duration over the default longest step of the compiled solver."""
 
 
 @declared
@@ -156,10 +160,10 @@ class Spectral(Declared):
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
         doc="length of the steps; the tolerance, 1e-6 by default, is the local error allowed in a step, relative to the longest "
-        "link and a radian; that of deformations of strips and modes is relative to 100 times the largest so far; the longest "
-        "step is a 50th of the duration by default; contacts cut equal steps, too",
+        "link and a radian; the local error of deformations is relative to 100 times the largest deformation so far; the longest "
+        "step is a 50th of the duration by default; steps end where contacts begin, equal steps, too",
     )  # fmt: skip
-    degree: int | None = whole(2, 60, doc="of the strips' polynomials; 8 by default", default=None)
+    degree: int | None = whole(2, 60, doc="degree of the strips' polynomials; 8 by default", default=None)
     contact_tolerance: float = quantity(
         "1", above=0, high=1, doc="local error allowed of the depth of a contact, relative to the depth", default=1e-2
     )
@@ -180,21 +184,23 @@ class Spectral(Declared):
         return self.steps.max_step or duration / LONGEST
 
 
-WITHOUT_PLAY = 1e-5
-"""Default tolerance of scenes without clearance in joints."""
-WITH_PLAY = 1e-3
-"""Default tolerance of scenes with clearance in joints."""
-DAMPED_PLAY = 3e-5
-"""Default tolerance with stiffly damped clearance: impact forces decay within a microsecond; 1e-3 misses a quarter, this 2 %."""
+WITHOUT_CLEARANCE = 1e-5
+"""Default tolerance of the engine for scenes without clearance in joints."""
+WITH_CLEARANCE = 1e-3
+"""Default tolerance of the engine for scenes with clearance in joints."""
+DAMPED_CLEARANCE = 3e-5
+"""Default tolerance of the engine with stiffly damped clearance, whose impact forces decay within a microsecond.
+
+1e-3 misses a quarter of these forces, this value 2 %."""
 
 
 def usual_tolerance(scene: Scene) -> float:
-    """Return the default tolerance of a scene."""
+    """Return the default tolerance of the engine for a scene."""
     if not scene.clearances:
-        return WITHOUT_PLAY
-    return DAMPED_PLAY if scene.is_stiffly_damped else WITH_PLAY
+        return WITHOUT_CLEARANCE
+    return DAMPED_CLEARANCE if scene.is_stiffly_damped else WITH_CLEARANCE
 
 
 def position_error(scene: Scene, tolerance: float | None) -> float:
-    """Return the local error of places allowed in a step [m], from a tolerance or the default one."""
+    """Return the local error of places that the engine allows a step [m], from a tolerance or the default one."""
     return (tolerance or usual_tolerance(scene)) * min([scene.size, *(0.1 * joint.gap for joint in scene.clearances)])

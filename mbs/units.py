@@ -1,6 +1,6 @@
 """Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `5 lbf.in`.
 
-`measured("0.3 mm")` is 3e-4, and keeps its dimension until a check compares it with the expected unit.
+`measured("0.3 mm")` is the float 3e-4, which keeps its dimension until a check compares it with that of the expected unit.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ FORCES = ("N", "N m")
 
 
 class Unit(NamedTuple):
-    """One unit in SI: factor * 10**power. The decimal power is kept separately so that 300um is exactly the float 3e-4."""
+    """Unit in SI, factor * 10**power. The power of ten is separate so that 300um is exactly the float 3e-4."""
 
     factor: float
     power: float
@@ -56,25 +56,20 @@ SYMBOLS: dict[str, Unit] = {
 }
 """Units by name. t is the tonne, lb the pound of mass, lbf that of force (lb times 9.80665 m/s^2); all by definition."""
 PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
+"""Powers of ten of the decimal prefixes."""
 NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm", "h", "t", "in", "ft", "lb", "lbf"}
 SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg", "Ω": "Ohm"})
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
+"""Number at the start of a text: its digits and its exponent."""
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
-
-
+"""One factor of a unit: `.` or `/`, symbol, exponent."""
 COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()]*")
-"""One number with a comma, and perhaps a unit: no list and no arguments of a function."""
+"""Single number with a decimal comma, perhaps with a unit; neither a list nor arguments of a function."""
 
 
-def _digits(text: str) -> re.Match[str]:
-    """Match the number that a text begins with.
-
-    Raises
-    ------
-    ValueError
-        If it begins with none, or has a decimal comma.
-    """
+def _match_number(text: str) -> re.Match[str]:
+    """Match the number at the start of a text; raise a ValueError if there is none, or if it has a decimal comma."""
     match = NUMBER.match(text)
     if match is None:
         raise ValueError("not a number")
@@ -84,7 +79,7 @@ def _digits(text: str) -> re.Match[str]:
 
 
 def _symbol(name: str) -> Unit:
-    """Return the unit of a symbol, with or without a decimal prefix; the whole word first, so that `min` is no milli-inch."""
+    """Return the unit of a symbol, with or without a decimal prefix; a known symbol first, so that `min` is no milli-inch."""
     if name in SYMBOLS:
         return SYMBOLS[name]
     prefix, base = name[0], name[1:]
@@ -96,7 +91,7 @@ def _symbol(name: str) -> Unit:
 
 @lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
-    """Read a unit such as `N.s/mm`, `kg/m^3` or `N/mm^1.5`; each `/` divides by the one factor behind it."""
+    """Read a unit such as `N.s/mm`, `kg/m^3` or `N/mm^1.5`; a `/` divides by the next factor only."""
     factor, power, dimension = 1.0, 0.0, [0.0] * 5
     rest = text.translate(SPELLINGS).strip() or "1"
     position = 0
@@ -117,8 +112,9 @@ def parse_unit(text: str) -> Unit:
 
 
 MULTIPLIED = re.compile(r"(\*\s*[ts]\b)|(\b[ts]\s*\*)")
-"""A text that multiplies the variable t or s: '0.1*s' is a formula, '0.1 s' a time."""
-LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")  # a number and an unknown or misspelt unit
+"""Product with the variable t or s: '0.1*s' is a formula, '0.1 s' a time."""
+LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")
+"""Number and a unit, which may be unknown or misspelt."""
 
 
 def parse_quantity(text: str, unit: str) -> float:
@@ -144,29 +140,28 @@ def parse_quantity(text: str, unit: str) -> float:
 
 
 def _read(text: str, target: Unit) -> tuple[float, Unit | None]:
-    """Read a number in a unit, and the unit behind it; the power of ten is read with the digits."""
-    match = _digits(text)
-    digits, exponent, given = match[1], int(match[2] or 0), text[match.end() :].strip()
-    if not given:
+    """Read a number, in the target unit, and the unit behind it, if any; the digits are read with the final power of ten."""
+    match = _match_number(text)
+    digits, exponent, unit = match[1], int(match[2] or 0), text[match.end() :].strip()
+    if not unit:
         return float(f"{digits}e{exponent}"), None
-    source = parse_unit(given)
+    source = parse_unit(unit)
     shift = source.power - target.power
-    whole = math.floor(shift)  # a part of a decade is left over in units such as N/mm^1.5
-    return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * (source.factor / target.factor), source
+    decades = math.floor(shift)  # the rest is a fraction of a decade in units such as N/mm^1.5
+    return float(f"{digits}e{exponent + decades}") * 10 ** (shift - decades) * (source.factor / target.factor), source
 
 
 class Measured(float):
-    """A number in SI that was given with a unit; checks compare its dimension with the expected one."""
+    """Number in SI with the text that gave it and its dimension, which checks compare with the expected one."""
 
     given: str
-    """Text that was given."""
     dimension: tuple[float, ...]
 
     def __new__(cls, value: float, given: str, dimension: tuple[float, ...]) -> Measured:
-        """Keep a number with what was written."""
-        made = super().__new__(cls, value)
-        made.given, made.dimension = given, dimension
-        return made
+        """Make a number that keeps its text and its dimension."""
+        number = super().__new__(cls, value)
+        number.given, number.dimension = given, dimension
+        return number
 
     def __repr__(self) -> str:
         return f"'{self.given}'"
@@ -175,31 +170,25 @@ class Measured(float):
         return float, (float(self),)  # pickled as a plain number in SI
 
     def fits(self, unit: str) -> bool:
-        """Return True if it may stand for a quantity in a unit; `unit` may be `rad/s or m/s`, or `N/m^n` with any n."""
+        """Return True if the number has the dimension of a unit; `unit` may be `rad/s or m/s`, or `N/m^n` with any n."""
         return any(_fits(self.dimension, one.strip()) for one in unit.split(" or "))
 
 
 def _fits(dimension: tuple[float, ...], unit: str) -> bool:
     base, power, _ = unit.partition("^n")
     try:
-        wanted = parse_unit(base).dimension
+        expected = parse_unit(base).dimension
     except ValueError:
         return False
-    if power and "/" in base:  # N/m^n: any power of the factor below
-        over, below = (parse_unit(part).dimension for part in base.split("/"))
-        rest = [a - b for a, b in zip(dimension, over, strict=True)]
-        return all(b or not r for r, b in zip(rest, below, strict=True))
-    return dimension == wanted
+    if power and "/" in base:  # N/m^n: the denominator may have any power
+        numerator, denominator = (parse_unit(part).dimension for part in base.split("/"))
+        pairs = zip(dimension, numerator, denominator, strict=True)
+        return all(below or have == above for have, above, below in pairs)
+    return dimension == expected
 
 
 def measured(text: str) -> float:
-    """Read a number with an optional unit, in SI; a plain float if it has none.
-
-    Raises
-    ------
-    ValueError
-        If it is no number, or its unit is unknown.
-    """
+    """Read a number with an optional unit, in SI; raise a ValueError if it is no number or its unit is unknown."""
     value, source = _read(text, SYMBOLS["1"])
     return value if source is None else Measured(value, text.strip(), source.dimension)
 
@@ -208,28 +197,28 @@ USUAL = (
     "1", "m", "rad", "s", "kg", "m/s", "rad/s", "Hz", "m/s^2", "N", "N m", "N/m", "N s/m", "N m/rad", "N m s/rad", "Pa", "kg/m^3",
     "kg m^2", "W", "V", "A", "Ohm", "m^2", "m^4", "N m^2",
 )  # fmt: skip
-"""SI units of the quantities of mechanisms."""
+"""SI units in which quantities of mechanisms are shown."""
 
 
 def unit_of(text: str) -> str:
-    """Return the SI unit of a number that is written with a unit; '' without one, or where it has no usual name."""
+    """Return the SI unit of a number that is written with a unit; '' if it has none, or none of `USUAL`."""
     found = measured(text)
     return next((unit for unit in USUAL if isinstance(found, Measured) and found.fits(unit)), "")
 
 
 def written_unit(text: str) -> str:
-    """Return the unit behind a number, as it is written; '' without one."""
+    """Return the unit behind a number as text; '' if there is none."""
     match = NUMBER.match(text)
     return text[match.end() :].strip() if match else ""
 
 
 def label_with_unit(name: str, unit: str) -> str:
-    """Return a quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
+    """Return the label of a quantity in drawings and tables, with its unit: `force [N]`; a plain number has no unit."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def unit_suffix(units: Mapping[str, str], name: str) -> str:
-    """Return a space and the unit of one of several quantities, to follow its value; '' for a plain number."""
+    """Return a space and the unit of a named quantity, to follow its value; '' for a plain number."""
     unit = units.get(name, "")
     return f" {unit}" if unit not in ("", "1") else ""
 

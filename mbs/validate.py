@@ -36,9 +36,9 @@ def number(
         left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
         raise ValueError(f"{name} = {shown}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
     if open_low and low == 0 and checked < 1 / LARGEST:
-        raise ValueError(f"{name} = {short(value)}: must be at least {1 / LARGEST:g}; it is as good as zero")
+        raise ValueError(f"{name} = {short(value)}: must be at least {1 / LARGEST:g}; a smaller one counts as zero")
     if abs(checked) > LARGEST:
-        raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size; no solver's numbers go farther")
+        raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in magnitude, so that no product overflows")
     return checked
 
 
@@ -84,7 +84,7 @@ def one_of(name: str, value: object, kinds: tuple[type, ...]) -> Any:
 
 
 def function(name: str, value: object, *arguments: float) -> Any:
-    """Return `value` if it can be called with these numbers; ValueError, with what it raised, otherwise."""
+    """Return `value` if it can be called with the `arguments`; otherwise a ValueError, with the exception of the call."""
     if not callable(value):
         raise ValueError(f"{name} = {short(value)}: must be a function")
     try:
@@ -113,7 +113,7 @@ def short(value: object) -> str:
 
 
 def near(word: str, names: Iterable[str], most: int = 1, likeness: float = 0.6) -> list[str]:
-    """Find the names that are spelt most like a word."""
-    from difflib import get_close_matches  # it takes milliseconds to load, and only a mistake needs it
+    """Find at most `most` names that are spelt like a word; `likeness` is the least ratio of `difflib`, 0 to 1."""
+    from difflib import get_close_matches  # loading takes milliseconds, and only a mistake needs it
 
     return get_close_matches(word, list(names), most, likeness)

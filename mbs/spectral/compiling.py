@@ -58,7 +58,7 @@ class Announcer(Listener):
                 print(TEXT, file=sys.stderr)
                 self.state.start = perf_counter()
             self.begun, COMPILING.runs = perf_counter(), True
-            self.ticker = Ticker(self.state, compiles=True, told=self.told) if is_interactive() else None
+            self.ticker = Ticker(self.state, compiles=True, announced=self.told) if is_interactive() else None
         self.depth += 1
 
     def on_end(self, event: Event) -> None:
