@@ -1,1 +1,1 @@
-"""Studies of Buckler's mechanisms, each in one file. `python -m studies list` names them."""
+"""Studies of Buckler's mechanisms, each in one module. `python -m studies list` names them."""

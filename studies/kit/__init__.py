@@ -1,1 +1,1 @@
-"""Tools of all studies: parameters with units, report, figures, the table of studies, the command line."""
+"""Tools of all studies: parameters with units, results and their files, figures, the table of studies, the command line."""

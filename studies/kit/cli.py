@@ -1,7 +1,7 @@
-"""The command line: `buckler COMMAND ...`, or an option such as `buckler --version`.
+"""Command line: `buckler COMMAND ...`, or an option such as `buckler --version`.
 
-Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing heavy is
-imported before a command is known by name, so that `list` and `--help` answer at once.
+Exit status: 0 the run is fine, or suspect and allowed; 1 it failed or is suspect; 2 wrong input; 130 interrupted; 141 the
+reader of the output has ended. The module of a command is imported only when it is called: `list` and `--help` start at once.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.turning:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
-"""Help of each command, and the place of its `Command`, or of its function (name, words, prog) for those of `BY_NAME`."""
+"""Help of each command, and `module:name` of its `Command`, or for `BY_NAME` of its function of name, arguments and program."""
 BY_NAME = ("run", "sweep")
-"""Commands whose options depend on the study or file that follows them."""
+"""Commands whose options depend on the study or file that their first argument names."""
 OPTIONS = {
     "--version": ("print the versions of Buckler and of its dependencies", "kit.versions:print_versions"),
     "--schema": ("print the JSON schema of mechanism files, for editors", "own.statics:print_schema"),
     "--compile": ("compile the solver for this machine, so that no run waits for it", "own.statics:compile_solver"),
 }
-"""Options in place of a command: help of each, and the place of its function."""
+"""Options in place of a command: help of each, and `module:name` of its function."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`, by default that of the process; return the exit status.
 
-    With `study` all words are its options. A study that is run as a script names itself here and is imported once more under
-    its real name: the copy called `__main__` only defines.
+    With `study` all arguments are options of that study. The file of a study calls this when Python runs it as a script. The
+    study is then imported again by its module name, because classes of the module `__main__` cannot be pickled.
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    if argv is None and words[:1] == ["show"]:  # in a process of its own: loading a compiler takes longer than interpreting
+    if argv is None and words[:1] == ["show"]:  # loading the compiler takes longer than interpreting the little that `show` needs
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
     try:
         if study is None:
@@ -74,7 +74,7 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(words: Sequence[str]) -> int:
-    """Call the command that the first word names; whatever is wrong with the words is one line and exit 2."""
+    """Call the command that the first argument names; wrong arguments give one line on stderr and exit status 2."""
     name, *rest = words or [""]
     try:
         if name in OPTIONS and not rest:
@@ -98,35 +98,35 @@ def _dispatch(words: Sequence[str]) -> int:
 
 def _parser() -> Parser:
     parser = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
-    for option, (does, _) in OPTIONS.items():
-        parser.add_argument(option, action="store_true", help=does)
+    for option, (text, _) in OPTIONS.items():
+        parser.add_argument(option, action="store_true", help=text)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, (does, _) in COMMANDS.items():
-        command = commands.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
+    for name, (text, _) in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
         if name in BY_NAME:
             command.add_argument("name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list")
     return parser
 
 
 MECHANISMS = (".toml", ".json")
-"""Endings of a mechanism's file."""
+"""Suffixes of files of mechanisms."""
 
 
 class Command(NamedTuple):
-    """A command: `declare` adds its options to a parser, `answer` takes their values and returns the exit status."""
+    """Command: `declare` adds its options to a parser, `answer` runs it with their values and returns the exit status."""
 
     declare: Callable[[argparse.ArgumentParser], Any]
     answer: Callable[[argparse.Namespace], int]
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser that raises a ValueError where argparse would end the program; no option may be shortened."""
+    """Parser that raises a ValueError where argparse would end the program, and takes no shortened options."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **settings})
 
     def error(self, message: str) -> NoReturn:
-        """Raise the message, to be printed as one line without the usage."""
+        """Raise a ValueError with the message, which is printed as one line without the usage."""
         if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
             known = [name for action in self._actions for name in action.choices or ()]
             meant = registry.hint(found[1], known) or f"there are: {', '.join(known)}"
@@ -134,11 +134,11 @@ class Parser(argparse.ArgumentParser):
         raise ValueError(message)
 
     def read(self, argv: Sequence[str]) -> argparse.Namespace:
-        """Parse the words; a ValueError names the first that is wrong, and the closest option to an unknown one."""
+        """Parse the arguments; a ValueError names the first wrong one, and the option closest to an unknown one."""
         words: list[str] = []
         for word in argv:
             if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
-                words[-1] += f"={word}"  # argparse would take the negative quantity for an option
+                words[-1] += f"={word}"  # argparse would read a negative quantity, -3mm, as an option
             else:
                 words.append(word)
         options, unknown = self.parse_known_args(words)
@@ -151,7 +151,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def import_name(place: str) -> Any:
-    """Import `module:name` of the studies."""
+    """Import the object `module:name` of the package of studies."""
     module, _, name = place.partition(":")
     return getattr(importlib.import_module(f"buckler.studies.{module}"), name)
 
@@ -162,13 +162,13 @@ def program() -> str:
 
 
 def print_error(error: Exception | str) -> int:
-    """Print in one line what is wrong with the input; return the exit status."""
+    """Print an error of the input in one line on stderr; return the exit status 2."""
     print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
     return 2
 
 
 def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about: str, **more: Any) -> None:
-    """Add an option that may be given again."""
+    """Add an option that may be repeated; its value is the list of what was given."""
     parser.add_argument(name, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)
 
 
@@ -176,7 +176,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 
 
 def _list(options: argparse.Namespace) -> int:
-    studies = registry.everything()
+    studies = registry.find_studies()
     if options.json:
         print(json.dumps([{"name": name, **entry._asdict()} for name, entry in studies.items()], indent=2))
         return 0

@@ -1,11 +1,12 @@
-"""Grammar of random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
+"""Random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
 
-A family is a skeleton (linkage, chain, block, strip) with optional bodies, drives, clearances, stops, springs and loads.
+A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
+returns a mechanism and the duration of its run [s]. Numbers are in SI units. Points are complex numbers until `place`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import pi, sqrt
@@ -20,23 +21,23 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
 
 from . import drawn_linkages as parts
-from .drawn_linkages import Dice, Made
+from .drawn_linkages import Dice, Generator, Made
 from .published import GRAVITY, STRIP_WIDTH
 
 
 class Draw(NamedTuple):
-    """Mechanism with its name and the duration of its run [s]."""
+    """Random mechanism, its name, and the duration of its run [s]."""
 
     name: str
     mechanism: mbs.Mechanism
     duration: float
 
 
-def draw(seed: int, k: int, families: Sequence[str] = (), among: Mapping[str, Callable[[Dice], Made]] | None = None) -> Draw:
-    """Draw the k-th mechanism of a seed; families take turns, all of them where none is given."""
-    every = among or FAMILIES
-    family = families[k % len(families)] if families else tuple(every)[k % len(every)]
-    return Draw(f"{family} {seed}.{k}", *every[family](Dice(seed, list(every).index(family), k)))
+def draw(seed: int, k: int, families: Sequence[str] = (), generators: Mapping[str, Generator] | None = None) -> Draw:
+    """Draw the k-th mechanism of a seed, from the families in turn; by default from all families of the generators."""
+    generators = generators or FAMILIES
+    family = families[k % len(families)] if families else tuple(generators)[k % len(generators)]
+    return Draw(f"{family} {seed}.{k}", *generators[family](Dice(seed, list(generators).index(family), k)))
 
 
 def _free(dice: Dice) -> Made:
@@ -50,11 +51,11 @@ def _free(dice: Dice) -> Made:
 def _chain(dice: Dice) -> Made:
     """Draw a released chain of one to three pendulums with loads, masses and springs."""
     count = int(dice.integers(1, 4))
-    names, lengths, turns = [f"bar{k}" for k in range(count)], dice.uniform(0.1, 0.5, count), dice.uniform(-pi, pi, count)
-    ends = np.concatenate([[0j], np.cumsum(lengths * np.exp(1j * turns))])
+    names, lengths, angles = [f"bar{k}" for k in range(count)], dice.uniform(0.1, 0.5, count), dice.uniform(-pi, pi, count)
+    ends = np.concatenate([[0j], np.cumsum(lengths * np.exp(1j * angles))])
     points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)} | {"Q": tuple(dice.uniform(0.5, 1.0, 2).tolist())}
-    points["R"] = parts.place(ends[-1] + dice.uniform(-0.1, 0.1) * 1j * parts.ray(turns[-1]))
-    last, wound = names[-1], mbs.TorsionSpring("ground", "bar0", dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
+    points["R"] = parts.place(ends[-1] + dice.uniform(-0.1, 0.1) * 1j * parts.ray(angles[-1]))
+    last, coil = names[-1], mbs.TorsionSpring("ground", "bar0", dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
     loads = dice.some(
         mbs.Force("R", (dice.uniform(-1, 1), dice.uniform(-1, 1)), follows=dice.one(last, None)),
         mbs.Spring(
@@ -66,7 +67,7 @@ def _chain(dice: Dice) -> Made:
         points,
         [mbs.Link(x, f"P{k}", f"P{k + 1}", parts.solid(dice, lengths[k]), ("R",) * (x == last)) for k, x in enumerate(names)],
         [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
-        loads=[wound, *loads],
+        loads=[coil, *loads],
         masses=dice.some(mbs.Mass("R", dice.uniform(0.05, 0.5), dice.uniform(0, 1e-4)), share=0.5),
         velocities={"bar0": dice.uniform(-3, 3)} if dice.chance() else {},
         gravity=parts.WEIGHT,
@@ -74,41 +75,41 @@ def _chain(dice: Dice) -> Made:
 
 
 def _block(dice: Dice, **more: Any) -> mbs.Mechanism:
+    """Make a block that slides in two guides: a bar of negligible mass, the mass in the guide of A."""
     points, bar = {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)}, mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))
     return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=dice.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 
 
 def _grazing(dice: Dice) -> Made:
-    """Draw a rigid slider that just reaches its stops, or a block that moves to and fro between two."""
+    """Draw a rigid slider that just reaches its stops, or a block that falls on one or two stops."""
     law = parts.impact(dice)
     if dice.chance():
-        made, duration = parts.turning(dice, ("slider-crank",), ("rigid",))
-        face = made.points["B"][0] - 2 * made.points["A"][0] + dice.log(1e-6, 3e-3)  # just short of where it turns round
-        return replace(made, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
-    pull, room, apart = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
-    faces = [mbs.Stop("A", room, law), mbs.Stop("B", 0.1 + room + apart, law)][: dice.integers(1, 3)]
-    return _block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * room / pull)
+        crank, duration = parts.turning(dice, ("slider-crank",), ("rigid",))
+        face = crank.points["B"][0] - 2 * crank.points["A"][0] + dice.log(1e-6, 3e-3)  # up to 3 mm short of the dead centre
+        return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
+    pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
+    faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
+    return _block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * height / pull)
 
 
 def _bouncing(dice: Dice) -> Made:
     """Draw a block on a spring that strikes a stop once or many times."""
-    stiffness, away = dice.log(20, 2000), dice.uniform(0.02, 0.08)
-    spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + away)
-    made = _block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * away, parts.impact(dice))])
-    return made, dice.uniform(0.5, 6) * 2 * pi * sqrt(made.guides[0].mass / stiffness)
+    stiffness, stretch = dice.log(20, 2000), dice.uniform(0.02, 0.08)
+    spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + stretch)
+    block = _block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * stretch, parts.impact(dice))])
+    return block, dice.uniform(0.5, 6) * 2 * pi * sqrt(block.guides[0].mass / stiffness)
 
 
 def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:
-    """Make a pinned column: its near end slides along its axis."""
+    """Make a pinned column whose end A slides along its axis."""
     links, guides = [mbs.Link("strip", "A", "B", body)], [mbs.Guide("A", "strip", mass=mass)]
     return mbs.Mechanism({"A": (0, 0), "B": (length, 0)}, links, parts.revolutes("B ground strip"), guides, **more)
 
 
 def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechanism:
-    """Make a column whose near end travels as t^3 to a share of its length."""
-    return _column(
-        PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2"))]
-    )
+    """Make a column whose end A travels as t^3, in the duration by a share of the length."""
+    speed = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
+    return _column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
 
 
 def _draw_pressed(dice: Dice) -> Made:
@@ -175,14 +176,14 @@ def _spinning(dice: Dice) -> Made:
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
     body = dice.one(parts.strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
-    tip, hardening = length * parts.ray(turn), dice.uniform(0.1, 1.0)
+    tip, stiffness = length * parts.ray(turn), dice.uniform(0.1, 1.0)
     return mbs.Mechanism(
         {"O": (0, 0), "A": parts.place(tip), "B": parts.place(tip + 0.1 * parts.ray(turn + dice.uniform(-1, 1)))},
         [mbs.Link("link", "O", "A", body, carries={"M": 0.6} if body.meshed else {}), mbs.Link("arm", "A", "B", parts.bar(dice))],
         [mbs.Revolute("O", "ground", "link"), mbs.Weld("A", "link", "arm")],
         loads=[
             mbs.Force("B", (0.0, dice.uniform(0.2, 1.0)), follows="arm"),
-            mbs.TorsionSpring("ground", "link", 0.0, law=Expression(f"{hardening!r}*(x + x**3)"), free_angle=dice.uniform(-1, 1)),
+            mbs.TorsionSpring("ground", "link", 0.0, law=Expression(f"{stiffness!r}*(x + x**3)"), free_angle=dice.uniform(-1, 1)),
         ],
         masses=[mbs.Mass("M" if body.meshed else "B", dice.uniform(0.02, 0.1))],
         velocities={"link": spin, "arm": spin},
@@ -192,10 +193,10 @@ def _spinning(dice: Dice) -> Made:
 
 def _draw_coupled(dice: Dice) -> Made:
     """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
-    apart, size, hang = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
-    near, far = apart + size, apart + 2 * size
-    points = {"A": (0, 0), "a": (0.02, 0), "B": (apart, 0), "b": (apart + 0.02, 0), "P": (near, 0.1), "Q": (far, 0.1)}
-    points |= {"C": (near, -hang), "c": (near, -hang - 0.1), "D": (far, -hang), "d": (far, -hang - 0.1)}
+    distance, size, depth = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
+    near, far = distance + size, distance + 2 * size
+    points = {"A": (0, 0), "a": (0.02, 0), "B": (distance, 0), "b": (distance + 0.02, 0), "P": (near, 0.1), "Q": (far, 0.1)}
+    points |= {"C": (near, -depth), "c": (near, -depth - 0.1), "D": (far, -depth), "d": (far, -depth - 0.1)}
     wheels = [("one", "A", dice.log(1e-4, 1e-3)), ("two", "B", dice.log(1e-4, 1e-3))]
     discs = [mbs.Rigid.of(mass=dice.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)) for _, _, inertia in wheels]
     links = [mbs.Link(name, at, at.lower(), disc) for (name, at, _), disc in zip(wheels, discs, strict=True)]
@@ -211,7 +212,7 @@ def _draw_coupled(dice: Dice) -> Made:
 
 
 SLIDER = ("slider-crank",)
-FAMILIES: dict[str, Callable[[Dice], Made]] = {
+FAMILIES: dict[str, Generator] = {
     "axial force": partial(parts.turning, bodies=("strip",)),
     "pressed straight": _draw_pressed,
     "near critical": _critical,
@@ -244,6 +245,6 @@ FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "modal clearance": partial(parts.rattling, bodies=("modal",), joints="OABC"),
     "beam clearance": partial(parts.rattling, bodies=("beam",), joints="OABC"),
 }
-"""Generator of each family. Those called `any` cover every element, joint and law that both solvers take."""
+"""Generator of each family. The families `any ...` cover every element, joint and law that both solvers take."""
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
-"""Families of the whole grammar."""
+"""Families that together cover all elements, joints and laws."""

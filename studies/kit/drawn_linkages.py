@@ -1,4 +1,4 @@
-"""Parts of random mechanisms, and linkages made of them; see `buckler.studies.kit.drawn`."""
+"""Random parts, contact laws and linkages for the random mechanisms of `buckler.studies.kit.drawn`; all numbers in SI units."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ from buckler.mbs.modal import BarModes
 from .published import GRAVITY, STRIP_WIDTH
 
 WEIGHT = (0.0, -GRAVITY)
+"""Gravity in the plane, downwards [m/s^2]."""
 PREDICTABLE = 0.01
-"""Longest run of a linkage with clearance [s]: a twentieth of a turn at 300 r/min, before motions of nearby clearances part."""
+"""Longest run of a linkage with clearance at 300 r/min [s]: for a twentieth of a turn its motion is not yet chaotic."""
 Made = tuple[mbs.Mechanism, float]
+"""Random mechanism and the duration of its run [s]."""
 
 
 class Dice(np.random.Generator):
-    """Generator of random numbers with the draws of a grammar."""
+    """Generator of random numbers and choices."""
 
     def __init__(self, *seed: int) -> None:
         super().__init__(np.random.PCG64(seed))
@@ -35,7 +37,7 @@ class Dice(np.random.Generator):
         return float(np.exp(self.uniform(np.log(low), np.log(high))))
 
     def chance(self, share: float = 0.5) -> bool:
-        """Return True for a share of all draws."""
+        """Return True with probability `share`."""
         return bool(self.random() < share)
 
     def one(self, *options: object) -> Any:
@@ -43,18 +45,20 @@ class Dice(np.random.Generator):
         return options[int(self.integers(len(options)))]
 
     def some(self, *options: object, share: float = 0.6) -> list[Any]:
-        """Keep each option for a share of all draws."""
+        """Choose any number of options, each with probability `share`."""
         return [option for option in options if self.chance(share)]
 
 
+Generator = Callable[[Dice], Made]
+
+
 def strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
-    """Draw a damped strip, its number of elements given or left to the solver."""
+    """Draw a damped strip of a thickness between `thin` and `thick`; half of the strips leave the elements to the solver."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(dice.log(3e-3, 0.1), length)
     kind, fewest, most = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
-    made: mbs.Beam | mbs.Cable = kind(
-        section, elements=int(dice.integers(fewest, most)) if dice.chance() else None, imperfection=bow
-    )
-    return made
+    elements = int(dice.integers(fewest, most)) if dice.chance() else None
+    body: mbs.Beam | mbs.Cable = kind(section, elements=elements, imperfection=bow)
+    return body
 
 
 def bar(dice: Dice) -> mbs.Rigid:
@@ -80,10 +84,11 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
     "strut": lambda dice, length: mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 1e-3))),
     "modal": lambda dice, length: modal(dice),
 }
+"""Generators of bodies by their kind and length [m]."""
 
 
-def speed_of(dice: Dice, kind: str, fast: float, duration: float) -> Any:
-    """Draw the speed of a crank [rad/s]: constant, ramp, table or oscillation."""
+def draw_speed(dice: Dice, kind: str, fast: float, duration: float) -> Any:
+    """Draw the speed of a crank [rad/s]: constant, or at most `fast` by a ramp or a table, or an oscillation."""
     if kind == "constant":
         return fast
     if kind == "ramp":
@@ -91,8 +96,8 @@ def speed_of(dice: Dice, kind: str, fast: float, duration: float) -> Any:
     if kind == "table":
         times = [0.0, *np.sort(dice.uniform(0.05, 0.9, 3)).tolist()]
         return Table([t * duration for t in times], (fast * dice.uniform(0.2, 1.0, 4)).tolist())
-    often = 2 * pi * float(dice.integers(20, 200)) / duration
-    return Expression(f"{dice.uniform(0.02, 0.3) * often!r}*cos({often!r}*t)")
+    frequency = 2 * pi * float(dice.integers(20, 200)) / duration
+    return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")
 
 
 def impact(dice: Dice) -> Any:
@@ -103,31 +108,31 @@ def impact(dice: Dice) -> Any:
     return dice.one(hard, soft, laws.HuntCrossley(stiffness, 0.3))
 
 
-def joints_of(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
-    """Draw a gap, a contact law and a friction law, for all joints with clearance of a mechanism."""
-    gap, stiffness, rough = dice.log(2e-5, 1e-3), 10 ** dice.uniform(7.5, 10.4), dice.uniform(0.05, 0.3)
+def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
+    """Draw a gap, a contact law and a friction law; return a function that makes a joint with them of point, pin and bush."""
+    gap, stiffness, sliding = dice.log(2e-5, 1e-3), 10 ** dice.uniform(7.5, 10.4), dice.uniform(0.05, 0.3)
     damped, lossy = laws.Impact(stiffness, dice.uniform(100, 2e3), 1e-5), laws.Flores(stiffness, dice.uniform(0.3, 0.9))
     law = dice.one(damped, laws.Hertz(stiffness), lossy, laws.KelvinVoigt(1e7, dice.uniform(0, 500)))
-    pair = 1.5 * rough, rough
+    both = 1.5 * sliding, sliding  # coefficients of static and sliding friction
     friction = dice.one(
-        laws.NoFriction(), laws.Coulomb(rough, 0.01), laws.AdamsFriction(*pair, 0.1, 1.0), laws.AdamsFriction(*pair),
-        laws.Ambrosio(rough, 0.01, 0.1), laws.Threlfall(rough, 0.1), laws.Stribeck(*pair, 0.1), laws.LuGre(*pair, 0.1),
+        laws.NoFriction(), laws.Coulomb(sliding, 0.01), laws.AdamsFriction(*both, 0.1, 1.0), laws.AdamsFriction(*both),
+        laws.Ambrosio(sliding, 0.01, 0.1), laws.Threlfall(sliding, 0.1), laws.Stribeck(*both, 0.1), laws.LuGre(*both, 0.1),
     )  # fmt: skip
     return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
 
 def revolutes(*places: str) -> list[mbs.Revolute]:
-    """Make ideal joints of 'point first second'."""
+    """Make ideal joints, each from a text of its point and its two links: 'A crank coupler'."""
     return [mbs.Revolute(*each.split()) for each in places]
 
 
-def place(at: complex) -> tuple[float, float]:
-    """Return the coordinates of a complex number."""
-    return at.real, at.imag
+def place(point: complex) -> tuple[float, float]:
+    """Return the coordinates (x, y) of a point x + i y."""
+    return point.real, point.imag
 
 
 def ray(angle: float) -> complex:
-    """Return the unit vector at an angle [rad]."""
+    """Return the unit vector at an angle [rad] as a complex number."""
     return complex(cos(angle), sin(angle))
 
 
@@ -135,19 +140,22 @@ def turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), most: float = 0.5,
 ) -> Made:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops; the slider's inertia stays below the share `most` of the buckling load."""
+    """Draw a slider-crank or four-bar without stops.
+
+    The inertia force of a slider on a strip stays below the share `most` of the strip's buckling load.
+    """
     motion, fast = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
         rocker, duration = BODIES[dice.one(*bodies)](dice, sides.rocker), dice.uniform(0.3, 1.5) * 2 * pi / fast
-        return crank_rocker(rocker, speed=speed_of(dice, motion, fast, duration), lengths=sides), duration
+        return crank_rocker(rocker, speed=draw_speed(dice, motion, fast, duration), lengths=sides), duration
     body, mass = dice.one(*bodies), dice.uniform(0.1, 0.5)
     lengths = SliderCrank(dice.uniform(0.05, 0.2), dice.uniform(0.25, 0.6)) if body == "rigid" else PAPER
     coupler = BODIES[body](dice, lengths.coupler)
     if body == "strip":
         fast = sqrt(dice.log(1e-3, most) * coupler.section.euler_load(lengths.coupler) / (mass * lengths.crank))
     duration = dice.uniform(0.3, 1.5) * 2 * pi / fast
-    return slider_crank(coupler, law=None, mass=mass, speed=speed_of(dice, motion, fast, duration), lengths=lengths), duration
+    return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, fast, duration), lengths=lengths), duration
 
 
 def striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
@@ -163,12 +171,11 @@ def striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
 
 def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Made:
     """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
-    fast, some = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
-    rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), joints_of(dice)
-    made = crank_rocker(rocker, speed=fast, play=play, with_play=some, angle=dice.uniform(-pi, pi))
-    return replace(made, gravity=dice.one(WEIGHT, (0.0, 0.0))), PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(
-        fast, 10 * pi
-    )
+    fast, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
+    rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
+    linkage = crank_rocker(rocker, speed=fast, play=play, with_play=joints, angle=dice.uniform(-pi, pi))
+    linkage = replace(linkage, gravity=dice.one(WEIGHT, (0.0, 0.0)))
+    return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)  # 10 pi rad/s is 300 r/min
 
 
 def strut(dice: Dice) -> Made:
@@ -185,13 +192,13 @@ def draw_mixed(dice: Dice) -> Made:
         return replace(made, links=[coupler if link.name == "coupler" else link for link in made.links]), duration / 2
     if kind == 1:
         return rattling(dice, ("strip", "beam"))
-    near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), joints_of(dice)
+    near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
     made = slider_crank(mbs.Rigid(BAR), law=impact(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
     return replace(made, joints=[made.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 
 
 def rubbing(dice: Dice) -> Made:
-    """Draw a rigid slider-crank, driven or released, with friction in its guide by the reaction or of given size."""
+    """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
     fast = dice.uniform(5, 20)
     made = slider_crank(bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
     guide = replace(made.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
@@ -239,7 +246,7 @@ def two_drives(dice: Dice) -> Made:
     """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
     low, fast = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
     duration = dice.uniform(0.4, 1.0) / fast
-    left = speed_of(dice, dice.one("constant", "ramp", "table"), fast, duration)
+    left = draw_speed(dice, dice.one("constant", "ramp", "table"), fast, duration)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + dice.uniform(0.15, 0.2))},
         [mbs.Link("left", "O", "A", bar(dice)), mbs.Link("right", "P", "D", bar(dice)),

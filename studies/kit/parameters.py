@@ -1,6 +1,6 @@
-"""Parameters of a study: declared once, with unit, range and help, for Python, TOML and the command line.
+"""Parameters of a study: each is declared once, with unit, range and help, for Python, TOML and the command line.
 
-`thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "strip thickness")` in a frozen dataclass takes "0.3mm" and refuses -1.
+With `thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "strip thickness")` a frozen dataclass takes "0.3mm" and refuses -1.
 """
 
 from __future__ import annotations
@@ -13,75 +13,75 @@ from typing import Any
 from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Whole, declarations, field
 from buckler.mbs.declare.spec import Choice
 
-PLAIN = "parameters"
-"""Group of parameters that are declared in none."""
+UNGROUPED = "parameters"
+"""Heading, in the help, of parameters that are declared without a group."""
 
 
 class Repeated(Several):
-    """List, of which one may stand alone; the command line takes its option more than once."""
+    """List of values, or a single value; on the command line its option is repeated for each value."""
 
     repeats = True
 
     def read(self, name: str, given: object) -> tuple[Any, ...]:
-        """Return a tuple."""
+        """Return the checked values; a single value gives a tuple of one."""
         return super().read(name, tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,))
 
 
 class _Listed(Repeated):
-    """List of one or more, none of them twice; separated by commas in a text."""
+    """List of values that a text separates by commas."""
 
     repeats = False
 
     def read(self, name: str, given: object) -> tuple[Any, ...]:
-        """Return a tuple."""
+        """Return the checked values."""
         return super().read(name, given.split(",") if isinstance(given, str) else given)
 
 
-# Each of these returns a dataclass field; the declared type is the value's, as with `dataclasses.field` itself.
+# Each of these functions returns a dataclass field. Their type is Any, so that a field may be annotated with its value's type.
 
 
-def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
+def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = UNGROUPED) -> Any:
     """Declare a number with a unit, allowed from `low` to `high`, both included."""
     return field(Quantity(unit, low, high), help, default, group=group)
 
 
-def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
-    """Declare one or more numbers with a unit: `0.1mm,0.3mm`."""
+def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = UNGROUPED) -> Any:
+    """Declare one or more different numbers with a unit: `0.1mm,0.3mm`."""
     return field(_Listed(Quantity(unit, low, high), least=1, distinct=True), help, default, group=group)
 
 
-def counts(default: tuple[int, ...], low: int, high: int, help: str, group: str = PLAIN) -> Any:
-    """Declare one or more whole numbers: `4,8`."""
+def counts(default: tuple[int, ...], low: int, high: int, help: str, group: str = UNGROUPED) -> Any:
+    """Declare one or more different whole numbers: `4,8`."""
     return field(_Listed(Whole(low, high), least=1, distinct=True), help, default, group=group)
 
 
-def integer(default: int, low: int, high: int, help: str, group: str = PLAIN) -> Any:
+def integer(default: int, low: int, high: int, help: str, group: str = UNGROUPED) -> Any:
     """Declare a whole number, allowed from `low` to `high`, both included."""
     return field(Whole(low, high), help, default, group=group)
 
 
-def choice(default: str, options: Sequence[str], help: str, group: str = PLAIN) -> Any:
+def choice(default: str, options: Sequence[str], help: str, group: str = UNGROUPED) -> Any:
     """Declare one word of several."""
     return field(Choice(tuple(options)), help, default, group=group)
 
 
-def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = PLAIN) -> Any:
-    """Declare one or more words of several: `strut,beam`."""
+def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = UNGROUPED) -> Any:
+    """Declare one or more different words of several: `strut,beam`."""
     return field(_Listed(Choice(tuple(options)), least=1, distinct=True), help, default, group=group)
 
 
 @dataclass(frozen=True)
 class StudyParameters(Declared):
-    """Base of every study's `Parameters`: reads and checks each field; a ValueError names parameter, value, range and unit."""
+    """Base class of every study's `Parameters`. It reads and checks each field; errors name parameter, value, range and unit."""
 
     in_files = False
 
     def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
-        """Return the parameters that another kind has, too, by name."""
+        """Return, by name, the parameters that another class of parameters also has."""
         return {name: getattr(self, name) for name in specs(kind) if name in specs(type(self))}
 
     def plain(self) -> dict[str, Any]:
-        """Return all parameters by name, as a store and a file keep them."""
+        """Return all parameters by name, as files and the store of a sweep keep them."""
         return asdict(self)
 
 
@@ -99,22 +99,22 @@ class Gravity(StudyParameters):
 
     @property
     def down(self) -> str:
-        """Gravity in words."""
+        """Size and direction of gravity, as text."""
         return f"{self.gravity:g} m/s² at {degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Maker of the cases of a sweep from values by name, in place of a `Parameters` class."""
+    """Cases of a sweep over numbers of a mechanism's file: it is called like a `Parameters` class, with values by name."""
 
     make: Callable[..., StudyParameters]
     places: Mapping[str, Declaration]
 
     def __call__(self, **values: object) -> StudyParameters:
-        """Make a case."""
+        """Make the parameters of one case."""
         return self.make(values)
 
 
 def specs(kind: type[StudyParameters] | Cases) -> Mapping[str, Declaration]:
-    """Return the declarations of everything that may vary."""
+    """Return the declarations of all parameters, by name."""
     return kind.places if isinstance(kind, Cases) else declarations(kind)

@@ -1,4 +1,4 @@
-"""Table of the studies. It is static, so that listing them imports none of them."""
+"""Table of the studies, and their import by name or file. The table is static: listing the studies imports none of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Entry(NamedTuple):
-    """Module of a study, and its subject."""
+    """Module of a study, and its subject in one line."""
 
     module: str
     summary: str
@@ -37,14 +37,15 @@ _LISTED = (
     ("rattling", "buffering", "does a flexible rocker buffer? each published claim, over all that is left open"),
     ("rattling", "modes", "which modes of the rocker matter, and what their numbers mean"),
 )
-"""Package, name and summary of each, in the order in which they are listed."""
+"""Package, name and subject of each study, in the order in which they are listed."""
 STUDIES: dict[str, Entry] = {
     name: Entry(f"buckler.studies.{package}.{name.replace('-', '_')}", summary) for package, name, summary in _LISTED
 }
+"""Studies of Buckler, by name."""
 
 
-def everything() -> dict[str, Entry]:
-    """List the studies of Buckler, and of other packages by their entry points `my-study = "my_package.my_study"`."""
+def find_studies() -> dict[str, Entry]:
+    """Find the studies of Buckler, and those that other packages declare as entry points of the group `buckler.studies`."""
     from importlib.metadata import entry_points
 
     others = {
@@ -55,27 +56,26 @@ def everything() -> dict[str, Entry]:
 
 
 def entry(name: str) -> Entry:
-    """Look a study up; a ValueError names the closest one."""
-    studies = STUDIES if name in STUDIES else everything()
+    """Look up a study by its name; a ValueError for an unknown name suggests the closest one."""
+    studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
         if "." in name or Path(name).exists():
             raise ValueError(f"{name}: no mechanism's file, whose name ends in .toml or .json, and no study's, in .py")
-        here = next(
-            (f"did you mean {name}{ending}?" for ending in (".toml", ".json", ".py") if Path(f"{name}{ending}").is_file()), ""
-        )
-        raise ValueError(f"unknown study '{name}'; {here or hint(name, studies) or '`buckler list` names them'}")
+        files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]
+        likely = f"did you mean {files[0]}?" if files else hint(name, studies)
+        raise ValueError(f"unknown study '{name}'; {likely or '`buckler list` names them'}")
     return studies[name]
 
 
 def load(name: str) -> ModuleType:
-    """Import a study by its name or file, under its true module name, so that its classes can be pickled."""
+    """Import a study by its name or file; a file is imported as a module, so that the study's classes can be pickled."""
     if not name.endswith(".py"):
         return importlib.import_module(entry(name).module)
     path = Path(name).resolve()
     if not path.is_file():
         raise ValueError(f"{name}: no such file")
     if str(path.parent) not in sys.path:
-        sys.path.insert(0, str(path.parent))  # worker processes get the same path
+        sys.path.insert(0, str(path.parent))  # worker processes inherit it, and find the module as well
     try:
         study = importlib.import_module(path.stem)
     except SyntaxError as error:
@@ -89,8 +89,8 @@ def load(name: str) -> ModuleType:
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """Return 'did you mean ...?' with the closest of the known words, or nothing."""
-    import difflib  # rarely needed, and listing studies is quick without it
+    """Return 'did you mean ...?' with the known word closest to a word, or an empty text."""
+    import difflib  # rarely needed, and slow to load
 
     close = difflib.get_close_matches(word, list(known), n=1)
     return f"did you mean {close[0]}?" if close else ""

@@ -1,6 +1,6 @@
-"""Result of a study: metrics with their errors, tables, signals; its files, each written whole or not at all; its progress.
+"""Result of a study: metrics with their errors, tables and signals; the files of a result; the progress of a run.
 
-`for case in progress(cases, label="thickness")` is all that a study writes to show its progress.
+A file appears under its name only when it is complete. A study shows its progress by `for x in progress(cases, label="speed")`.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Metric:
 
     Attributes
     ----------
-    value, unit : the number found and its unit, "1" for a plain number
+    value, unit : the computed number and its unit, "1" for a number without unit
     published, exact : published and exact value, in the same unit
     error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate
-    absolute : error in the unit of the value, where that is zero or no larger than its error, so that a ratio says nothing
+    absolute : error in the unit of the value; given instead of `error` where the value is zero or below its error
     """
 
     value: float
@@ -54,7 +54,7 @@ class Metric:
             object.__setattr__(self, "error", abs(self.value - self.exact) / abs(self.exact))
 
     def plain(self) -> dict[str, Any]:
-        """Return the values that are known, by name."""
+        """Return the value, and all other fields that are not None, by name."""
         return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
     @property
@@ -69,7 +69,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under headers, the headers with their units; the notes stand below."""
+    """Table: rows under headers with units, and notes below."""
 
     headers: Sequence[str]
     rows: Sequence[Sequence[Any]]
@@ -95,9 +95,9 @@ class StudyResult:
     metrics : dict of Metric
     signals : arrays for signals.npz, in SI
     units : units of the signals, where they are known
-    work : steps, Jacobians, evaluations; `wall_s` is added if it is not there
-    tables : printed instead of the table of metrics
-    pages : whole text files by file name, such as report.html
+    work : counts of steps, Jacobians, evaluations; `wall_s`, the time of the run [s], is added where it is missing
+    tables : tables that are printed instead of the table of metrics
+    pages : contents of text files by file name, such as report.html
     notes : remarks that are printed after the status
     """
 
@@ -120,26 +120,26 @@ class StudyResult:
         return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
     def of(self, kind: type[P]) -> P:
-        """Return the parameters, which are of this kind."""
+        """Return the parameters with their type, for type checkers; a TypeError if they are not of this kind."""
         if not isinstance(self.parameters, kind):
             raise TypeError(f"parameters: must be {kind.__module__}.{kind.__name__}")
         return self.parameters
 
 
 def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
-    """Return status and message of a study: SUSPECT if there are sentences on what is wrong."""
+    """Return status and message of a study: SUSPECT if any fault is listed in `wrong`, OK and `message` if none is."""
     return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Return status and message of a study: those of the worst of its runs, each a name and a result, and all notes."""
+    """Return status and message of a study: the worst status of its runs, given as pairs of name and result, and all messages."""
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
     status = min((run.status for _, run in wrong), key=lambda status: status == "SUSPECT", default="OK")
     return {"status": str(status), "message": "; ".join([*(f"{name}: {run.message}" for name, run in wrong), *notes])}
 
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
-    """Tabulate metrics in rows, without empty columns; stresses in MPa."""
+    """Tabulate metrics, one a row, without empty columns; stresses are in MPa."""
     rows = []
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
@@ -154,12 +154,12 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
 
 
 def relative(error: float) -> str:
-    """Write a relative error in per cent, or as a power of ten below a thousandth."""
+    """Write a relative error in per cent, or in scientific notation below a thousandth."""
     return f"{error:.1e}" if error < 1e-3 else f"{100 * error:.2g} %" if error < 1 else f"{100 * error:.0f} %"
 
 
 def provenance(parameters: StudyParameters) -> dict[str, Any]:
-    """Collect versions, commit, machine and parameters, with which the same can be run again."""
+    """Collect versions, commit, machine and parameters, which are needed to repeat a run."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
     cpu = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
@@ -169,7 +169,7 @@ def provenance(parameters: StudyParameters) -> dict[str, Any]:
 
 def _commit() -> str | None:
     root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():  # installed, perhaps inside somebody else's repository
+    if not (root / ".git").exists():  # installed, and `git describe` might find a repository that contains the installation
         return None
     command = ["git", "-C", str(root), "describe", "--always", "--tags", "--dirty=+dirty"]
     with suppress(OSError, subprocess.SubprocessError):
@@ -180,17 +180,17 @@ def _commit() -> str | None:
 # --- files --------------------------------------------------------------------------------------------------------------
 
 
-def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
-    """Write signals.npz, figures, pages and, last, metrics.json, whose text is returned; the files of an earlier run go first.
+def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_allowed: bool = False) -> str:
+    """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last.
 
-    `trusted` records that failed checks were overridden; the status stays SUSPECT, with its reasons.
+    `is_allowed` records, under the key `trusted`, that the user accepted failed checks; status and message stay.
     """
     writers: dict[str, Callable[[IO[bytes]], object]] = {}
     if result.signals:
         signals: dict[str, Any] = dict(result.signals)
         writers["signals.npz"] = partial(np.savez_compressed, **signals)
     for name, figure in figures.items():
-        # A PDF without its date is the same file for the same figure.
+        # Without its date the PDF of an unchanged figure is the same file.
         for kind, details in {"png": None, "pdf": {"CreationDate": None}}.items():
             writers[f"{name}.{kind}"] = partial(figure.savefig, format=kind, metadata=details)
     for name, page in result.pages.items():
@@ -204,7 +204,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
         {
             "status": result.status,
             "message": result.message,
-            **({"trusted": True} if trusted else {}),
+            **({"trusted": True} if is_allowed else {}),
             "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
             "tables": [asdict(table) for table in result.tables],
             "work": result.work,
@@ -219,7 +219,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
 
 @contextmanager
 def atomic(path: Path) -> Iterator[IO[bytes]]:
-    """Open a file that appears under its name only once it is complete."""
+    """Open a temporary file that gets its name only when it is complete."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with temporary.open("wb") as file:
@@ -232,7 +232,7 @@ def atomic(path: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_earlier(folder: Path) -> None:
-    """Remove the files that the folder's metrics.json lists, so that no figure of an earlier run remains."""
+    """Remove the files that metrics.json of an earlier run lists, so that none of its figures remains."""
     with suppress(OSError, ValueError, LookupError, TypeError):
         for name in [*json.loads((folder / "metrics.json").read_text())["files"], "metrics.json"]:
             if Path(name).name == name:
@@ -240,20 +240,20 @@ def _remove_earlier(folder: Path) -> None:
 
 
 def to_json(content: object) -> str:
-    """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
+    """Write strict JSON: NumPy values as Python values, NaN and infinity as null."""
     return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def plain(content: object, beyond: Callable[[float], Any]) -> Any:
-    """Convert content to values that JSON has, and each float that is not finite by `beyond`."""
+def plain(content: object, convert: Callable[[float], Any]) -> Any:
+    """Convert content to types that JSON has, and each NaN and infinity by the function `convert`."""
     if isinstance(content, np.ndarray | np.generic):
         content = content.tolist()
     if isinstance(content, Mapping):
-        return {str(key): plain(value, beyond) for key, value in content.items()}
+        return {str(key): plain(value, convert) for key, value in content.items()}
     if isinstance(content, list | tuple | set):
-        return [plain(value, beyond) for value in content]
+        return [plain(value, convert) for value in content]
     if isinstance(content, float) and not math.isfinite(content):
-        return beyond(content)
+        return convert(content)
     return content if isinstance(content, str | int | float | None) else str(content)
 
 
@@ -261,24 +261,25 @@ def plain(content: object, beyond: Callable[[float], Any]) -> Any:
 
 
 class Progress:
-    """Progress of a run on stderr, if it takes long; `run` gets one."""
+    """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`."""
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
         self.quiet, self.cases = quiet, cases
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
-        """Yield the items and count them by a bar that appears after some time."""
+        """Yield the items, and show a bar with their number after some time."""
         if self.quiet:
             yield from items
             return
         from tqdm import tqdm
 
-        delay = 0.5 if sys.stderr.isatty() else 20.0  # a file gets long runs only, in lines
+        delay = 0.5 if sys.stderr.isatty() else 20.0  # [s]; in a file each refresh is a line, so that short runs write none
         yield from tqdm(items, label or None, total, leave=False, mininterval=delay / 5, delay=delay)
 
     def forecast(self, title: str) -> Forecast | bool:
-        """Return the progress of `simulate`: a bar and how long it will take, of all cases where this is the first."""
+        """Return the display for one `simulate`: a bar and the expected run time, times `cases` if this is the first of them."""
         return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
 
 
 QUIET = Progress(quiet=True)
+"""Progress that shows nothing."""

@@ -1,4 +1,4 @@
-"""`buckler run NAME`: read the options, run the study, draw, file and print its result."""
+"""`buckler run NAME`: read the options, run the study, draw its figures, write and print its result."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from .style import Figure, house_style
 
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
-    """Run the study or the mechanism of the file; return the exit status."""
+    """Run a study, or the mechanism of a file, with these arguments; return the exit status."""
     try:
-        found = subject(name)
-        options = parser_of(found, prog).read(argv)
-        parameters = found.parameters(options)
-        folder = writable(Path(options.out) / found.title)
+        study = find_study(name)
+        options = make_parser(study, prog).read(argv)
+        parameters = study.parameters(options)
+        folder = make_folder(Path(options.out) / study.title)
     except ValueError as error:
         return print_error(error)
     except ImportError as error:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
     begin = time.perf_counter()
-    with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():  # of the study and the engine
-        result = attempt(found.module.run, parameters, options)
+    with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():  # stdout is for the JSON alone
+        result = attempt(study.module.run, parameters, options)
         wall = time.perf_counter() - begin
-        result, figures = draw(found.module, result)
-    return finish(found.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
+        result, figures = draw(study.module, result)
+    return finish(study.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
 
 
 def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, options: argparse.Namespace) -> StudyResult:
-    """Run a study; an exception becomes a result with status ERROR, its traceback on stderr unless a package is missing."""
+    """Run a study; an exception gives a result with status ERROR, and a traceback on stderr unless a package is missing."""
     begin = time.perf_counter()
     try:
         result = run(parameters, progress=Progress(options.quiet))
-    except Interrupted as stop:  # the part that ran is filed, if the study returns it
+    except Interrupted as stop:  # a study may attach what it has finished: that is written
         if not isinstance(stop.result, StudyResult):
             raise
         result = stop.result
@@ -62,7 +62,7 @@ def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, option
 
 
 def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
-    """Draw the result, if it has numbers; figures that fail leave the numbers and the status ERROR."""
+    """Draw the figures of a result that has numbers; where drawing fails the numbers remain, with status ERROR."""
     if not (result.signals or result.metrics):
         return result, {}
     try:
@@ -75,12 +75,12 @@ def draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[s
 
 
 def finish(
-    name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, where: str
+    name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, ending: str
 ) -> int:
-    """Write and print a result and its place, the status always; return the exit status."""
-    trusted = options.trust and result.status in set(Status) and Status(result.status).finished
+    """Write and print a result, then its status and `ending`; a status that is not OK is printed even where `quiet` is set."""
+    is_allowed = options.allow and result.status in set(Status) and Status(result.status).finished
     try:
-        text = write(result, folder, figures, trusted)
+        text = write(result, folder, figures, is_allowed)
     except OSError as error:
         print(f"{name}: cannot write results: {error}", file=sys.stderr)
         return 1
@@ -88,12 +88,12 @@ def finish(
         print(text, end="")
     elif not options.quiet:
         pages = [f"look at it: {folder / page}" for page in result.pages]
-        print("\n".join([f"{result}\n\n{name}: {result.status} {where}", *pages]))
+        print("\n".join([f"{result}\n\n{name}: {result.status} {ending}", *pages]))
     if result.status != "OK":
-        print(f"{name}: {result.status}{' (allowed)' * trusted}: {result.message}", file=sys.stderr)
+        print(f"{name}: {result.status}{' (allowed)' * is_allowed}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
-    return 0 if result.status == "OK" or trusted else 130 if result.status == Status.INTERRUPTED else 1
+    return 0 if result.status == "OK" or is_allowed else 130 if result.status == Status.INTERRUPTED else 1
 
 
 EPILOG = (
@@ -103,7 +103,7 @@ EPILOG = (
 
 
 class Study:
-    """Study by its name or file, as `run` and `sweep` see it; a mechanism's file is one, too."""
+    """Study by its name or file, as `run` and `sweep` use it; its subclass in `own.verbs` makes a study of a mechanism's file."""
 
     module: ModuleType
 
@@ -112,60 +112,63 @@ class Study:
         self.title = Path(name).stem if name.endswith(".py") else name
         self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
 
-    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
-        """Declare an option for each parameter, except those whose names are used, in the study's groups."""
-        fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
+    def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
+        """Declare an option for each parameter that is not excluded, in the study's groups."""
+        fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in excluded}
         texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
         add_options(parser, fields, texts)
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
-        """Make the parameters of one run."""
-        kind, given = self.cases(options, ())
-        return kind(**given)
+        """Make the parameters of one run from the values of the options."""
+        make, values = self.cases(options, ())
+        return make(**values)
 
-    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """Return the kind of cases of a sweep, and the parameters that all of them share."""
-        names = set(specs(self.module.Parameters)) - set(taken)
+    def cases(
+        self, options: argparse.Namespace, excluded: Collection[str]
+    ) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
+        """Return what makes the parameters of a case of a sweep, and the values that all cases share."""
+        names = set(specs(self.module.Parameters)) - set(excluded)
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 
     def probe(self, parameters: StudyParameters) -> str:
-        """Check what declarations of parameters cannot; return the name for a store."""
+        """Check parameters against each other where a subclass needs it; return the name of this study in a sweep's store."""
         return self.title
 
 
-def subject(name: str) -> Study:
-    """Find the study or the mechanism's file of this name."""
+def find_study(name: str) -> Study:
+    """Find a study by its name or file, or make one of a mechanism's file."""
     return import_name("own.verbs:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
 
 
-def parser_of(found: Study, prog: str, taken: Collection[str] = ()) -> Parser:
-    """Make the parser of `run NAME`, or the part of `sweep NAME` that its own options leave."""
-    parser = Parser(prog=prog, usage=f"{prog} [options]", description=found.about, epilog=EPILOG)
-    found.declare(parser, taken)
+def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:
+    """Make the parser of `run NAME`; `sweep NAME` excludes the names of its own options and adds these."""
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.about, epilog=EPILOG)
+    study.declare(parser, excluded)
     group = parser.add_argument_group("input and output")
     group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")
     group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
     suspect = "accept a run that is SUSPECT, CHAOTIC, SENSITIVE, UNSTABLE or UNSEEN: exit 0, and metrics.json records it"
-    group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
+    group.add_argument("--allow-suspect", action="store_true", dest="allow", help=suspect)
     group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     return parser
 
 
 def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
-    """Add an option for each declared field, in the declared groups."""
+    """Add an option for each declared field, under the heading of its group, with its help text."""
     groups: dict[str, Any] = {}
     for name, about in fields.items():
         group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
-        how: dict[str, Any] = {"metavar": about.spec.metavar}
+        settings: dict[str, Any] = {"metavar": about.spec.metavar}
         if isinstance(about.spec, Flag):
-            how = {"nargs": "?", "const": True, "metavar": "true"}
+            settings = {"nargs": "?", "const": True, "metavar": "true"}
         elif isinstance(about.spec, Repeated) and about.spec.repeats:
-            how |= {"action": "append", "metavar": about.spec.item.metavar}
-        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=texts[name].replace("%", "%%"), **how)
+            settings |= {"action": "append", "metavar": about.spec.item.metavar}
+        text = texts[name].replace("%", "%%")
+        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **settings)
 
 
-def writable(folder: Path) -> Path:
-    """Make the folder and check that files can be written to it, before a long run."""
+def make_folder(folder: Path) -> Path:
+    """Make the folder of the results, and check before a long run that files can be written to it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

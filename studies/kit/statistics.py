@@ -1,6 +1,7 @@
 """Means with their standard errors, power laws by least squares, error against run time.
 
-Variants take turns, so that a machine that gets busy slows all alike; a ratio of times is the median of those within a turn.
+Run times of variants are measured in rounds, in each of which every variant runs once. So a busy machine slows all of them. The
+ratio of two times is the median of the ratios within a round.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .report import Metric, provenance
 
 
 class Mean(NamedTuple):
-    """Mean of independent values, its standard error (nan for a single value), and their number."""
+    """Mean of independent values, its standard error (nan for a single value), and the number of values."""
 
     value: float
     error: float
@@ -41,33 +42,33 @@ def mean(unit: str, values: Any) -> Metric:
 
 
 class PowerFit(NamedTuple):
-    """Power law by least squares: d ln y/d ln x, its standard error, and the standard deviation of ln y about the law."""
+    """Power law y = c x1^s1 x2^s2 ... by least squares: slopes s, their standard errors, standard deviation of ln y about it."""
 
     slope: Array
     error: Array
     scatter: float
 
     def metrics(self) -> list[Metric]:
-        """Return a metric for each slope, with its relative standard error where it is not 0."""
+        """Return a metric for each slope, with its relative standard error where the slope is not 0."""
         pairs = zip(self.slope.tolist(), self.error.tolist(), strict=True)
         return [Metric(slope, "1", error=abs(error / slope) if slope else None) for slope, error in pairs]
 
 
 def exponent(x: Any, y: Any) -> float:
-    """Fit the exponent n of y ~ x^n to the points that are finite and positive; nan for fewer than two."""
+    """Fit the exponent n of y ~ x^n by least squares to the positive points; nan for fewer than two different x."""
     x, y = np.asarray(x), np.asarray(y)
-    good = (x > 0) & (y > 0)  # false for nan
-    x, y = np.log(x[good]), np.log(y[good])
+    is_positive = (x > 0) & (y > 0)  # false for nan
+    x, y = np.log(x[is_positive]), np.log(y[is_positive])
     return float((x - x.mean()) @ (y - y.mean()) / ((x - x.mean()) @ x)) if len(set(x)) > 1 else nan
 
 
 def power_law(inputs: Array, output: Array) -> PowerFit:
-    """Fit one output, shape (n,), to inputs of shape (d, n)."""
+    """Fit a power law of an output, shape (n,), in inputs of shape (d, n), by least squares of the logarithms."""
     x, y = np.log(inputs), np.log(output)
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
     slope, *_ = np.linalg.lstsq(x, y, rcond=None)
-    left = y - x @ slope
-    variance = left @ left / (len(y) - x.shape[1] - 1)
+    residual = y - x @ slope
+    variance = residual @ residual / (len(y) - x.shape[1] - 1)
     error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
     return PowerFit(slope, error, float(np.sqrt(variance)))
 
@@ -77,9 +78,9 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """One variant: its error, nan if it failed, and the processor time of each repetition in order [s].
+    """Error of a variant, nan if it failed, and its processor time in each round [s].
 
-    On the Pareto `front` no other variant is at least as accurate and as fast, and better in one of the two.
+    `front` is true on the Pareto front: no other variant beats this one.
     """
 
     error: float
@@ -88,15 +89,15 @@ class WorkPoint:
 
     @property
     def time(self) -> float:
-        """Median time, s."""
+        """Median time [s]."""
         return median(self.times)
 
     def speedup(self, other: WorkPoint) -> float:
-        """Compute the speed-up over another point of the same run: median ratio of the times within one turn."""
-        return median(reference / own for own, reference in zip(self.times, other.times, strict=True))
+        """Compute the speed-up over another variant: median of the ratios of their times within a round."""
+        return median(theirs / ours for ours, theirs in zip(self.times, other.times, strict=True))
 
     def beats(self, other: WorkPoint) -> bool:
-        """Check that a point is no worse than another in error and time, and better in one of them."""
+        """Check that this variant is no worse than another in error and time, and better in one of them."""
         no_worse = self.error <= other.error and self.time <= other.time
         return no_worse and (self.error < other.error or self.time < other.time)
 
@@ -108,9 +109,9 @@ def work_precision(
     *,
     progress: Callable[[list[Name]], Iterable[Name]] = iter,
 ) -> dict[Name, WorkPoint]:
-    """Run every variant, which does the whole job from its input to its answer, several times in turn for its run time.
+    """Measure the processor time of every variant in rounds; a variant does the whole job from its input to its answer.
 
-    `errors` are those of first runs that are not timed; `progress` passes on the names of the runs ahead, as a bar does.
+    `errors` come from first runs that are not timed. `progress` yields the names of the runs to make, and may show a bar.
     """
     whole("repeats", repeats, 1, 10**6)
     if not variants:
@@ -127,14 +128,14 @@ def work_precision(
 
 
 def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:
-    """Find the fastest point whose error is at most that; None if none is so accurate."""
+    """Find the fastest variant whose error is at most `error`; None if no variant is so accurate."""
     return min((p for p in points if p.error <= error), key=lambda p: p.time, default=None)
 
 
 def footnote(parameters: StudyParameters) -> str:
-    """State machine, versions and repetitions of a table of run times."""
+    """Write repetitions, machine and versions below a table of run times."""
     origin = provenance(parameters)
     versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
     machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
     repeats = origin["parameters"]["repeats"]
-    return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
+    return f"Medians of {repeats} rounds; {machine}; {versions}; commit {origin['commit']}."

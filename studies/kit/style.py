@@ -1,4 +1,4 @@
-"""The style of figures, for studies: see `buckler.mbs.view.style`."""
+"""Style of the figures of studies, that of `buckler.mbs.view.style`, and plain numbers at logarithmic axes."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,13 +8,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 else:
-    Axes = Figure = Any  # nothing here needs matplotlib before it draws
+    Axes = Figure = Any  # matplotlib is loaded only when a figure is drawn
 
 __all__ = ["COLOURS", "STYLE", "WIDTH", "Axes", "Figure", "house_style", "plain_ticks", "subplots"]
 
 
 def plain_ticks(axis: Any, subs: tuple[float, ...] = (1, 2, 5)) -> None:
-    """Write the ticks of a logarithmic axis of a decade or two as plain numbers, by default at 1, 2 and 5."""
+    """Label a logarithmic axis of a decade or two with plain numbers, at `subs` times the powers of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=subs))

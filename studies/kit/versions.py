@@ -1,4 +1,4 @@
-"""Versions of Python, Buckler and the packages its numbers come from; provenance of a run."""
+"""Versions of Python, Buckler and the packages that compute; provenance of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def versions() -> dict[str, str | None]:
-    """Look up each version by its package; None for a package that was never installed."""
+    """Look up the version of each package; None for a package that is not installed."""
     packages = ("buckler", "exudyn", "numpy", "scipy")
     return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
 
@@ -20,24 +20,24 @@ def versions() -> dict[str, str | None]:
 def _version(package: str) -> str | None:
     try:
         return metadata.version(package)
-    except metadata.PackageNotFoundError:  # a checkout that was never installed
+    except metadata.PackageNotFoundError:
         return None
 
 
 def print_versions() -> int:
-    """Print all versions in one line."""
+    """Print all versions in one line; a package that is not installed runs from a checkout of its repository."""
     print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions().items()))
     return 0
 
 
 def provenance() -> dict[str, object]:
-    """Return the provenance of a run that ends now: versions, host, hash of the sources, time."""
+    """Return the provenance of a run that ends now: versions, host, hash of the source files, time."""
     return {**_origin(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
 @cache
 def _origin() -> dict[str, object]:
-    """Collect the provenance that is constant in a process; the hash is of the source files, without git."""
+    """Collect what is constant in a process: versions, host, and the SHA-256 hash of Buckler's source files."""
     root, digest = Path(__file__).resolve().parents[2], hashlib.sha256()
     for path in sorted(path for package in ("elastica", "mbs", "studies") for path in (root / package).rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())

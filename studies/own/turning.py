@@ -28,7 +28,7 @@ from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import add_repeated
 from ..kit.report import Table, to_json
-from ..kit.running import writable
+from ..kit.running import make_folder
 from ..kit.style import house_style, subplots
 from .verbs import VARIED, Opened, ask, file_command, read_quantities, read_range, varied_numbers
 
@@ -93,7 +93,7 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.imperfection=-1mm:1mm")
     free = dict(read_range(file.document, text) for text in options.free)
-    out = writable(options.out / f"{options.file.stem}-fit")
+    out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
     found, stopped = ask(fitted, options, file.document, data, free=free, starts=options.starts)
     kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
@@ -130,7 +130,7 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
         budget=options.budget,
     )  # fmt: skip
     chosen = change(file.document, found.values)
-    path = documents.write(chosen, writable(options.out) / f"{options.file.stem}-chosen.toml")
+    path = documents.write(chosen, make_folder(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         print(to_json(asdict(found)), end="")
     else:
@@ -163,7 +163,7 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
     readings = list(dict.fromkeys(options.of or file.measures))
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
-    out = writable(options.out / f"{options.file.stem}-ensemble")
+    out = make_folder(options.out / f"{options.file.stem}-ensemble")
     found, _ = ask(
         run_ensemble, options, file.mechanism, file.duration, options.members,
         vary=dict(_read_variation(file.document, text) for text in options.vary),

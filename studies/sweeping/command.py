@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from ..kit.cli import print_error
 from ..kit.parameters import specs
 from ..kit.report import Metric, Progress, StudyResult
-from ..kit.running import Study, finish, parser_of, subject, writable
+from ..kit.running import Study, find_study, finish, make_folder, make_parser
 from ..kit.style import house_style
 from .store import Row
 from .sweep import Part, SweepError, sweep
@@ -103,8 +103,8 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
 
 def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     """Read the options; everything that can be wrong with them is found before anything runs."""
-    found = subject(name)
-    parser = parser_of(found, prog, OPTIONS)
+    found = find_study(name)
+    parser = make_parser(found, prog, OPTIONS)
     add = parser.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "several are combined each with each")  # fmt: skip
@@ -123,7 +123,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
         raise ValueError("nothing varies: give --vary; see --help")
     chosen = plan(kind, given, [parse(text, kind) for text in options.vary])
     stored_as = found.probe(chosen.cases[0])
-    folder = writable(Path(options.out) / f"{found.title}-sweep")
+    folder = make_folder(Path(options.out) / f"{found.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
@@ -149,7 +149,7 @@ def _report(asked: _Sweep, rows: Sequence[Row], wall: float) -> int:
     )
     if asked.part:
         where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
-        return finish(name, result, {}, writable(asked.folder / f"part-{asked.part.number}"), options, where)
+        return finish(name, result, {}, make_folder(asked.folder / f"part-{asked.part.number}"), options, where)
     found = points(asked.plan, rows)
     try:
         shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])

@@ -6,7 +6,7 @@ import shlex
 import evidence
 import pytest
 
-from buckler.studies.kit.running import parser_of, subject
+from buckler.studies.kit.running import find_study, make_parser
 
 RESULT = {
     "status": "OK",
@@ -44,8 +44,8 @@ def test_every_sentence_of_the_paper_with_a_number_names_its_source():
 def test_a_stored_result_was_made_with_the_options_of_its_item(name):
     made, options = evidence.stored(name), evidence.ITEMS[name].get("options", "")
     assert made["provenance"]["commit"] and made["work"]["wall_s"] > 0
-    found = subject(evidence.ITEMS[name].get("study", name))
-    parameters = found.parameters(parser_of(found, "run").read(shlex.split(options))).plain()
+    found = find_study(evidence.ITEMS[name].get("study", name))
+    parameters = found.parameters(make_parser(found, "run").read(shlex.split(options))).plain()
     for option in re.findall(r"--([a-z-]+)", options):
         value, setting = parameters[option.replace("-", "_")], option.replace("-", "_")
         assert made["provenance"]["parameters"][setting] == (list(value) if isinstance(value, tuple) else value)

@@ -16,7 +16,7 @@ from made_up_study import Parameters, figure, metrics_of, run
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.cli import COMMANDS, main
-from buckler.studies.kit.running import parser_of, subject
+from buckler.studies.kit.running import find_study, make_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -73,11 +73,11 @@ def test_there_are_at_most_fifteen_commands(capsys):
 
 @pytest.mark.parametrize("name", registry.STUDIES)
 def test_parameters_written_as_options_are_read_again(name):
-    study = subject(name)
+    study = find_study(name)
     usual = study.module.Parameters()
     texts = {key: ",".join(map(str, value)) if isinstance(value, tuple) else str(value) for key, value in vars(usual).items()}
     words = [f"--{key.replace('_', '-')}={text}" for key, text in texts.items()]
-    assert study.parameters(parser_of(study, "run").read(words)) == usual
+    assert study.parameters(make_parser(study, "run").read(words)) == usual
 
 
 def test_help_lists_every_parameter_with_unit_default_and_range(dummy, capsys, monkeypatch):
