@@ -29,7 +29,7 @@ from ..solvers import Spectral
 from ..spectral.channels import Channels
 from ..spectral.dense import refine_times
 from ..spectral.output import Output
-from ..spectral.run import RunState, explicitly, integrate
+from ..spectral.run import RunState, integrate, is_explicit
 from ..spectral.scene import CompiledScene
 from ..spectral.start import start_rates
 from ..spectral.statistics import Accumulator
@@ -116,7 +116,7 @@ def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     """
     tables = scene.tables
     journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
-    return not explicitly(scene, solver) and not len(tables.strips) and journals
+    return not is_explicit(scene, solver) and not len(tables.strips) and journals
 
 
 def fill(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:

@@ -1,6 +1,6 @@
-"""The compiled second solver: spectral strips in absolute coordinates, a constant mass matrix, joints as constraints.
+"""The compiled solver: strips as polynomials, links in absolute coordinates, joints as constraints (docs/theory-spectral.md).
 
-Without a compiler the module `interpreted` takes the place of `compiling`: kernel functions are run as plain Python.
+Without a compiler `interpreted` stands in for the module `compiling`, and the kernel runs as plain Python.
 """
 
 import sys

@@ -1,4 +1,8 @@
-"""Functions of the kernel that Python calls, besides the integrators: equations of motion at a state, states of markers."""
+"""Compiled functions that Python calls, besides the integrators: equations of motion at a state, states of markers.
+
+The equations are M(q) a = f(q, v, t) - G^T lambda and g(q, t) = 0, with G = dg/dq: n coordinates q, r constraints. Differentiated
+in time g = 0 gives G v = speed and G a = change. Slots are the nonzeros of all matrices, see `packing`.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +18,13 @@ from .strips import carry_stresses
 
 @jit
 def place(tables, work, q, v):
-    """Place the markers."""
+    """Compute the states of all markers at coordinates q and rates v."""
     place_markers(tables, work, q, v)
 
 
 @jit
 def measure_at(tables, work, k, grad, hess):
-    """Return measure k, and fill its gradient and Hessian. Markers are placed."""
+    """Return measure k at the markers' present states; fill its gradient (6,) and Hessian (6, 6) by (x, y, angle) of both."""
     value, _ = measure(tables, work, k, grad)
     hessian(tables, work, k, grad, hess)
     return value
@@ -28,36 +32,37 @@ def measure_at(tables, work, k, grad, hess):
 
 @jit
 def mass_at(tables, work, q, mass):
-    """Fill mass with M(q)."""
+    """Fill mass, (slots + 1,), with the nonzeros of M(q)."""
     mass_matrix(tables, work, q, mass)
 
 
 @jit
 def assemble(tables, work, now, matrices, force, sides):
-    """Fill in forces; residuals g and right sides of G v = speed and G a = change, the rows of `sides`; and matrices.
+    """Compute the terms of the equations of motion at the instant `now`.
 
-    These, (4, slots + 1) nonzeros, are -df/dlambda, damping, stiffness, and G with its transpose; or the last alone.
+    Fills force (n,) with f, and sides (3, r) with g, speed, change. Matrices, (4, slots + 1), get the nonzeros of -df/dlambda,
+    C = -df/dv, K = -df/dq + d(G^T lambda)/dq, and G with its transpose; a `matrices` of one row gets the last alone.
     """
     forces(tables, work, now, force)
-    every, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
-    if every:
+    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
+    if with_tangents:
         tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
     rows_at(tables, work, now.time, sides[0], jacobian, sides[1])
     changes_at(tables, work, now.time, AFTER, sides[2])
-    if every:
+    if with_tangents:
         add_multipliers(tables, work, now.q, now.lam, matrices[2])
     add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
 
 
 @jit
 def carry(tables, work, shift):
-    """Update the strips' stresses, which are unknowns, for a change of the coordinates since forces were last assembled."""
+    """Update the strips' stresses, which are unknowns, for a change `shift` of q since forces were last assembled."""
     carry_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve M a + G^T lambda = force, G a = change at coordinates q in place, for x = (force, change)."""
+    """Solve M a + G^T lambda = f, G a = change at coordinates q; x is (f, change), and becomes (a, lambda)."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.members.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))

@@ -1,4 +1,7 @@
-"""One run of the compiled solver: the scene, the integrator that suits it, the record."""
+"""Run of the compiled solver: the scene, the choice of its integrator, the loop over the integrator's calls, the record.
+
+A stop is a time at which a step must end. Compiled functions raise no exceptions: a run's status comes back in its counts.
+"""
 
 from __future__ import annotations
 
@@ -24,35 +27,38 @@ from .output import DormandPrince, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, dormand_prince, radau_state, start_rates
-from .tables import ForceKind, Memory, State
+from .tables import ForceKind, Forces, Memory, State
 
-CLOSE = 1e-4
-"""Last Newton step, of the local error allowed at the tolerance `CLOSE_AT`. What is left adds up, with steps and with speeds
-over a step, as tol^(1/2), and errors go as tol^(3/4): the share goes as tol^(1/4). Unscaled, a double pendulum of 10 s is off
-by 3e-3 at any tolerance below 1e-8; ten times less costs a tenth of the iterations."""
-CLOSE_AT = 1e-5
+NEWTON_SHARE = 1e-4
+"""Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above.
+
+Below it falls as tol^(1/4): what Newton steps leave adds up over the run as tol^(1/2), while the errors of steps add up as
+tol^(3/4). With a fixed share a double pendulum of 10 s is off by 3e-3 at any tolerance below 1e-8. A tenth of it costs a tenth
+more iterations."""
+NEWTON_TOLERANCE = 1e-5
 """Tolerance above which the last Newton step is a fixed share of it: errors of coarser runs are larger by far."""
-CLOSEST = 1e-12
-"""The same of equal steps, whose error nothing watches."""
-ARRIVED = 1.1e-12
-"""Distance from the end at which a run is over, relative to it; the integrators themselves stop 1e-12 before it."""
-SHORT = 1e-3
-"""First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them, and two runs
-never share their first samples."""
-OF_GAP = 4e-3
-"""Largest local error of explicit steps, of the smallest clearance. At a hundredth contacts chatter: a tenth more onsets."""
+NEWTON_EQUAL = 1e-12
+"""Last Newton step, in units of coordinates, of steps of equal length, which have no error control."""
+END_ROUNDING = 1.1e-12
+"""Time left, over the end, at which a run is over; the integrators themselves stop 1e-12 before the end."""
+FIRST_STEP = 1e-3
+"""First step over the longest. So short, a finer run is finer from its start on, where stiff parts vibrate, and no two runs share
+their first samples."""
+CLEARANCE_SHARE = 4e-3
+"""Largest local error of explicit steps, over the smallest clearance. At a hundredth contacts chatter:
+a tenth more onsets are found."""
 MOST_VIOLATION = 1e-6
-"""Largest gap of constraints at the end, over the longest link, or rad; they are met to 1e-8 at any tolerance."""
+"""Largest violation of constraints at the end, over the longest link, or in rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
-"""Distance of two ends of steps, of the end, below which they are one: a step between them would be rounding."""
+"""Distance of two stops, over the end, below which they are one: a step between them would be rounding."""
 STEPS_PER_CALL = 2000
-"""Steps between looks at the clock."""
+"""Rows of a call of the integrator, between looks at the clock and for Ctrl-C."""
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
-    """Translate a mechanism; return the reason if this solver does not support it.
+    """Translate a mechanism to arrays; return the reason if this solver does not support it.
 
-    Friction without memory of a guide could be translated, but near self-locking its first reactions are wrong.
+    A guide's friction that follows its reaction must have bristles: else its first reactions near self-locking are wrong.
     """
     for guide in mechanism.guides:
         if isinstance(guide.friction, FrictionLaw) and not isinstance(guide.friction, BristleLaw):
@@ -64,20 +70,20 @@ def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene |
 
 
 class RunState(NamedTuple):
-    """A state from which a run starts: time, coordinates, rates, memories of forces, angles of markers with whole turns.
+    """State from which a run starts."""
 
-    Without angles it is a state at the start.
-    """
-
-    time: float
-    q: Array
-    v: Array
-    memory: Array
-    turns: Array | None = None
+    time: float  # [s]
+    q: Array  # coordinates, (n,)
+    v: Array  # rates, (n,)
+    memory: Array  # of forces, (forces, 4): columns of `Memory`
+    turns: Array | None = None  # angles of markers with whole turns [rad], (markers,); None: less than half a turn since t = 0
 
 
 def memory_at_end(out: Output) -> Array:
-    """Memories of forces to continue a run; rows have a time instead of the fastest onset, for which the onset speed is taken."""
+    """Return the memories of forces from which a run is continued, (forces, 4).
+
+    The fastest onset so far, which rows do not contain, is taken to be the last.
+    """
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -87,7 +93,7 @@ def once(
     mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     ends: Array | None = None, scene: CompiledScene | None = None,
 ) -> Run:  # fmt: skip
-    """Integrate a mechanism, or its `scene` if given; `ends` as in `integrate`."""
+    """Integrate a mechanism from t = 0 and record the result; `scene` is its translation, `ends` as in `integrate`."""
     scene = scene or CompiledScene.of(mechanism, solver.degree)
     start = working_time()
     out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends)
@@ -104,13 +110,13 @@ def once(
 
 
 def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
-    """Find constraints violated at the end: contradictory ones Newton's method solves as well as possible."""
+    """Report constraints that are violated at the end: Newton's method leaves the residuals of contradictory ones."""
     t = float(out.time[-1])
-    gap = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
-    if not gap.max(initial=0.0) > MOST_VIOLATION * scene.length:
+    violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
+    if not violation.max(initial=0.0) > MOST_VIOLATION * scene.length:
         return None
-    what = f"'{scene.row_names[int(gap.argmax())]}' is off by {gap.max():.2g} m or rad"
-    return Status.SINGULAR, f"by t = {t:.6g} s what holds the mechanism contradicts itself: {what}"
+    what = f"'{scene.row_names[int(violation.argmax())]}' is off by {violation.max():.2g} m or rad"
+    return Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {what}"
 
 
 def integrate(
@@ -119,28 +125,30 @@ def integrate(
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
-    Steps end at the times `ends` and at onsets of contacts, by default as the local error requires. One step in `every` is
-    written, and samples within steps only if that is 1. If there is a `take`, it is called with all rows, part by part; then only
-    the last row is returned, and explicit steps do not end at onsets without a kink.
+    Step lengths follow from the local error. With `ends` there is no error control: steps end at these times [s] and at onsets
+    of contacts only. One step in `every` is written as a row; rows within steps are written only if that is 1. A function
+    `take` gets all rows, part by part; then only the last one is returned, and explicit steps do not end at onsets of contacts
+    whose force begins smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.work.state[:, State.TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
-    rest = balance(scene, state.q, state.v, state.time, state.memory)
+    start = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
-    run, model, shortest = _method(scene, solver, state, rest)
+    run, model, shortest = _choose_integrator(scene, solver, state, start)
     controls.located = take is None
-    controls.shortest, controls.every = shortest * end, max(every, controls.every)
+    controls.shortest, controls.every = shortest * end, every
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
-        controls.first_step, controls.longest, controls.fixed, controls.newton_share = end, end, True, CLOSEST / solver.tolerance
+        controls.first_step, controls.longest, controls.fixed = end, end, True
+        controls.newton_share = NEWTON_EQUAL / solver.tolerance
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     RAISED.clear()
     with ctrl_c() as interrupted:
-        while clock.time < end * (1 - ARRIVED) and failure is None:
-            out = output.output_for(STEPS_PER_CALL, scene.size, len(rest.multipliers), state.memory.shape)
+        while clock.time < end * (1 - END_ROUNDING) and failure is None:
+            out = output.output_for(STEPS_PER_CALL, scene.size, len(start.multipliers), state.memory.shape)
             run(model, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
@@ -154,62 +162,67 @@ def integrate(
             if progress is not None:
                 progress(clock.time / end)
             if failure is None and (interrupted() or working_time() > deadline):
-                why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
-                failure = why[0], f"{why[1]} at t = {clock.time:.6g} s of {end:.6g} s"
+                status, why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
+                failure = status, f"{why} at t = {clock.time:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 
 def _stops(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
-    """Find times at which steps end: kinks of functions of time, with parts of the longest step between them, and the end."""
-    pace = scene.tables.time_factor[0]
+    """Find the stops: kinks of functions of time, times that divide short intervals between them, the end [s]."""
+    factor = scene.tables.time_factor[0]
     with use_memory(current_memory(scene.edge_memory)):
-        kinks = [t / pace for t in scene.source.kinks(end * pace) if start < t / pace < end]
+        kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
         kinks = subdivide(kinks, longest, end / COARSEST)
     stops = np.unique([*kinks, end])
     return stops[np.append(np.diff(stops) > DISTINCT * end, True)]
 
 
-def _method(
-    scene: CompiledScene, solver: Spectral, state: RunState, rest: Balance
+def _choose_integrator(
+    scene: CompiledScene, solver: Spectral, state: RunState, start: Balance
 ) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
     """Choose the integrator that suits a scene; return it with its data and its shortest step over the end."""
-    if explicitly(scene, solver):
-        model = dormand_prince(scene, state.q, state.v, rest.multipliers, state.memory)
+    if is_explicit(scene, solver):
+        model = dormand_prince(scene, state.q, state.v, start.multipliers, state.memory)
         return explicit.run_explicit, model, explicit.SHORTEST
-    room = radau_state(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
+    arrays = radau_state(scene, state.q, state.v, start.acceleration, start.multipliers, state.memory)
     orders, tables = Orders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
-    return implicit.run_implicit, Radau(tables, orders, scene.work, room), implicit.SHORTEST
+    return implicit.run_implicit, Radau(tables, orders, scene.work, arrays), implicit.SHORTEST
 
 
-def explicitly(scene: CompiledScene, solver: Spectral) -> bool:
-    """Return True if the explicit integrator suits: only contacts with clearance are stiff, and these not stiffly damped.
+def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
+    """Return True if a run is explicit: it was asked for, or only contacts with clearance are stiff, and those not by damping.
 
-    If they are, the implicit one is 2 to 8 times faster with a 30 times smaller energy error (docs/theory-spectral.md).
+    With stiff damping the implicit method is 2 to 8 times faster at a 30 times smaller energy error (docs/theory-spectral.md).
     """
-    s = scene.tables
     if solver.method != "chosen":
         return solver.method == "explicit"
-    kinds = s.forces[:, 0]
+    kinds = scene.tables.forces[:, Forces.KIND]
     stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.FRICTION, ForceKind.FRICTION_FORCE, ForceKind.STATEFUL)).any()
-    loose = not len(s.strips) and bool((kinds == ForceKind.JOURNAL).any()) and not stiff
-    return loose and not scene.source.is_stiffly_damped
+    has_clearance = bool((kinds == ForceKind.JOURNAL).any())
+    return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 
 
 def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
+    """Set the options of the integrator, `output.CONTROLS`, but the shortest step and the steps per row."""
     out, equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
-    out.first_step = longest if equal else SHORT * min(longest, duration / COARSEST)
-    out.max_steps, out.every, out.fixed = solver.steps.max_steps, 1, equal
+    out.first_step = longest if equal else FIRST_STEP * min(longest, duration / COARSEST)
+    out.max_steps, out.fixed = solver.steps.max_steps, equal
     out.least_onset, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
-    out.newton_share = CLOSEST / solver.tolerance if equal else CLOSE * min(1.0, solver.tolerance / CLOSE_AT) ** (1 / 4)
-    if explicitly(scene, solver):
-        out.tolerance = min([out.tolerance, *(OF_GAP * joint.gap / scene.source.size for joint in scene.source.clearances)])
+    if equal:
+        out.newton_share = NEWTON_EQUAL / solver.tolerance
+    else:
+        out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
+    if is_explicit(scene, solver):
+        shares = (CLEARANCE_SHARE * joint.gap / scene.source.size for joint in scene.source.clearances)
+        out.tolerance = min([out.tolerance, *shares])
     return out
 
 
 def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status, str] | None:
+    """Translate the status of a run's counts to one of a result, with a message; None without a failure."""
     status = counts.status
     if status == output.Ended.UNDERFLOW:
         return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"
@@ -224,9 +237,9 @@ def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status,
 
 
 def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
-    """Find the part of a run before a user's function raised an exception, by bisection; return it with status and message.
+    """Return the rows before a user's function raised an exception, found by bisection, with status and message.
 
-    A ValueError of a strut's law means that it is out of its range.
+    A ValueError with a strut means that its law was called outside of its range.
     """
     error, low, high = RAISED[0], 0, len(out.time)
     while low < high:

@@ -23,7 +23,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Spectral
-from buckler.mbs.spectral.run import explicitly, integrate, once
+from buckler.mbs.spectral.run import integrate, is_explicit, once
 from buckler.mbs.spectral.scene import CompiledScene
 
 BAR = Section(0.02, 0.005)
@@ -56,8 +56,8 @@ def test_stiffly_damped_clearance_runs_implicitly(damping, explicit, balance) ->
         return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(8e9, damping, 1e-5))
 
     mechanism = crank_rocker(Rigid(BAR), speed=30.0, play=loose, with_play="OABC")
-    assert explicitly(CompiledScene.of(mechanism), Spectral()) is explicit
-    assert explicitly(CompiledScene.of(mechanism), Spectral(method="explicit"))
+    assert is_explicit(CompiledScene.of(mechanism), Spectral()) is explicit
+    assert is_explicit(CompiledScene.of(mechanism), Spectral(method="explicit"))
     found = simulate(mechanism, 0.02, solver=Spectral(), ledger=True)
     assert found.energy_balance < balance, found.message
 
