@@ -10,8 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 from typing import ClassVar, NamedTuple
+
+import numpy as np
 
 from ..elements.signal import Kind
 from ..record.errors import Key, Norm
@@ -39,6 +41,26 @@ ENERGIES = (
 BALANCE: Key = ("energy.balance", Norm.PEAK)
 """Error of the energy balance: a run that gains or loses energy is wrong even if its places agree with a finer run."""
 READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
+
+
+class Deflections(NamedTuple):
+    """Errors allowed of the deflection of strips."""
+
+    mean: float  # root mean square over time [m], infinite where no place is limited
+    share: float  # at any time, over the largest deflection of the same strip, infinite where no force or rate is limited
+
+    @classmethod
+    def of(cls, limits: Mapping[Key, float], run: Trajectory) -> Deflections:
+        """Return those that keep the errors of a run within the limits: a place moves by as much as a deflection, at most."""
+        mean = share = inf
+        for (name, norm), limit in limits.items():
+            signal = run.signals[name]
+            if signal.kind is Kind.PLACE:
+                size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.size)
+                mean = min(mean, limit * size)
+            elif np.any(signal.values):
+                share = min(share, limit)
+        return cls(mean, share)
 
 
 class Worst(NamedTuple):

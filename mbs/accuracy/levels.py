@@ -6,15 +6,16 @@ of the local error of the forces of Radau IIA, three stages: E. Hairer, C. Lubic
 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, steps ~ tol^(1/3). Loop closure integrates nothing: its
 samples only can be too few.
 
-The degree of a strip follows from the last two coefficients of its deflection: two runs of neighbouring degrees may agree by
-chance.
+The degree of a strip follows from the last two terms of its deflection: two runs of neighbouring degrees may agree by chance.
+Forces follow the deflection of their own strip at any time, so that these terms are compared with its largest deflection. Places
+follow it in the root mean square, and in metres: a chain swings as well whose links bend by a hair.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import log
+from math import log, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
 from .damping import Factor, radau
+from .demand import Deflections
+from .trajectory import TINY
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
@@ -38,9 +41,11 @@ FINEST = 5e-10
 """Least tolerance over the longest link. A double pendulum of 10 s still gains at 1e-10 (4e-6), but pins that rattle on a modal
 rocker are then resolved for longer than their peaks are known."""
 RESTING = 1e-3
-"""Deflection, over the thickness, below which a strip needs no further degrees: it is practically straight."""
+"""Least deflection that forces follow, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
-"""Most degrees added at once: the decay of two coefficients cannot be extrapolated farther."""
+"""Most degrees added at once: the decay of two terms cannot be extrapolated farther."""
+LEAST_DECAY = 1e-3
+"""Least ratio of successive terms that is believed: that of a sine is larger up to degree 30."""
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 PREFIX = 1 / 8
@@ -114,12 +119,12 @@ class Levels:
         """Return the number of refinements left above the finest tolerance."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
-    def raise_degree(self, level: Level, _run: Run, _allowed: float) -> Level:
-        """Return the level with the degrees that an allowed error of the deflection needs, judged by a run."""
+    def raise_degree(self, level: Level, _run: Run, _allowed: Deflections) -> Level:
+        """Return the level with the degrees that the errors allowed of deflections need, judged by a run."""
         return level
 
-    def truncation(self, _run: Run) -> float:
-        """Return the part of a deflection in its last coefficients, over its largest value [1]."""
+    def truncation(self, _run: Run, _allowed: Deflections) -> float:
+        """Return the last terms of the deflection of a strip, over the allowed error: the largest of all strips."""
         return 0.0
 
     @property
@@ -168,17 +173,17 @@ class SpectralLevels(Levels):
         degree = min(60, level.degree) if meshed else self.solver.degree
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
-    def raise_degree(self, level: Level, run: Run, allowed: float) -> Level:
-        """Return the level with the degrees that an allowed error of the deflection needs, by the decay of its coefficients."""
-        last, decay = _coefficient_decay(run)
-        if not last:
+    def raise_degree(self, level: Level, run: Run, allowed: Deflections) -> Level:
+        """Return the level with the degrees that the errors allowed of deflections need, by the decay of their terms."""
+        excess, decay = _find_truncation(run, allowed)
+        if not excess:
             return level
-        enough = run.solver.degree + round(log(max(1.0, last / allowed)) / -log(decay) + 0.5)
+        enough = run.solver.degree + round(log(max(1.0, excess)) / -log(decay) + 0.5)
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
-    def truncation(self, run: Run) -> float:
-        """Return the larger of the last two coefficients of a deflection, over the largest."""
-        return _coefficient_decay(run)[0]
+    def truncation(self, run: Run, allowed: Deflections) -> float:
+        """Return the larger of the last two terms of a deflection over the allowed error, the largest of all strips."""
+        return _find_truncation(run, allowed)[0]
 
 
 class ExudynLevels(Levels):
@@ -238,20 +243,23 @@ def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
     return replace(mechanism, links=links) if times != 1 else mechanism
 
 
-def _coefficient_decay(run: Run) -> tuple[float, float]:
-    """Compute the larger of the last two coefficients of a deflection over the largest, and the mean ratio of successive ones.
+def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
+    """Compute the larger of the last two terms of a deflection over the allowed error, and the mean ratio of successive terms.
 
-    Coefficients are normal to the chord and maxima over time, of the strip that needs most degrees; (0, 0.5) if none is bent.
+    Terms are coefficients normal to the chord times the largest value of their polynomial [m], of the strip that needs most
+    degrees; (0, 0.5) if there is none. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
     """
-    found = (0.0, 0.5)
+    found, time = (0.0, 0.5), run.record.time
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
             x, y = (motion.q[:, piece.places[axis]] for axis in (0, 1))
             chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
-            sizes = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
-            largest = sizes.max(axis=0)
-            if largest.max() > RESTING * link.body.section.thickness:
-                last = float(largest[-2:].max() / largest.max())
-                found = max(found, (last, min(0.9, max(last, 1e-9) ** (1 / max(1, len(largest) - 1)))))
+            terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
+            terms *= sqrt(2 / pi) / (np.arange(2, x.shape[1]) - 0.5)
+            mean, largest = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
+            deflection = max(float(largest.max()), RESTING * link.body.section.thickness)
+            excess = max(mean[-2:].max() / allowed.mean, largest[-2:].max() / (allowed.share * deflection))
+            decay = (max(mean[-2:].max(), TINY) / max(mean.max(), TINY)) ** (1 / max(1, len(mean) - 1))
+            found = max(found, (float(excess), float(np.clip(decay, LEAST_DECAY, 0.9))))
     return found

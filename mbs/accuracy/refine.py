@@ -22,7 +22,7 @@ from ..record.errors import Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
 from .damping import damping_errors
-from .demand import BALANCE, STRIKE, Demand, Worst, find_worst
+from .demand import BALANCE, STRIKE, Deflections, Demand, Worst, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels
@@ -147,7 +147,8 @@ class _Refinement:
 
     def next_level(self, trial: _Trial, ratio: float) -> Level:
         """Return the level after a run, with the degrees that the run shows to be needed."""
-        return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, self.demand.place)
+        allowed = Deflections.of(self.demand.limits(trial.trajectory), trial.trajectory)
+        return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, allowed)
 
     def refine(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
         """Compare the last two runs, and go finer until the error is allowed."""
@@ -165,7 +166,8 @@ class _Refinement:
             key, _, _ = farthest = find_worst(pair.allowed, errs)
             beyond = farthest.ratio
             self.best = partial(self.finish, pair, gain)
-            if beyond <= 1 and self.levels.truncation(pair.fine.run) <= self.demand.place:
+            deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
+            if beyond <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
                 answer = self.best()
                 if answer.worst.ratio <= 1:
                     return answer

@@ -19,8 +19,11 @@ from buckler.mbs import (
     Clearance,
     Controlled,
     Exudyn,
+    Link,
+    Mechanism,
     Motion,
     Ramp,
+    Revolute,
     Rigid,
     Section,
     Spectral,
@@ -102,6 +105,21 @@ def test_a_pendulum_of_a_hundred_periods():
     result = simulate(pendulum(0.1), 100 * PERIOD, 1e-3)
     angle, _ = exact_swing(0.1, 100 * PERIOD)
     assert result.ok and abs(np.arctan2(result["A.x"][-1], -result["A.y"][-1]) - angle) < 1e-3 * 0.1 * 2
+
+
+def test_strips_that_hardly_bend_need_few_degrees_for_a_path():
+    """Two strips that swing: their bending is seen by the millionth in the path of their end."""
+    strip, points = Cable(Section(0.010, 5e-4)), {"O": (0, 0), "A": (0.1, 0), "B": (0.2, 0)}
+    links, joints = (
+        [Link("one", "O", "A", strip), Link("two", "A", "B", strip)],
+        [Revolute("O", "ground", "one"), Revolute("A", "one", "two")],
+    )
+    swing = Mechanism(points, links, joints, gravity=(0.0, -9.81))
+    result = simulate(swing, 0.2, 1e-5, of=["B.x", "B.y"])
+    fine = simulate(swing, 0.2, solver=Spectral(Controlled(1e-9), degree=16))
+    off = result.at("B.y", fine.time) - fine["B.y"]
+    assert result.ok and abs(off).max() < 1e-6 * np.ptp(fine["B.y"])
+    assert result.work["runs"] == 2 and result.provenance["settings"]["degree"] <= 8
 
 
 def test_a_double_pendulum_at_a_millionth():
