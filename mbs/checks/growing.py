@@ -50,7 +50,7 @@ class Growth:
             else:
                 place, turned = motion.centre()[0][k], motion.turn(made.start)[0][k]
                 q[body.offset : body.offset + 3] = [*place, q[body.offset + 2] + turned]
-        for offset, link, point, turns in self.scene.builder.loose:
+        for offset, link, point, turns in self.scene.builder.separate_masses:
             if not turns:
                 q[offset : offset + 2] = self.record.links[link].point(point)[0][k]
         return q

@@ -1,4 +1,8 @@
-"""Collects a mechanism's coordinates, markers, constraints and forces, as elements of each kind add them; `packing` follows."""
+"""Lists of a mechanism's coordinates, markers, measures, constraints and forces, to which each element adds its own.
+
+A marker is a point of a body with an angle; a measure is a length or an angle between two markers; a row is a constraint on
+measures. `packing` turns the lists into arrays.
+"""
 
 from __future__ import annotations
 
@@ -24,40 +28,40 @@ GROUND = "ground"
 
 
 class BuiltBody(Protocol):
-    """Body of a link in the arrays."""
+    """Body of a link, with its coordinates in the lists."""
 
     def marker(self, builder: Builder, point: str) -> int:
-        """Marker of a point on it."""
+        """Return the marker of a point on it."""
 
 
 @dataclass(frozen=True)
 class Attached:
-    """A mass attached to a link at a point; one with an inertia turns with the link."""
+    """Mass attached to a link at a point; one with an inertia turns with the link."""
 
     point: str
-    mass: float
-    inertia: float = 0.0
+    mass: float  # [kg]
+    inertia: float = 0.0  # [kg m^2]
 
 
 @dataclass
 class ConstraintRow:
-    """A constraint: name, first measure, drive or -1, prescribed value (None: that at t = 0), number of its measures."""
+    """Constraint on the sum of consecutive measures, each times its coefficient."""
 
     name: str
-    measure: int
-    motion: int
-    value: float | None
-    count: int = 1
+    measure: int  # index of the first measure
+    motion: int  # index of the drive's motion, or -1
+    value: float | None  # prescribed value; None: that at t = 0
+    count: int = 1  # number of measures
 
     @property
     def measures(self) -> range:
-        """The measures whose sum it is."""
+        """Indices of its measures."""
         return range(self.measure, self.measure + self.count)
 
 
 @dataclass
 class ForceRow:
-    """A force: name, kind, markers (or a measure in `a`), laws, constraint whose reaction it follows, numbers."""
+    """Force between markers; the fields are the columns `Forces`, and the meaning of its numbers depends on the kind."""
 
     name: str
     kind: int
@@ -71,16 +75,19 @@ class ForceRow:
 
 @dataclass
 class Builder:
-    """Lists from which a mechanism's arrays are made."""
+    """Lists from which a mechanism's arrays are made; those without a comment have the columns that `Tables` describes.
+
+    Indices of coordinates are called places. Where an index is absent it is -1.
+    """
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
     bodies: dict[str, BuiltBody] = field(default_factory=dict)  # of each link, by name
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
     notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled
-    q: list[float] = field(default_factory=list)
-    masses: list[tuple[Array, Array]] = field(default_factory=list)
-    weights: list[tuple[Array, Array]] = field(default_factory=list)
+    q: list[float] = field(default_factory=list)  # coordinates at t = 0
+    masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: places, entries
+    weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: places, amounts
     modal: list[tuple[int, int, int]] = field(default_factory=list)
     strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)
@@ -94,37 +101,37 @@ class Builder:
     laws: list[tuple[int, int, int, int]] = field(default_factory=list)
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
-    loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
-    rates: dict[int, float] = field(default_factory=dict)
-    owners: list[Pointer] = field(default_factory=list)
-    units: dict[int, float] = field(default_factory=dict)
+    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first place, link, point, is a rotor
+    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, which are rates, by place
+    pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
+    units: dict[int, float] = field(default_factory=dict)  # by place, where it is not the mechanism's length
     elastic: list[tuple[int, ...]] = field(default_factory=list)
-    _law_rows: dict[Hashable, int] = field(default_factory=dict)
-    _marker_rows: dict[Hashable, int] = field(default_factory=dict)
-    _frames: dict[int, int] = field(default_factory=dict)
+    _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
+    _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
+    _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first place
 
     # --- coordinates and masses ---------------------------------------------------------------------------------------
 
-    def coordinates(self, values: Sequence[float]) -> int:
-        """Add coordinates with these values at t = 0; returns the number of the first."""
+    def add_coordinates(self, values: Sequence[float]) -> int:
+        """Add coordinates with these values at t = 0; return the index of the first."""
         first = len(self.q)
         self.q += [float(x) for x in values]
         return first
 
-    def angles(self, *places: int) -> None:
+    def mark_angles(self, *places: int) -> None:
         """Mark coordinates as angles, whose unit is 1 rad; that of others is the mechanism's length."""
         self.units |= dict.fromkeys(places, 1.0)
 
-    def mass(self, places: Sequence[int], block: Array) -> None:
-        """Add a block of the mass matrix."""
+    def add_mass(self, places: Sequence[int], block: Array) -> None:
+        """Add a block to the mass matrix at these places."""
         self.masses.append((np.asarray(places, dtype=int), np.asarray(block, dtype=float)))
 
-    def weigh(self, places: Sequence[int], amounts: Array) -> None:
-        """Add generalised weights."""
+    def add_weight(self, places: Sequence[int], amounts: Array) -> None:
+        """Add generalised forces of gravity at these places."""
         self.weights.append((np.asarray(places, dtype=int), np.asarray(amounts, dtype=float)))
 
-    def numbers(self, *values: ArrayLike) -> int:
-        """Append numbers to the data; returns where they begin."""
+    def add_numbers(self, *values: ArrayLike) -> int:
+        """Append numbers to the data; return the index of the first."""
         first = len(self.data)
         for value in values:
             self.data += np.ravel(value).astype(float).tolist()
@@ -132,41 +139,46 @@ class Builder:
 
     # --- markers and measures -----------------------------------------------------------------------------------------
 
-    def deforms(self, one: Sequence[int], other: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
-        """Mark coordinates as deformations of one body, with a common unit: single, or (x, y) pairs, taken across a chord."""
-        group = 1 + max((row[2] for row in self.elastic), default=-1)
-        pairs = zip(one, other or [-1] * len(one), strict=True)
-        self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in pairs]
+    def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
+        """Mark coordinates as deformations of one body, which share a unit: single ones, or x and y of vectors.
+
+        Vectors have that unit across the chord from (x, y) to (x, y) of two ends.
+        """
+        group = self._next_group()
+        self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
+
+    def _next_group(self) -> int:
+        return 1 + max((row[2] for row in self.elastic), default=-1)
 
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: ArrayLike) -> int:
-        """Add a marker, or find the same one."""
+        """Add a marker, or find an equal one; return its index. Arguments are columns of `Markers`."""
         key = (kind, offset, size, tuple(places), tuple(np.ravel(numbers).tolist()))
         if key not in self._marker_rows:
-            first, data = len(self.places), self.numbers(numbers)
+            first, data = len(self.places), self.add_numbers(numbers)
             self.places += [int(p) for p in places]
-            here = len(self.markers)
-            twin = self._frames.setdefault(offset, here) if kind == MarkerKind.FRAME else here
-            self.markers.append((kind, offset, size, first, len(places), data, twin if twin < here else -1))
-            self._marker_rows[key] = len(self.markers) - 1
+            index = len(self.markers)
+            twin = self._frames.setdefault(offset, index) if kind == MarkerKind.FRAME else index
+            self.markers.append((kind, offset, size, first, len(places), data, twin if twin < index else -1))
+            self._marker_rows[key] = index
         return self._marker_rows[key]
 
-    def ground(self, place: Pair) -> int:
-        """Add a marker fixed at a place."""
+    def add_ground(self, place: Pair) -> int:
+        """Add a marker fixed at a position [m]; return its index."""
         return self.add_marker(MarkerKind.GROUND, 0, 0, (), (*place, 0.0))
 
-    def point(self, x: float, y: float, mass: float) -> int:
-        """Add a free point with mass; returns its marker."""
-        o = self.coordinates((x, y))
-        self.mass((o, o + 1), mass * np.eye(2))
-        self.weigh((o, o + 1), mass * np.array(self.mechanism.gravity))
+    def add_point(self, x: float, y: float, mass: float) -> int:
+        """Add a point mass [kg] with coordinates of its own at (x, y) [m]; return its marker."""
+        o = self.add_coordinates((x, y))
+        self.add_mass((o, o + 1), mass * np.eye(2))
+        self.add_weight((o, o + 1), mass * np.array(self.mechanism.gravity))
         return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
 
     def marker(self, link: str, point: str) -> int:
-        """Return the marker of a point of a link, or of its place on the ground."""
-        return self.ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
+        """Return the marker of a point of a link, or of its position on the ground."""
+        return self.add_ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
 
     def angle_of(self, marker: int) -> float:
-        """Angle of a marker at t = 0, rad."""
+        """Compute the angle of a marker at t = 0 [rad]."""
         kind, offset, size, first, _, data, _ = self.markers[marker]
         if kind == MarkerKind.GROUND:
             return self.data[data + 2]
@@ -178,49 +190,52 @@ class Builder:
         x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(field)) for field in fields)
         return atan2(y, x)
 
-    def add_measure(self, kind: int, one: int, other: int, direction: Pair = (0.0, 0.0)) -> int:
-        """Add a measure of markers a and b."""
-        one = self._without_angle(one) if kind != MeasureKind.ANGLE else one
-        other = self._without_angle(other) if kind in (MeasureKind.FIXED, MeasureKind.DISTANCE) else other
-        self.measures.append((kind, one, other))
+    def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
+        """Add a measure of markers a and b; return its index."""
+        a = self._without_angle(a) if kind != MeasureKind.ANGLE else a
+        b = self._without_angle(b) if kind in (MeasureKind.FIXED, MeasureKind.DISTANCE) else b
+        self.measures.append((kind, a, b))
         self.directions.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
-        """Return a marker at the same place without angle, if its angle depends on more coordinates than the place."""
+        """Replace a marker on a Kirchhoff strip by one at the same point without angle, which depends on fewer coordinates."""
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
-        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]
+        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # members of the basis that are not zero there
         x, y = ([self.places[first + field * size + i] for i in used] for field in (0, 1))
         value = [self.data[data + i] for i in used]
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
-        """Constrain a sum of coefficients times consecutive measures to a value (None: that at t = 0) plus a drive's motion."""
-        for share, measure in terms:
-            self.directions[measure] = (*self.directions[measure][:2], share)
+        """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a drive's motion.
+
+        The value None is the sum at t = 0. Returns the index of the constraint.
+        """
+        for factor, measure in terms:
+            self.directions[measure] = (*self.directions[measure][:2], factor)
         self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
-    def pin(self, name: str, one: int, other: int) -> None:
-        """Constrain two markers to one place."""
-        if one != other:
+    def pin(self, name: str, a: int, b: int) -> None:
+        """Constrain two markers to the same position."""
+        if a != b:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
-                self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, one, other, direction))], value=0.0)
+                self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, a, b, direction))], value=0.0)
 
     # --- laws, drives, forces -----------------------------------------------------------------------------------------
 
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
-        """Add a row to the table of laws, or find the one with this key."""
+        """Add a law, or find the one with this key; return its index. `about` names its functions in notes."""
         if key is not None and key in self._law_rows:
             return self._law_rows[key]
         addresses = [p.address for p in pointers]
         self.laws.append((kind, *addresses, *[0] * (3 - len(addresses))))  # type: ignore[arg-type]
         self.law_numbers.append([*map(float, numbers), *[0.0] * (8 - len(numbers))])
-        self.owners += list(pointers)
+        self.pointers += list(pointers)
         if not all(p.compiled for p in pointers):
             self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
         if key is not None:
@@ -228,42 +243,44 @@ class Builder:
         return len(self.laws) - 1
 
     def add_motion(self, motion: Ramp | Motion, name: str) -> int:
-        """Add the motion of a drive: a ramp of its speed, or functions of time."""
+        """Add the motion of a drive: a ramp of its speed, or functions of time; return its index."""
         if isinstance(motion, Ramp):
             self.motions.append((MotionKind.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
             functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
-            if has_user_code(motion) and not all(p.compiled for p in functions):  # users cannot mend our integral
+            if has_user_code(motion) and not all(p.compiled for p in functions):  # our own integrals need no note
                 self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
-            self.owners += functions
+            self.pointers += functions
             self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
             self.ramps.append((0.0, 0.0, 1.0))
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
-        """Add a force or torque whose law has states; `column` is the first of its marker's state on which it acts: X or TURN."""
+        """Add a force or torque whose law has states, which become rates of new coordinates of unit mass (`stateful`).
+
+        `column` of the marker's `State` is that of the first coordinate on which it acts, X or TURN; `offset` its value at t = 0.
+        """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
-        first = self.coordinates([0.0] * len(initial))
+        first = self.add_coordinates([0.0] * len(initial))
         places = range(first, first + len(initial))
-        self.mass(places, np.eye(len(initial)))
-        self.rates |= dict(zip(places, initial, strict=True))
-        self.units |= {i: max(1.0, abs(x)) for i, x in self.rates.items()}
-        group = 1 + max((row[2] for row in self.elastic), default=-1)
+        self.add_mass(places, np.eye(len(initial)))
+        self.state_rates |= dict(zip(places, initial, strict=True))
+        self.units |= {i: max(1.0, abs(x)) for i, x in self.state_rates.items()}
+        group = self._next_group()
         self.elastic += [(i, STATE, group, -1, -1, -1, -1) for i in places]
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
         numbers = (column, load.law.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
-        self, name: str, kind: int, one: int, other: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
+        self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
-        """Add a force; returns its row."""
-        one = (
-            self._without_angle(one) if kind == ForceKind.POINT_FORCE and len(numbers) == 3 else one
-        )  # with a fixed line it turns, too
-        self.forces.append(ForceRow(name, kind, one, other, law, friction, row, numbers))
+        """Add a force; return its index. Arguments are the fields of `ForceRow`."""
+        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # more numbers: a fixed line of action, so a moment
+            a = self._without_angle(a)
+        self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -49,7 +49,7 @@ def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, 
 def marker_of(builder: Builder, link: str, point: str) -> int:
     """Return the marker of a point on a body. Rigid links and the ground carry any point at its position of t = 0."""
     if link == GROUND:
-        return builder.ground(builder.mechanism.points[point] if point else (0.0, 0.0))
+        return builder.add_ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]
     points = builder.mechanism.link(link).points
     if not point:
@@ -73,5 +73,5 @@ def marker_at(builder: Builder, reference: str) -> int:
     """Return the marker of a reference; 'ground:ground' is the origin, as the place on the ground does not matter."""
     link, point = link_of(builder, reference)
     if link == GROUND and point == GROUND:
-        return builder.ground((0.0, 0.0))
+        return builder.add_ground((0.0, 0.0))
     return marker_of(builder, link, point)

@@ -65,10 +65,10 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
     total = sum(p[0] for p in parts)
     middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre
     turning = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
-    o = builder.coordinates((*middle, angle))
-    builder.angles(o + 2)
-    builder.mass((o, o + 1, o + 2), np.diag([total, total, turning]))
-    builder.weigh((o, o + 1), total * np.array(builder.mechanism.gravity))
+    o = builder.add_coordinates((*middle, angle))
+    builder.mark_angles(o + 2)
+    builder.add_mass((o, o + 1, o + 2), np.diag([total, total, turning]))
+    builder.add_weight((o, o + 1), total * np.array(builder.mechanism.gravity))
     return FrameBody(o, middle, angle, total, turning, start)
 
 
@@ -76,13 +76,13 @@ def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add a mass at a marker of a body outside its mass matrix: a point pinned there, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
-        builder.loose.append((len(builder.q), link, each.point, False))
-        builder.pin(name, builder.point(x, y, each.mass), marker)
+        builder.separate_masses.append((len(builder.q), link, each.point, False))
+        builder.pin(name, builder.add_point(x, y, each.mass), marker)
     if each.inertia:
-        builder.loose.append((len(builder.q), link, each.point, True))
-        o = builder.coordinates((0.0,))
-        builder.angles(o)
-        builder.mass((o,), np.array([[each.inertia]]))
+        builder.separate_masses.append((len(builder.q), link, each.point, True))
+        o = builder.add_coordinates((0.0,))
+        builder.mark_angles(o)
+        builder.add_mass((o,), np.array([[each.inertia]]))
         own = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
         builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, own, marker))])
 
@@ -101,17 +101,17 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     model = cast(Modal, link.body).planar(length)
     c, s, m = np.cos(angle), np.sin(angle), len(model)
     centre = start + np.array([c * model.centre[0] - s * model.centre[1], s * model.centre[0] + c * model.centre[1]])
-    o = builder.coordinates((*centre, angle, *np.zeros(m)))
-    builder.angles(o + 2)
+    o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
+    builder.mark_angles(o + 2)
     reach = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)
     builder.units |= {o + 3 + i: float(length / max(reach[i], 1e-12)) for i in range(m)}
-    builder.mass(range(o, o + 3 + m), np.diag([model.mass, model.mass, model.inertia, *np.ones(m)]))
-    builder.weigh((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
+    builder.add_mass(range(o, o + 3 + m), np.diag([model.mass, model.mass, model.inertia, *np.ones(m)]))
+    builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping = 2 * model.damping * model.frequency
-        at = builder.numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
+        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
         builder.modal.append((o, m, at))
-        builder.deforms(range(o + 3, o + 3 + m))
+        builder.mark_deformations(range(o + 3, o + 3 + m))
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
     body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
     for each in builder.attached.get(link.name, ()):

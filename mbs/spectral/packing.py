@@ -100,7 +100,7 @@ def pack(builder: Builder) -> Tables:
         np.add.at(mass, slots[first : first + count**2], np.ravel(block))
     heavy = np.flatnonzero(mass)
     forces = [
-        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
+        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.add_numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
         for f in builder.forces
     ]
     return Tables(

@@ -77,7 +77,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     if load.states is not None:
         builder.add_stateful(name, load, a, State.X, 0.0)
         return
-    b = builder.ground(NOWHERE) if turns is None else marker_at(builder, turns)
+    b = builder.add_ground(NOWHERE) if turns is None else marker_at(builder, turns)
     line = [] if load.through is None else [1.0, *load.through]
     law, numbers = -1, [0.0, 0.0]
     if callable(load.value):
@@ -92,7 +92,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     """Add a line load: at each Gauss point the load of its part of the length."""
     strip = cast(StripBody, builder.bodies[load.link])
-    ground = builder.ground(NOWHERE)
+    ground = builder.add_ground(NOWHERE)
     for piece, element in enumerate(strip.elements):
         for x, w in zip(*gauss(element.places.shape[1] + 2), strict=True):
             length = float(w) * element.jacobian
@@ -111,7 +111,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     if load.states is not None:
         builder.add_stateful(name, load, marker, State.TURN, builder.angle_of(marker))
         return
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
     if not callable(load.value):
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
@@ -123,7 +123,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
     marker = marker_at(builder, load.at(builder.mechanism))
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
     law, voltage = -1, 0.0
     if callable(load.voltage):
         law = builder.add_law(

@@ -45,12 +45,12 @@ def start_rates(scene: CompiledScene) -> Array:
             v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
         if isinstance(body, StripBody) and name in found.bends:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
-    for offset, link, point, turns in scene.builder.loose:
+    for offset, link, point, turns in scene.builder.separate_masses:
         if turns:
             v[offset] = found.rates[found.linkage.index[link], 2]
         else:
             v[offset : offset + 2] = found.velocity(link, point)
-    for i, rate in scene.builder.rates.items():
+    for i, rate in scene.builder.state_rates.items():
         v[i] = rate
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)
     violation = equations.speed - equations.jacobian @ v

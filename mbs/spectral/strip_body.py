@@ -98,14 +98,14 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                 if j == 0 and shared:
                     places[i, j] = shared[i]
                     continue
-                places[i, j] = builder.coordinates((turned[i, j],))
+                places[i, j] = builder.add_coordinates((turned[i, j],))
                 one, other = turned[:2, j] - (start if j < 2 else 0.0)
                 rate = float(j < 2)
                 if i == 2:
-                    builder.angles(int(places[i, j]))
+                    builder.mark_angles(int(places[i, j]))
                 rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
-        builder.deforms(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
+        builder.mark_deformations(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
         elements.append(Piece(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
@@ -159,9 +159,9 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0
     total = (n * (w * jacobian)[:, None]).sum(axis=0)
     for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
-        builder.mass(element.places[i], per_length * gram)
+        builder.add_mass(element.places[i], per_length * gram)
         if i < 2:
-            builder.weigh(element.places[i], per_length * builder.mechanism.gravity[i] * total)
+            builder.add_weight(element.places[i], per_length * builder.mechanism.gravity[i] * total)
     points = degree if body.kind == StripKind.REISSNER else degree + 1
     x, w = gauss(points)
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
@@ -169,7 +169,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     fields = [each @ q.T for each in values]
     free, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
-    at = builder.numbers(
+    at = builder.add_numbers(
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
         material.bending_damping, material.axial_damping, w * jacobian, *free, *values,
     )  # fmt: skip
@@ -190,6 +190,6 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
     for i, amount in enumerate((each.mass, each.mass, each.inertia)):
         at = builder.places[first + i * size : first + (i + 1) * size]
         if amount:
-            builder.mass(at, amount * np.outer(value, value))
+            builder.add_mass(at, amount * np.outer(value, value))
             if i < 2:
-                builder.weigh(at, amount * gravity[i] * value)
+                builder.add_weight(at, amount * gravity[i] * value)

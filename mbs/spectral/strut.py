@@ -33,8 +33,8 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
-            builder.loose.append((len(builder.q), link.name, each.point, False))
-            body.hosts[each.point] = builder.point(
+            builder.separate_masses.append((len(builder.q), link.name, each.point, False))
+            body.hosts[each.point] = builder.add_point(
                 x, y, sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
             )
     return body
