@@ -60,7 +60,7 @@ def evaluate(tables, work, out, columns, scales, values):
                 value = work.state[index, State.AX + component]
                 first, count = tables.markers[index, Markers.FIRST], tables.markers[index, Markers.COUNT]
                 for j in range(first, first + count):
-                    value += work.slope[component, j] * out.a[i, tables.places[j]]
+                    value += work.jacobian[component, j] * out.a[i, tables.places[j]]
             value *= scales[c]
             if transform == Transform.MAGNITUDE:
                 value = abs(value)

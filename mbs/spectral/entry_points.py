@@ -10,10 +10,10 @@ import numpy as np
 
 from .compiling import jit
 from .fronts import factor, solve
-from .kernel import add_multipliers, add_rows, changes_at, forces, mass_matrix, rows_at, tangents
+from .kernel import add_multiplier_stiffness, add_rows, compute_changes, compute_forces, compute_rows, compute_tangents, fill_mass
 from .lawtable import AFTER
-from .markers import hessian, measure, place_markers
-from .strips import carry_stresses
+from .markers import compute_hessian, compute_measure, place_markers
+from .strips import advance_stresses
 
 
 @jit
@@ -25,15 +25,15 @@ def place(tables, work, q, v):
 @jit
 def measure_at(tables, work, k, grad, hess):
     """Return measure k at the markers' present states; fill its gradient (6,) and Hessian (6, 6) by (x, y, angle) of both."""
-    value, _ = measure(tables, work, k, grad)
-    hessian(tables, work, k, grad, hess)
+    value, _ = compute_measure(tables, work, k, grad)
+    compute_hessian(tables, work, k, grad, hess)
     return value
 
 
 @jit
 def mass_at(tables, work, q, mass):
     """Fill mass, (slots + 1,), with the nonzeros of M(q)."""
-    mass_matrix(tables, work, q, mass)
+    fill_mass(tables, work, q, mass)
 
 
 @jit
@@ -43,21 +43,21 @@ def assemble(tables, work, now, matrices, force, sides):
     Fills force (n,) with f, and sides (3, r) with g, speed, change. Matrices, (4, slots + 1), get the nonzeros of -df/dlambda,
     C = -df/dv, K = -df/dq + d(G^T lambda)/dq, and G with its transpose; a `matrices` of one row gets the last alone.
     """
-    forces(tables, work, now, force)
+    compute_forces(tables, work, now, force)
     with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if with_tangents:
-        tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
-    rows_at(tables, work, now.time, sides[0], jacobian, sides[1])
-    changes_at(tables, work, now.time, AFTER, sides[2])
+        compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
+    compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
+    compute_changes(tables, work, now.time, AFTER, sides[2])
     if with_tangents:
-        add_multipliers(tables, work, now.q, now.lam, matrices[2])
+        add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
     add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
 
 
 @jit
 def carry(tables, work, shift):
     """Update the strips' stresses, which are unknowns, for a change `shift` of q since forces were last assembled."""
-    carry_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
+    advance_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 
 @jit
@@ -66,8 +66,8 @@ def accelerate(tables, order, work, q, x):
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.members.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
-    rows_at(tables, work, 0.0, unused[0], jacobian, unused[1])
-    mass_matrix(tables, work, q, values)
+    compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])
+    fill_mass(tables, work, q, values)
     add_rows(tables, jacobian, values)
     factors, swaps = np.zeros(order.fronts[-1, 3] + order.fronts[-1, 1] ** 2), np.zeros(order.unknowns.size, np.int64)
     factor(order, values, factors, swaps, np.zeros(x.size))

@@ -1,8 +1,8 @@
-"""Dormand-Prince 5(4), compiled, for rattling mechanisms: steps end at onsets, constraints are solved for accelerations.
+"""Explicit integrator, compiled: Dormand and Prince's pair 5(4) for mechanisms with clearance, whose steps end at onsets.
 
-The constant mass matrix is factored once, and modal links that no constraint touches are corrected in closed form. After each
-step positions and velocities are projected onto the constraints. Bristles are states. Equations and source:
-docs/theory-spectral.md, explicit integration.
+Constraints are solved for accelerations; after a step in which they drift, positions and velocities are projected onto them.
+The saddle-point matrix [M G^T; G 0] is factored again only where it changes. Modal links that no constraint touches are
+corrected in closed form. Bristles are states. Equations and source: docs/theory-spectral.md, explicit integration.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ import math
 import numpy as np
 
 from .compiling import copy, draft, inline, jit
-from .contacts import begins_smoothly, first_onset, remember_onset, touches
+from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, change_at, couple_modes, renew_mass, renew_rows, row_at, row_times
+from .kernel import add_modal, compute_change, compute_row, couple_modes, multiply_row, renew_mass, renew_rows
 from .lawtable import AFTER, bristle_rate
 from .markers import place_marker
-from .output import Ended
+from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
 from .strips import add_strips
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
+"""Nodes of the seven stages (Dormand and Prince 1980, doi 10.1016/0771-050X(80)90013-3)."""
 WEIGHTS = np.array(
     [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -34,20 +35,24 @@ WEIGHTS = np.array(
         [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
     ]
 )
+"""Coefficients of the stages; the last row is the solution of fifth order."""
 SHORTEST = 1e-15
-"""Step, of the end."""
-MOST_GAP = 1e-4
-"""Gap of the constraints that may stay, over the tolerance; from a larger one the state is put back."""
+"""Shortest step, over the end of the run."""
+MOST_VIOLATION = 1e-4
+"""Violation of constraints, over the tolerance, above which the state is projected onto them."""
+INFINITE = 1e300
+"""Error over the tolerance from which on a state counts as not finite."""
 SAFETY = 0.9
-"""Share of the step length that would just do."""
+"""Safety factor of the length of a step."""
 ORDER = 0.2
 """One over the order of the local error."""
-ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
+ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
+"""Coefficients of the error estimate: those of the fifth order less those of the fourth."""
 
 
 @inline
 def _has_changed(tables, state):
-    """Return True if the matrix differs from the one factored last: by modal links, or by gradients of constraints."""
+    """Return True if the matrix differs from the one factored last, by modal links or by the Jacobian of the constraints."""
     changed = (tables.modal.shape[0] > 0 and state.free_modes[0] == 0) or state.has_factors[0] == 0
     for i in range(state.jacobian.size):
         changed = changed or state.jacobian[i] != state.factored_jacobian[i]
@@ -56,8 +61,8 @@ def _has_changed(tables, state):
 
 
 @draft
-def rates_at(model, t, y, out):
-    """Compute the rates of a state: velocities, accelerations, rates of bristles."""
+def compute_rates(model, t, y, out):
+    """Compute the rates of a state y: velocities, accelerations, rates of bristles."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, r = state.force.size, state.lam.size
     q, v = y[:n], y[n : 2 * n]
@@ -66,32 +71,32 @@ def rates_at(model, t, y, out):
     for m in range(tables.markers.shape[0]):
         place_marker(tables, work, m, q, v, False)
     for i in range(n):
-        state.right[i] = tables.factors[-1] * tables.weight[i]
+        state.right_side[i] = tables.factors[-1] * tables.weight[i]
     if tables.strips.shape[0] > 0:
-        add_strips(tables, work, q, v, state.right)
+        add_strips(tables, work, q, v, state.right_side)
     if tables.modal.shape[0] > 0:
-        add_modal(tables, q, v, state.right)
+        add_modal(tables, q, v, state.right_side)
     now = Instant(t, -1.0, q, v, state.lam, state.memory)
     for k in range(tables.forces.shape[0]):
-        add_one(tables, work, k, now, state.right)
+        add_one(tables, work, k, now, state.right_side)
     for k in range(r):
-        row_at(tables, work, k, t, state.residual, state.jacobian, state.speed)
-        change_at(tables, work, k, t, AFTER, state.change)
-        state.right[n + k] = state.change[k]
+        compute_row(tables, work, k, t, state.violation, state.jacobian, state.speed)
+        compute_change(tables, work, k, t, AFTER, state.change)
+        state.right_side[n + k] = state.change[k]
     if _has_changed(tables, state):
         if state.free_modes[0] > 0:
             renew_rows(tables, state.jacobian, state.matrix)
         else:
             renew_mass(tables, work, q, state.jacobian, state.matrix)
-        factor(order, state.matrix, state.factors, state.swaps, state.amount)
+        factor(order, state.matrix, state.factors, state.swaps, state.row_magnitude)
         state.has_factors[0] = 1
-    solve(order, state.factors, state.swaps, state.right, state.part)
+    solve(order, state.factors, state.swaps, state.right_side, state.front_work)
     if state.free_modes[0] > 0:
-        couple_modes(tables, work, q, state.right)
+        couple_modes(tables, work, q, state.right_side)
     for i in range(n):
-        out[i], out[n + i] = v[i], state.right[i]
+        out[i], out[n + i] = v[i], state.right_side[i]
     for k in range(r):
-        state.lam[k] = state.right[n + k]
+        state.lam[k] = state.right_side[n + k]
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
@@ -101,183 +106,189 @@ def rates_at(model, t, y, out):
 
 @jit
 def fill_accelerations(model, out):
-    """Fill in accelerations and multipliers at the states of out."""
+    """Fill in accelerations and multipliers at the states of `out`."""
     state = model.state
     n = state.force.size
     for i in range(out.time.size):
         for j in range(n):
-            state.trial[j], state.trial[n + j] = out.q[i, j], out.v[i, j]
+            state.y_stage[j], state.y_stage[n + j] = out.q[i, j], out.v[i, j]
         for k in range(model.tables.forces.shape[0]):
             state.memory[k, Memory.ONSET] = out.memory[i, k, Memory.ONSET]
-            state.trial[2 * n + k] = out.memory[i, k, Memory.BRISTLE]
-        rates_at(model, out.time[i], state.trial, state.rates[1])
+            state.y_stage[2 * n + k] = out.memory[i, k, Memory.BRISTLE]
+        compute_rates(model, out.time[i], state.y_stage, state.stage_rates[1])
         for j in range(n):
-            out.a[i, j] = state.rates[1, n + j]
+            out.a[i, j] = state.stage_rates[1, n + j]
         copy(state.lam, out.lam[i])
 
 
 @inline
-def _is_off(tables, state, allowed):
-    """Return True if the new state violates its constraints by more than is allowed, in units of coordinates and their rates."""
+def _violates_constraints(tables, state, allowed):
+    """Return True if the new state violates its constraints by more than `allowed`, in units of coordinates and their rates."""
     n, worst = state.force.size, 0.0
     for k in range(state.lam.size):
-        slip = row_times(tables, k, state.jacobian, state.new[n : 2 * n]) - state.speed[k]
-        worst = max(worst, abs(state.residual[k]), abs(slip) / state.largest_rate[0])
+        rate = multiply_row(tables, k, state.jacobian, state.y_new[n : 2 * n]) - state.speed[k]
+        worst = max(worst, abs(state.violation[k]), abs(rate) / state.largest_rate[0])
     return worst > allowed * state.units.min()
 
 
 @inline
-def _put_back(tables, order, state):
-    """Project the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
+def _project(tables, order, state):
+    """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
     n, r = state.force.size, state.lam.size
     for level in range(2):
-        y = state.new[level * n : level * n + n]
-        state.right[:] = 0.0
+        y = state.y_new[level * n : level * n + n]
+        state.right_side[:] = 0.0
         for k in range(r):
-            state.right[n + k] = state.residual[k] if level == 0 else row_times(tables, k, state.jacobian, y) - state.speed[k]
-        solve(order, state.factors, state.swaps, state.right, state.part)
+            rate = multiply_row(tables, k, state.jacobian, y) - state.speed[k]
+            state.right_side[n + k] = state.violation[k] if level == 0 else rate
+        solve(order, state.factors, state.swaps, state.right_side, state.front_work)
         for i in range(n):
-            y[i] -= state.right[i]
+            y[i] -= state.right_side[i]
 
 
 @inline
-def _stages(model, t, h):
-    """Compute the seven stages; state.new becomes the solution of fifth order, and reports are those of its end."""
+def _compute_stages(model, t, h):
+    """Compute the seven stages; state.y_new becomes the solution of fifth order, reports are those of its end."""
     state = model.state
     for stage in range(1, 7):
-        target, f, c = state.new if stage == 6 else state.trial, state.rates, WEIGHTS[stage]
-        for i in range(state.y.size):  # in one sum with zero weights: rates are finite, see _try
+        target, f, c = state.y_new if stage == 6 else state.y_stage, state.stage_rates, WEIGHTS[stage]
+        for i in range(state.y.size):  # in one sum with zero weights: rates are finite, see _try_step
             target[i] = state.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
-        rates_at(model, t + NODES[stage] * h, target, state.rates[stage])
+        compute_rates(model, t + NODES[stage] * h, target, state.stage_rates[stage])
 
 
 @inline
-def _error(state, h, tolerance):
-    """Embedded error over the tolerance: of coordinates in their units, of rates in units times the largest rate so far."""
+def _estimate_error(state, h, tolerance):
+    """Return the embedded error over the tolerance: coordinates in their units, rates in units times the largest rate so far."""
     n, worst = state.force.size, 0.0
     for i in range(2 * n):
         e = 0.0
         for j in range(7):
-            e += ERRORS[j] * state.rates[j, i]
-        share = abs(h * e) / (state.units[i] if i < n else state.units[i - n] * state.largest_rate[0])
-        if not share < math.inf:
+            e += ERROR_WEIGHTS[j] * state.stage_rates[j, i]
+        ratio = abs(h * e) / (state.units[i] if i < n else state.units[i - n] * state.largest_rate[0])
+        if not ratio < math.inf:
             return math.inf  # nan fails all comparisons
-        worst = max(worst, share)
+        worst = max(worst, ratio)
     return worst / tolerance
 
 
 @draft
-def _next_stop(clock, controls, stops):
-    """The next time at which a step must end."""
+def _find_next_stop(clock, controls, stops):
+    """Return the next time at which a step must end."""
     while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
         clock.stop += 1
     return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
 
 
 @draft
-def _try(model, clock, h, last, controls, counts):
-    """Try a step of length h, the `last` before a stop or not; return False if error or contacts need a shorter one."""
+def _try_step(model, clock, h, is_last, controls, counts):
+    """Try a step of length h; return False, with a shorter next step, if error or contacts need one.
+
+    The `is_last` step before a stop ends just before it, on this side of a kink.
+    """
     state = model.state
-    _stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
+    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if is_last else h)
     counts.iterations += 6
-    clock.error = error = _error(state, h, controls.tolerance)
-    if not error <= 1.0 and not (controls.fixed and error < 1e300):
-        clock.next_step = h * (max(0.2, SAFETY * error**-ORDER) if error < 1e300 else 0.2)
-        if not error < 1e300:
-            state.rates[1:] = 0.0
+    clock.error = error = _estimate_error(state, h, controls.tolerance)
+    if not error <= 1.0 and not (controls.fixed and error < INFINITE):
+        clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-ORDER) if error < INFINITE else SMALLEST_RATIO)
+        if not error < INFINITE:
+            state.stage_rates[1:] = 0.0
         if clock.next_step < controls.shortest:
-            counts.status = Ended.UNDERFLOW if error < 1e300 else Ended.NOT_FINITE
+            counts.status = Ended.UNDERFLOW if error < INFINITE else Ended.NOT_FINITE
         return False
     landing = max(1e-3 * controls.tolerance, 1e-12) * state.units.max()
-    first = first_onset(model.tables, state.start_reports, model.work.reports, h, landing, 0.0, controls.located)
-    if first < 1.0 and h * first > controls.shortest:
-        clock.resumed_step, clock.next_step = max(clock.resumed_step, h), h * first
+    smooth = controls.located
+    fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, landing, 0.0, smooth)
+    if fraction < 1.0 and h * fraction > controls.shortest:
+        clock.resumed_step, clock.next_step = max(clock.resumed_step, h), h * fraction
         return False
     return True
 
 
 @draft
-def _accept(model, clock, at, stop, controls, out, counts):
-    """Accept a step to the time `at`: project it onto the constraints, and write its row."""
+def _accept(model, clock, end, stop, controls, out, counts):
+    """Accept a step to the time `end`: project it onto the constraints if needed, and write its row."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
-    n, before, clock.time = state.force.size, clock.time, at
-    changed = _remember(tables, work, state, controls, counts)
-    off = _is_off(tables, state, MOST_GAP * controls.tolerance)
-    if off:
-        _put_back(tables, order, state)
-    if off or changed or at == stop:
-        copy(state.new, state.y)
-        rates_at(model, at, state.y, state.rates[0])
+    n, start, clock.time = state.force.size, clock.time, end
+    is_event = _update_memories(tables, work, state, controls, counts)
+    is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
+    if is_projected:
+        _project(tables, order, state)
+    if is_projected or is_event or end == stop:
+        copy(state.y_new, state.y)
+        compute_rates(model, end, state.y, state.stage_rates[0])
     else:
         for i in range(state.y.size):
-            state.y[i], state.rates[0, i] = state.new[i], state.rates[6, i]
+            state.y[i], state.stage_rates[0, i] = state.y_new[i], state.stage_rates[6, i]
     for i in range(n):
         state.largest_rate[0] = max(state.largest_rate[0], abs(state.y[n + i]) / state.units[i])
     copy(work.reports, state.start_reports)
     counts.steps += 1
     clock.skipped += 1
-    if clock.skipped >= controls.every or changed or at >= controls.end - controls.shortest:
-        _write(state, out, counts, at, before)
+    if clock.skipped >= controls.every or is_event or end >= controls.end - controls.shortest:
+        _write(state, out, counts, end, start)
         clock.skipped = 0
 
 
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
-    """Integrate from the state to the end, or until out is full; as `run_implicit`."""
+    """Integrate from the model's state to the end, or until `out` is full; see `run_implicit`."""
     state = model.state
     counts.samples = 0
     if counts.steps == 0:
-        rates_at(model, clock.time, state.y, state.rates[0])
+        compute_rates(model, clock.time, state.y, state.stage_rates[0])
         copy(model.work.reports, state.start_reports)
         _write(state, out, counts, clock.time, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
-        stop = _next_stop(clock, controls, stops)
+        stop = _find_next_stop(clock, controls, stops)
         h = min(clock.next_step, controls.longest)
-        reach = 1.0 if clock.resumed_step > 0.0 else 1.0001  # a step beyond an onset would be rejected again
+        reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH
         if clock.time + reach * h >= stop:
             h = stop - clock.time
-        last = h >= stop - clock.time
+        is_last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY
-        if not _try(model, clock, h, last, controls, counts):
+        if not _try_step(model, clock, h, is_last, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, stop if last else clock.time + h, stop, controls, out, counts)
+        _accept(model, clock, stop if is_last else clock.time + h, stop, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            clock.next_step = max(h * min(5.0, max(0.2, SAFETY * max(clock.error, 1e-6) ** -ORDER)), clock.resumed_step)
+            factor = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -ORDER))
+            clock.next_step = max(h * factor, clock.resumed_step)
             clock.resumed_step = 0.0
 
 
 @inline
-def _remember(tables, work, state, controls, counts):
-    """Update onset speeds of contacts; return True if one closed or opened."""
-    changed = False
+def _update_memories(tables, work, state, controls, counts):
+    """Update onset speeds of contacts; return True if one closed or opened with a kink."""
+    is_event = False
     n = state.force.size
     for k in range(tables.forces.shape[0]):
         m = state.memory[k]
-        if touches(tables, k):
-            event = remember_onset(tables, state.start_reports, work.reports, k, m, controls, 0.0)
-            changed = changed or (event != 0 and (controls.located or not begins_smoothly(tables, k)))
+        if is_contact(tables, k):
+            event = update_onset(tables, state.start_reports, work.reports, k, m, controls, 0.0)
+            is_event = is_event or (event != 0 and (controls.located or not has_smooth_onset(tables, k)))
             if event > 0:
                 counts.onsets += 1
             elif event < 0:
-                state.new[2 * n + k] = 0.0
+                state.y_new[2 * n + k] = 0.0
         m[Memory.SLIDING] = work.reports[k, Report.SLIP]
-    return changed
+    return is_event
 
 
 @inline
-def _write(state, out, counts, t, before):
-    """Write the state as a row, with bristles of this time."""
+def _write(state, out, counts, t, start):
+    """Write the state at time t as a row, with the bristles of this time."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t
     for j in range(n):
-        out.q[i, j], out.v[i, j], out.a[i, j] = state.y[j], state.y[n + j], state.rates[0, n + j]
+        out.q[i, j], out.v[i, j], out.a[i, j] = state.y[j], state.y[n + j], state.stage_rates[0, n + j]
     copy(state.lam, out.lam[i])
     for k in range(state.memory.shape[0]):
         m = out.memory[i, k]

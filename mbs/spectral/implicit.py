@@ -1,4 +1,8 @@
-"""Collocation at Radau points with variable steps, compiled: steps end at onsets and kinks. See `radau`."""
+"""Implicit integrator, compiled: collocation at the Radau points with variable steps that end at onsets and kinks; see `radau`.
+
+A stop is a time at which a step must end: a kink of a function of time, or the end. Step control: K. Gustafsson's predictive
+rule (Hairer and Wanner 1996, IV.8).
+"""
 
 from __future__ import annotations
 
@@ -6,123 +10,121 @@ import numpy as np
 
 from .compiling import copy, draft, jit
 from .contacts import (
-    bend_of_depths,
-    closing,
-    depth_of,
-    error_of_depth,
-    first_edge,
-    first_onset,
-    lets_go,
-    touches,
+    compute_depth_bending,
+    estimate_depth_error,
+    find_face_row,
+    find_first_edge,
+    find_first_onset,
+    get_depth,
+    has_released,
+    is_contact,
 )
-from .events import jump, landing, outside, remember
+from .events import compute_landing, compute_outside, restart_past_event, update_memories
 from .forces import add_forces
-from .kernel import forces, rows_at
+from .kernel import compute_forces, compute_rows
 from .markers import place_markers
-from .newton import SLOW, newton
-from .output import Ended
-from .radau import REAL, deformation, error_of, follow_units, integrate, predict, put_back, renew_heavy
+from .newton import SLOW, solve_nodes
+from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
+from .radau import REAL_EIGENVALUE, estimate_error, factor_saddle, integrate, measure_deformation, predict, project, update_units
 from .samples import (
     JUMP,
     MOST_SAMPLES,
-    dense,
-    samples_in,
+    count_parts,
     write,
     write_at_face,
     write_between,
+    writes_within_steps,
 )
 from .strips import MIXED, PLAIN, elastic_stresses
-from .tables import Instant, Report
+from .tables import Elastic, Instant, Report
 
 ORDER = 0.25
-"""One over the order of the local error."""
+"""One over the order of the local error, in the rule for the length of a step."""
 FORCE_TOLERANCE = 2.0
-"""Error allowed of a contact's force, over the one allowed of its depth."""
+"""Relative error allowed of a contact's force, over that allowed of its depth."""
 LEAST_FORCE = 1e-2
-"""Least force with which that error is compared, over the contact's largest: the end of a long push matters, too."""
+"""Least force with which the error of a force is compared, over the contact's largest: also the end of a long contact counts."""
 NOISE = 1e-15
-"""Error of a depth, of the longest link, that is rounding: no shorter step makes it less."""
+"""Error of a depth, over the longest link, that is rounding: no shorter step reduces it."""
 SHORTEST = 1e-12
-"""Step, of the end."""
-REACH = 1.0001
-"""A stop that is nearer than so many step lengths ends the step; not one to an onset, which would be stepped over again."""
+"""Shortest step, over the end of the run."""
 SAFETY = 0.85
-"""Share of the step length that would just do."""
+"""Safety factor of the length of a step."""
 SHORTER = 0.9
-"""Ratio of lengths above which the old one stays, as it needs no new matrix."""
+"""Ratio of lengths above which a shorter step is not taken, as the old length needs no new matrices."""
 LONGER = 1.4
-"""Ratio of lengths below which the old one stays, as it needs no new matrix."""
-MOST_GROWTH = 5.0
-"""Largest ratio of the lengths of two steps."""
+"""Ratio of lengths below which a longer step is not taken, for the same reason."""
 RELEASE_ERROR = 20.0
-"""Error of a step in which a contact lets go, over the one allowed."""
+"""Error over the tolerance assigned to a step in which a contact releases: it is repeated with a shorter length."""
 LEAST_MOVE = 1e-2
-"""Move of the end of a step to an onset that is none, over the shortest step."""
+"""Least shift of the end of a step to an onset, over the shortest step; at a smaller one the step is accepted."""
 
 
 @draft
 def _begin(model, t, tolerance):
-    """Initialise the state for the first step."""
+    """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     elastic_stresses(tables, work, state.q, state.v, state.stress)
     work.strip_form[0], work.b0[:] = MIXED, 0.0
     copy(state.stress, work.stress)
-    forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
-    rows_at(tables, work, t, state.gap, state.start_jacobian, state.speed)
-    renew_heavy(tables, orders, work, state, state.q, state.start_jacobian)
+    compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
+    compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
+    factor_saddle(tables, orders, work, state, state.q, state.start_jacobian)
     copy(work.reports, state.start_reports)
     for i in range(state.q.size):
         state.inverse_unit[i] = 1.0 / state.full_unit[i]
     for k in range(tables.elastic.shape[0]):
-        i, j = tables.elastic[k, 0], tables.elastic[k, 1]
-        state.start_deformation[k] = deformation(state, tables.elastic, k)
+        i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
+        state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
         if j >= 0:
             state.inverse_unit[i] = state.inverse_unit[j] = 0.0
-    follow_units(state, tables.elastic, tolerance)
+    update_units(state, tables.elastic, tolerance)
 
 
 @draft
-def _error(model, t, h, controls, least):
-    """Project the step's end onto the constraints; return the largest local error over the tolerance.
+def _estimate_error(model, t, h, controls, least_depth):
+    """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance.
 
-    It is that of the coordinates, or of depths and forces of closed contacts; 0 of equal steps. Reports are those of the end.
+    The error is that of the coordinates, or of depth and force of a contact that is closed at either end; 0 for equal steps.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    error = 0.0 if controls.fixed else error_of(tables, orders, state, h) / controls.tolerance
+    error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
     allowed = controls.contact_tolerance
-    put_back(tables, orders, work, state, t, h)
+    project(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
         return error
-    n, q, v = state.q.size, state.node_q[2], state.node_v[2]
+    q, v = state.node_q[2], state.node_v[2]
     now = Instant(t, h, q, v, state.node_lam[2], state.memory)
     add_forces(tables, work, now, state.force)
     if controls.fixed:
         return error
-    closed = False
+    has_contact = False
     for k in range(tables.forces.shape[0]):
-        if touches(tables, k) and (depth_of(tables, work.reports, k) > 0.0 or depth_of(tables, state.start_reports, k) > 0.0):
-            closed = True
-    if closed:
+        if is_contact(tables, k):
+            deepest = max(get_depth(tables, state.start_reports, k), get_depth(tables, work.reports, k))
+            has_contact = has_contact or deepest > 0.0
+    if has_contact:
         copy(work.reports, state.end_reports)
-        for i in range(n):  # error of the rates, by the first row of the error's equation
-            state.dv[0, i], state.dq[0, i] = v[i] + REAL / h * state.step[i] - state.dq[0, i], q[i] + state.step[i]
+        for i in range(q.size):  # error of the rates, by the first row of the error's equation
+            rate_error = REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
+            state.dv[0, i], state.dq[0, i] = v[i] + rate_error, q[i] + state.real_solution[i]
         place_markers(tables, work, state.dq[0], state.dv[0])
         add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
-            if touches(tables, k):
-                deep = error_of_depth(tables, state, work.reports, h, k, least, NOISE * state.full_unit.max())
-                before, shifted = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
-                push = max(abs(before), abs(shifted), LEAST_FORCE * state.largest_force[k], 1e-300)
-                error = max(error, deep / allowed)
-                if deep > 0.0:
-                    error = max(error, abs(work.reports[k, Report.VALUE] - shifted) / (push * FORCE_TOLERANCE * allowed))
+            if is_contact(tables, k):
+                depth_error = estimate_depth_error(tables, state, work.reports, h, k, least_depth, NOISE * state.full_unit.max())
+                before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
+                scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)
+                error = max(error, depth_error / allowed)
+                if depth_error > 0.0:
+                    error = max(error, abs(work.reports[k, Report.VALUE] - end) / (scale * FORCE_TOLERANCE * allowed))
         copy(state.end_reports, work.reports)
     return error
 
 
 @draft
-def _take_over(state):
-    """Make the step's end the present state."""
+def _advance(state):
+    """Make the end of the step the present state, and its nodes those of the last step."""
     for i in range(state.q.size):
         state.past_v[0, i] = state.v[i]
         state.past_v[1, i], state.past_v[2, i], state.past_v[3, i] = state.node_v[0, i], state.node_v[1, i], state.node_v[2, i]
@@ -132,123 +134,132 @@ def _take_over(state):
 
 
 @draft
-def _next_stop(model, clock, controls, stops, out, counts):
-    """Return the next time at which a step must end; at a kink just reached restart, as accelerations jump."""
+def _find_next_stop(model, clock, controls, stops, out, counts):
+    """Return the next time at which a step must end; at a kink just reached, restart, as accelerations jump there."""
     while clock.stop < stops.size:
-        due = stops[clock.stop]
-        if due > clock.time + controls.shortest:
-            return min(controls.end, due)
-        if due > clock.time - controls.shortest and not controls.fixed:
-            jump(model, clock, controls, out, counts)
+        stop = stops[clock.stop]
+        if stop > clock.time + controls.shortest:
+            return min(controls.end, stop)
+        if stop > clock.time - controls.shortest and not controls.fixed:
+            restart_past_event(model, clock, controls, out, counts)
         clock.stop += 1
     return controls.end
 
 
 @draft
-def _length(clock, controls, stop):
-    """Length of the next step: as the error allows, up to the stop, or half-way to it if the step after would be short.
+def _choose_length(clock, controls, stop):
+    """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
 
-    A step to an event is not halved: it would be lengthened to the event and halved again for ever.
+    A step to an event is not halved: it would be lengthened to the event and halved again without end.
     """
     h, left = min(clock.next_step, controls.longest), stop - clock.time
     if clock.time + clock.reach * h >= stop:
         return left
-    return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == REACH else h
+    is_halved = clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == STOP_REACH
+    return 0.5 * left if is_halved else h
 
 
 @draft
-def _try(model, clock, h, at, controls, counts):
-    """Try a step of length h to the time `at`; return False if Newton's method, error or contacts need a shorter one."""
+def _try_step(model, clock, h, end, controls, counts):
+    """Try a step of length h to the time `end`; return True if it is accepted.
+
+    It is rejected, with a shorter next one, if Newton's method fails, the error is too large, or a contact closes within it.
+    """
     tables, work, state = model.tables, model.work, model.state
-    shortest, near = controls.shortest, landing(state, controls)
-    fresh = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h
+    shortest, near = controls.shortest, compute_landing(state, controls)
+    renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h
     predict(state, h, clock.previous)
     integrate(state, h)
-    ratio = newton(model, clock.time, h, controls.newton_share * controls.tolerance, fresh, counts)
+    ratio = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
     clock.matrix_step, clock.needs_matrix = h, ratio > SLOW
     if ratio > 1.0:
         clock.next_step, clock.previous, clock.max_growth = 0.5 * h, 0.0, 1.0
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
-    clock.error = _error(model, at, h, controls, near)
-    part = first_onset(tables, state.start_reports, work.reports, h, near, outside(state, controls), True)
-    part = min(part, first_edge(tables, state.start_reports, work.reports, h, near, outside(state, controls)))
-    if h * part > shortest and h * (1.0 - part) > LEAST_MOVE * shortest and clock.error <= 1.0:
-        clock.next_step, clock.reach = h * part, 1.0
+    clock.error = _estimate_error(model, end, h, controls, near)
+    distance = compute_outside(state, controls)
+    onset = find_first_onset(tables, state.start_reports, work.reports, h, near, distance, True)
+    fraction = min(onset, find_first_edge(tables, state.start_reports, work.reports, h, near, distance))
+    if h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest and clock.error <= 1.0:
+        clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
         return True
     if h > 10.0 * shortest:
-        if lets_go(tables, state.start_reports, work.reports, state.largest_force, controls.contact_tolerance, near):
+        if has_released(tables, state.start_reports, work.reports, state.largest_force, controls.contact_tolerance, near):
             clock.error = max(clock.error, RELEASE_ERROR)
     if clock.error > 1.0 and h > 4.0 * shortest:
-        clock.next_step, clock.max_growth = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
+        clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
         return False
     return True
 
 
 @draft
 def _accept(model, clock, h, target, controls, out, counts):
-    """Accept a step of length h to the time `target`, and write its rows."""
+    """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
-    changed, before = remember(tables, work, state, controls, counts), clock.time
-    if dense(controls):
-        moment = closing(tables, state.start_reports, work.reports, JUMP * controls.shortest)
-        parts = samples_in(state, tables.elastic, h, controls, bend_of_depths(tables, state.start_reports, work.reports, h))
+    is_event, start = update_memories(tables, work, state, controls, counts), clock.time
+    if writes_within_steps(controls):
+        moment = find_face_row(tables, state.start_reports, work.reports, JUMP * controls.shortest)
+        bending = compute_depth_bending(tables, state.start_reports, work.reports, h)
+        parts = count_parts(state, tables.elastic, h, controls, bending)
         if 0.0 < moment < 0.5 * h / parts:
-            write_at_face(state, out, counts, before, h, moment)
-        write_between(state, out, counts, before, h, parts)
+            write_at_face(state, out, counts, start, h, moment)
+        write_between(state, out, counts, start, h, parts)
         if 0.0 < -moment < 0.5 * h / parts:
-            write_at_face(state, out, counts, before, h, moment)
-    _take_over(state)
-    follow_units(state, tables.elastic, controls.tolerance)
+            write_at_face(state, out, counts, start, h, moment)
+    _advance(state)
+    update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
     counts.steps += 1
-    clock.time, clock.previous, clock.reach, clock.skipped = target, h, REACH, clock.skipped + 1
-    if clock.skipped >= controls.every or changed or target >= controls.end - controls.shortest:
-        write(state, out, counts, target, before)
+    clock.time, clock.previous, clock.reach, clock.skipped = target, h, STOP_REACH, clock.skipped + 1
+    if clock.skipped >= controls.every or is_event or target >= controls.end - controls.shortest:
+        write(state, out, counts, target, start)
         clock.skipped = 0
-    if changed:
-        jump(model, clock, controls, out, counts)
+    if is_event:
+        restart_past_event(model, clock, controls, out, counts)
 
 
 @draft
 def _lengthen(clock, h, shortest):
-    """Length of the step after an accepted one of length h, by its error and the last one's: K. Gustafsson's predictive rule."""
+    """Set the length of the next step after an accepted one of length h, by Gustafsson's rule from the errors of both last
+    steps.
+    """
     error = max(clock.error, 1e-8)
     factor = min(clock.max_growth, SAFETY * error**-ORDER)
     if clock.last_error > 0.0:
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** ORDER)
-    clock.max_growth, clock.last_error, clock.last_step = MOST_GROWTH, max(error, 1e-2), h
+    clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h
     if factor < SHORTER or factor > LONGER:
-        clock.next_step = max(clock.next_step if h < 0.5 * clock.next_step else 0.0, h * factor, 2.0 * shortest)
+        planned = clock.next_step if h < 0.5 * clock.next_step else 0.0  # after a step cut short by a stop
+        clock.next_step = max(planned, h * factor, 2.0 * shortest)
 
 
 @jit
 def run_implicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until out is full; stops are times at which a step must end.
+    """Integrate from the model's state to the end, or until `out` is full; `stops` are times at which a step must end.
 
-    All samples, or every n-th step, are written to out. The model's state and the clock are kept for the next call.
+    All samples, or every n-th step, are written to `out`. The model's state and the clock are kept for the next call.
     """
     state, mixed = model.state, model.work.strip_form
     counts.samples = 0
     if counts.steps == 0:
-        clock.needs_matrix, clock.max_growth, clock.reach = True, MOST_GROWTH, REACH
+        clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STOP_REACH
         _begin(model, clock.time, controls.tolerance)
         write(state, out, counts, clock.time, clock.time)
     mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
-        stop = _next_stop(model, clock, controls, stops, out, counts)
-        h = _length(clock, controls, stop)
+        stop = _find_next_stop(model, clock, controls, stops, out, counts)
+        h = _choose_length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY
-        last = h >= stop - clock.time
-        at = stop * (1.0 - 4e-16) if last else clock.time + h  # just before a drive's kink
-        if not _try(model, clock, h, at, controls, counts):
+        is_last = h >= stop - clock.time
+        end = stop * (1.0 - 4e-16) if is_last else clock.time + h  # just before a drive's kink
+        if not _try_step(model, clock, h, end, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, h, stop if last else clock.time + h, controls, out, counts)
+        _accept(model, clock, h, stop if is_last else clock.time + h, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:

@@ -9,17 +9,17 @@ import numpy as np
 
 from .compiling import copy, draft, inline
 from .forces import add_forces, add_forces_tangents
-from .lawtable import motion, second_rate
+from .lawtable import evaluate_acceleration, evaluate_motion
 from .markers import (
     add_entries,
     add_geometric,
     add_pair,
-    bias_of,
     clear_block,
-    hessian,
-    measure,
+    compute_bias,
+    compute_hessian,
+    compute_measure,
     place_markers,
-    put_gradient,
+    write_gradient,
 )  # fmt: skip
 from .strips import add_strips, add_strips_tangents
 from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, RowColumn
@@ -74,20 +74,20 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
         for i in range(m):
             wide, swirl = tables.data[radial + i] + _times(tables, gram, i, m, q, e), _times(tables, gyration, i, m, v, e)
             for j in range(m):
-                work.stiff[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
-                work.damp[3 + i, 3 + j] -= 2.0 * spin * tables.data[gyration + i * m + j]
-            work.stiff[2, 3 + i] += 2.0 * spin * _times(tables, gram, i, m, v, e)
-            work.damp[2, 2] += 2.0 * wide * v[e + i]
-            work.damp[2, 3 + i] += 2.0 * spin * wide
-            work.damp[3 + i, 2] -= 2.0 * spin * wide + 2.0 * swirl
-            work.stiff[3 + i, 3 + i] += tables.data[stiffness + i]
-            work.damp[3 + i, 3 + i] += tables.data[stiffness + m + i]
-        add_entries(tables, _block(tables, row), work.stiff, stiff)
-        add_entries(tables, _block(tables, row), work.damp, damp)
+                work.block_stiffness[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
+                work.block_damping[3 + i, 3 + j] -= 2.0 * spin * tables.data[gyration + i * m + j]
+            work.block_stiffness[2, 3 + i] += 2.0 * spin * _times(tables, gram, i, m, v, e)
+            work.block_damping[2, 2] += 2.0 * wide * v[e + i]
+            work.block_damping[2, 3 + i] += 2.0 * spin * wide
+            work.block_damping[3 + i, 2] -= 2.0 * spin * wide + 2.0 * swirl
+            work.block_stiffness[3 + i, 3 + i] += tables.data[stiffness + i]
+            work.block_damping[3 + i, 3 + i] += tables.data[stiffness + m + i]
+        add_entries(tables, _block(tables, row), work.block_stiffness, stiff)
+        add_entries(tables, _block(tables, row), work.block_damping, damp)
 
 
 @draft
-def mass_matrix(tables, work, q, mass):
+def fill_mass(tables, work, q, mass):
     """Fill mass with M(q)."""
     copy(tables.mass, mass)
     add_modal_mass(tables, work, q, mass)
@@ -123,10 +123,10 @@ def add_modal_mass(tables, work, q, mass):
         e, m = tables.modal[row, 0] + 3, tables.modal[row, 1]
         for i in range(m):
             wide, swirl = _coupling(tables, row, q, i)
-            work.stiff[2, 2] += wide * q[e + i]
-            work.stiff[2, 3 + i] += swirl
-            work.stiff[3 + i, 2] += swirl
-        add_entries(tables, _block(tables, row), work.stiff, mass)
+            work.block_stiffness[2, 2] += wide * q[e + i]
+            work.block_stiffness[2, 3 + i] += swirl
+            work.block_stiffness[3 + i, 2] += swirl
+        add_entries(tables, _block(tables, row), work.block_stiffness, mass)
 
 
 @draft
@@ -162,7 +162,7 @@ def couple_modes(tables, work, q, a):
 
 
 @draft
-def mass_times(tables, q, a, out):
+def multiply_mass(tables, q, a, out):
     """Fill out with M(q) a."""
     for i in range(a.size):
         total = 0.0
@@ -178,7 +178,7 @@ def mass_times(tables, q, a, out):
 
 
 @draft
-def add_mass_slope(tables, work, q, a, stiff):
+def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, _ = _numbers(tables, row)
@@ -186,13 +186,13 @@ def add_mass_slope(tables, work, q, a, stiff):
         for i in range(m):
             wide, swirl = tables.data[radial + i] + _times(tables, gram, i, m, q, e), _times(tables, gyration, i, m, a, e)
             for j in range(m):
-                work.stiff[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
-            work.stiff[2, 3 + i] += 2.0 * wide * a[o + 2] + swirl
-        add_entries(tables, _block(tables, row), work.stiff, stiff)
+                work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
+            work.block_stiffness[2, 3 + i] += 2.0 * wide * a[o + 2] + swirl
+        add_entries(tables, _block(tables, row), work.block_stiffness, stiff)
 
 
 @draft
-def forces(tables, work, now, f):
+def compute_forces(tables, work, now, f):
     """Fill f with all forces but the constraints', and place the markers."""
     place_markers(tables, work, now.q, now.v)
     gravity = tables.factors[-1]
@@ -205,7 +205,7 @@ def forces(tables, work, now, f):
 
 
 @draft
-def tangents(tables, work, now, mass, damp, stiff):
+def compute_tangents(tables, work, now, mass, damp, stiff):
     """Compute derivatives of the last computed forces: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
@@ -215,51 +215,51 @@ def tangents(tables, work, now, mass, damp, stiff):
 
 
 @inline
-def row_at(tables, work, r, t, residual, jacobian, speed):
+def compute_row(tables, work, r, t, residual, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
     grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
     first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
     travel, rate = 0.0, 0.0
     if drive >= 0:
-        travel, rate = motion(tables, drive, t)
+        travel, rate = evaluate_motion(tables, drive, t)
     for k in range(first, first + count):
-        value, _ = measure(tables, work, k, grad)
+        value, _ = compute_measure(tables, work, k, grad)
         total += tables.directions[k, Directions.FACTOR] * value
-        at = put_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
+        at = write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
     residual[r], speed[r] = total - tables.values[r] - travel, rate
     if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
         residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
 @inline
-def change_at(tables, work, r, t, side, change):
+def compute_change(tables, work, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
     first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
-    change[r] = second_rate(tables, drive, t, side) if drive >= 0 else 0.0
+    change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
     for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
-        measure(tables, work, k, grad)
-        change[r] -= tables.directions[k, Directions.FACTOR] * bias_of(tables, work, k, grad, work.hess)
+        compute_measure(tables, work, k, grad)
+        change[r] -= tables.directions[k, Directions.FACTOR] * compute_bias(tables, work, k, grad, work.hess)
 
 
 @draft
-def rows_at(tables, work, t, residual, jacobian, speed):
+def compute_rows(tables, work, t, residual, jacobian, speed):
     """Residuals g, Jacobian G and right sides of G v = speed. Markers are placed.
 
     G's entries are in the order of the blocks' members, those of row r from `blocks[r, 0]`; the last is not used.
     """
     for r in range(tables.rows.shape[0]):
-        row_at(tables, work, r, t, residual, jacobian, speed)
+        compute_row(tables, work, r, t, residual, jacobian, speed)
 
 
 @draft
-def changes_at(tables, work, t, side, change):
+def compute_changes(tables, work, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(tables.rows.shape[0]):
-        change_at(tables, work, r, t, side, change)
+        compute_change(tables, work, r, t, side, change)
 
 
 @draft
-def row_times(tables, r, jacobian, v):
+def multiply_row(tables, r, jacobian, v):
     """Row r of G times v."""
     first, total = tables.blocks[r, BlockColumn.MEMBERS], 0.0
     for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
@@ -287,7 +287,7 @@ def add_rows(tables, jacobian, values):
 
 
 @draft
-def add_multipliers(tables, work, q, lam, stiff):
+def add_multiplier_stiffness(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
     grad, hess = work.grad, work.hess
     for r in range(tables.rows.shape[0]):
@@ -296,11 +296,11 @@ def add_multipliers(tables, work, q, lam, stiff):
         for k in range(tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.FIRST] + tables.rows[r, RowColumn.TERMS]):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
             push = lam[r] * tables.directions[k, Directions.FACTOR]
-            measure(tables, work, k, grad)
-            if hessian(tables, work, k, grad, hess):
-                add_pair(tables, work, (a, b, at), hess, push, work.slope, work.stiff)
-            add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.stiff, at)
+            compute_measure(tables, work, k, grad)
+            if compute_hessian(tables, work, k, grad, hess):
+                add_pair(tables, work, (a, b, at), hess, push, work.jacobian, work.block_stiffness)
+            add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.block_stiffness, at)
             at += tables.markers[a, Markers.COUNT]
-            add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.stiff, at)
+            add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.block_stiffness, at)
             at += tables.markers[b, Markers.COUNT]
-        add_entries(tables, r, work.stiff, stiff)
+        add_entries(tables, r, work.block_stiffness, stiff)

@@ -1,4 +1,8 @@
-"""Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure."""
+"""Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
+
+Arguments: `law` is the row of a law, k the row of a force or drive, `mem` a row of the forces' memory, `p` the numbers of a
+force.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +22,8 @@ BEFORE = -AFTER
 
 
 @draft
-def normal_slopes(tables, law, depth, rate, onset):
-    """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
+def differentiate_normal(tables, law, depth, rate, onset):
+    """Return the derivatives of the normal force by depth and rate, by central differences."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
     by_depth = normal_force(tables, law, depth + hd, rate, onset) - normal_force(tables, law, depth - hd, rate, onset)
     by_rate = normal_force(tables, law, depth, rate + hr, onset) - normal_force(tables, law, depth, rate - hr, onset)
@@ -27,8 +31,11 @@ def normal_slopes(tables, law, depth, rate, onset):
 
 
 @draft
-def friction_now(tables, law, speed, mem, since):
-    """Friction coefficient and bristle: that advanced from the last step, or, if since < 0, the present one (it is a state)."""
+def evaluate_friction(tables, law, speed, mem, since):
+    """Return friction coefficient and bristle deflection.
+
+    The bristle is integrated from the last step over `since`, or, if since < 0, a state whose present value is in the memory.
+    """
     kind = tables.laws[law, LawColumn.KIND]
     if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
         return friction(tables, law, speed, 0.0), 0.0
@@ -39,15 +46,16 @@ def friction_now(tables, law, speed, mem, since):
 
 
 @draft
-def friction_slope(tables, law, speed, mem, since):
-    """Derivative of the coefficient by the speed, by central differences."""
+def differentiate_friction(tables, law, speed, mem, since):
+    """Return the derivative of the friction coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)
-    return (friction_now(tables, law, speed + h, mem, since)[0] - friction_now(tables, law, speed - h, mem, since)[0]) / (2.0 * h)
+    upper, lower = evaluate_friction(tables, law, speed + h, mem, since), evaluate_friction(tables, law, speed - h, mem, since)
+    return (upper[0] - lower[0]) / (2.0 * h)
 
 
 @draft
-def motion(tables, k, t):
-    """Travel of drive k at time t, and its speed."""
+def evaluate_motion(tables, k, t):
+    """Return travel and speed of drive k at time t."""
     kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
     t = pace * t
     if kind == MotionKind.RAMP:
@@ -60,8 +68,11 @@ def motion(tables, k, t):
 
 
 @draft
-def second_rate(tables, k, t, side):
-    """Acceleration of drive k at time t; at a jump the limit from the side AFTER or BEFORE."""
+def evaluate_acceleration(tables, k, t, side):
+    """Return the acceleration of drive k at time t; at a jump the limit from the side AFTER or BEFORE.
+
+    It is the one-sided difference of second order of the speed.
+    """
     kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
     t = pace * t
     if kind == MotionKind.RAMP:
@@ -75,93 +86,113 @@ def second_rate(tables, k, t, side):
 
 @draft
 def dry(speed, p):
-    """Friction force; p: dynamic, static minus dynamic, viscous coefficient, regularisation and Stribeck speeds."""
-    fast = abs(speed) - p[3]
-    if fast <= 0.0:
-        return (p[0] + p[1]) * speed / p[3]
-    return np.sign(speed) * (p[0] + p[1] * np.exp(-fast / p[4]) + p[2] * fast)
+    """Return a friction force by the speed, linear up to the regularisation speed.
+
+    p: dynamic force, static minus dynamic force, viscous coefficient, regularisation speed, Stribeck speed.
+    """
+    dynamic, static_offset, viscous, regularisation, stribeck = p[0], p[1], p[2], p[3], p[4]
+    excess = abs(speed) - regularisation
+    if excess <= 0.0:
+        return (dynamic + static_offset) * speed / regularisation
+    return np.sign(speed) * (dynamic + static_offset * np.exp(-excess / stribeck) + viscous * excess)
 
 
 @draft
 def strut(value, rate, p, address):
-    """Tension of a post-buckled strut; p: length, rigidity, unit load, compliance, critical load, damping."""
-    stretch = value - p[0]
-    if stretch > 0.0:
-        return max(0.0, p[1] * stretch + p[5] * rate)
-    total = -stretch / p[0]
-    if total <= p[3] * p[4]:
-        return p[1] * stretch
-    bending = max(0.0, total - p[3] * p[4])
-    u = max(0.0, total - p[3] * call(address, (bending,)))
-    return -p[2] * call(address, (u,))
+    """Return the tension of a post-buckled strut of length `value`.
+
+    p: length, rigidity EA/L, unit load EI/L^2, compliance EI/(EA L^2), critical load over the unit load, damping. `address`:
+    load over the unit load as a function of shortening over length.
+    """
+    length, rigidity, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
+    elongation = value - length
+    if elongation > 0.0:
+        return max(0.0, rigidity * elongation + damping * rate)
+    total = -elongation / length
+    if total <= compliance * critical:
+        return rigidity * elongation
+    bending = max(0.0, total - compliance * critical)
+    u = max(0.0, total - compliance * call(address, (bending,)))  # shortening by bending: one fixed-point iteration
+    return -unit * call(address, (u,))
 
 
 @draft
 def motor(t, speed, p, address):
-    """Torque of a DC motor on its link; p: voltage, resistance, constant, gear, friction, dead band, regularisation."""
+    """Return the torque of a DC motor on its link; `address` is its voltage as a function of time, 0 if that is constant.
+
+    p: voltage, resistance, motor constant, gear ratio, friction torque, dead band of the voltage, regularisation speed.
+    """
+    resistance, constant, gear, friction_torque, dead_band, regularisation = p[1], p[2], p[3], p[4], p[5], p[6]
     voltage = p[0] if address == 0 else call(address, (t,))
-    voltage = np.sign(voltage) * max(0.0, abs(voltage) - p[5])
-    fast = p[3] * speed
-    current = (voltage - p[2] * fast) / p[1]
-    return p[3] * (p[2] * current - p[4] * min(max(fast / p[6], -1.0), 1.0))
+    voltage = np.sign(voltage) * max(0.0, abs(voltage) - dead_band)
+    motor_speed = gear * speed
+    current = (voltage - constant * motor_speed) / resistance
+    return gear * (constant * current - friction_torque * min(max(motor_speed / regularisation, -1.0), 1.0))
 
 
 @draft
-def value_along(tables, k, now, value, rate, reaction):
-    """Force k along its measure; `reaction` is the normal force of friction."""
+def _get_address(tables, k):
+    """Return the address of the function of force k, 0 without a law."""
+    law = tables.forces[k, Forces.LAW]
+    return tables.laws[law, LawColumn.CALL] if law >= 0 else 0
+
+
+@draft
+def evaluate_along(tables, k, now, value, rate, reaction):
+    """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction."""
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
     if kind == ForceKind.SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
     if kind == ForceKind.CONTACT:
-        depth = p[0] * (value - p[1])
+        side, face = p[0], p[1]
+        depth = side * (value - face)
         if depth <= 0.0:
             return 0.0
-        return -p[0] * normal_force(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
+        return -side * normal_force(tables, tables.forces[k, Forces.LAW], depth, side * rate, mem[Memory.ONSET])
     if kind == ForceKind.FRICTION_FORCE:
         return -dry(rate, p)
     if kind == ForceKind.FRICTION:
-        return -friction_now(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
+        return -evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
     if kind == ForceKind.STRUT:
-        return -strut(value, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL])
+        return -strut(value, rate, p, _get_address(tables, k))
     if kind == ForceKind.PRESCRIBED:
-        address = tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL] if tables.forces[k, Forces.LAW] >= 0 else 0
+        address = _get_address(tables, k)
         return p[0] if address == 0 else call(address, (t,))
     if kind == ForceKind.MOTOR:
-        return motor(
-            t, rate, p, tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL] if tables.forces[k, Forces.LAW] >= 0 else 0
-        )
-    if p[0] == 1.0:  # a spring's law
-        return -call(tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL], (value - p[2], rate))
-    return call(tables.laws[tables.forces[k, Forces.LAW], LawColumn.CALL], (t, value - p[2], rate))
+        return motor(t, rate, p, _get_address(tables, k))
+    if p[0] == 1.0:  # the law of a spring, which does not depend on time
+        return -call(_get_address(tables, k), (value - p[2], rate))
+    return call(_get_address(tables, k), (t, value - p[2], rate))
 
 
 @draft
-def slopes_along(tables, k, now, value, rate, reaction):
-    """Derivatives of the force along a measure by the measure and its rate."""
+def differentiate_along(tables, k, now, value, rate, reaction):
+    """Return the derivatives of force k along its measure by the measure and its rate.
+
+    They are exact for a linear spring and for forces given in time, else central differences of the law.
+    """
     mem = now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
     if kind == ForceKind.SPRING:
         return -p[0], -p[1]
     if kind == ForceKind.CONTACT:
-        depth = p[0] * (value - p[1])
+        side, face = p[0], p[1]
+        depth = side * (value - face)
         if depth <= 0.0:
             return 0.0, 0.0
-        by_depth, by_rate = normal_slopes(tables, tables.forces[k, Forces.LAW], depth, p[0] * rate, mem[Memory.ONSET])
+        by_depth, by_rate = differentiate_normal(tables, tables.forces[k, Forces.LAW], depth, side * rate, mem[Memory.ONSET])
         return -by_depth, -by_rate
     if kind == ForceKind.PRESCRIBED:
         return 0.0, 0.0
     if kind == ForceKind.FRICTION:
-        return 0.0, -friction_slope(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
+        return 0.0, -differentiate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
     by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)
     if kind == ForceKind.STRUT or kind == ForceKind.LAW:
         hv = 1e-6 * max(abs(value), 1e-3) if kind == ForceKind.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
-        by_value = (
-            value_along(tables, k, now, value + hv, rate, reaction) - value_along(tables, k, now, value - hv, rate, reaction)
-        ) / (2.0 * hv)
-    by_rate = (
-        value_along(tables, k, now, value, rate + hr, reaction) - value_along(tables, k, now, value, rate - hr, reaction)
-    ) / (2.0 * hr)
-    return by_value, by_rate
+        upper = evaluate_along(tables, k, now, value + hv, rate, reaction)
+        by_value = (upper - evaluate_along(tables, k, now, value - hv, rate, reaction)) / (2.0 * hv)
+    upper = evaluate_along(tables, k, now, value, rate + hr, reaction)
+    return by_value, (upper - evaluate_along(tables, k, now, value, rate - hr, reaction)) / (2.0 * hr)

@@ -1,4 +1,9 @@
-"""Markers (points with an angle) and measures (lengths and angles between two), compiled, with two derivatives."""
+"""Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
+
+The derivatives of a marker's x, y and angle by its coordinates, the Jacobian J, stand in work.jacobian (3, places), their time
+derivatives in work.jacobian_rate. A marker's columns there begin at `first`. Other names: c, sn cosine and sine; d index in
+tables.data; p a marker's state.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +14,12 @@ from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, Measures, Sta
 
 
 @inline
-def _place_frame(tables, work, m, q, v, drifts):
-    """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
+def _place_frame(tables, work, m, q, v, with_rates):
+    """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k), its rates and derivatives.
+
+    R and theta are position and angle of the frame, l the point in it, phi_k the mode shapes, eta_k the modal coordinates. Then
+    (ax, ay) is r - R, (ux, uy) the velocity in the frame, both along the global axes.
+    """
     o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
     d = tables.markers[m, Markers.DATA]
     lx, ly, angle, rx, ry, turn = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2], 0.0, 0.0, 0.0
@@ -19,7 +28,7 @@ def _place_frame(tables, work, m, q, v, drifts):
         eta, rate = q[o + 3 + k], v[o + 3 + k]
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
-    p, j, dj, spin = work.state[m], work.slope, work.drift, v[o + 2]
+    p, j, dj, spin = work.state[m], work.jacobian, work.jacobian_rate, v[o + 2]
     twin = tables.markers[m, Markers.TWIN]
     if twin >= 0:
         p[State.COS], p[State.SIN] = work.state[twin, State.COS], work.state[twin, State.SIN]
@@ -27,22 +36,22 @@ def _place_frame(tables, work, m, q, v, drifts):
         p[State.COS], p[State.SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
     c, sn = p[State.COS], p[State.SIN]
     ax, ay, ux, uy = c * lx - sn * ly, sn * lx + c * ly, c * rx - sn * ry, sn * rx + c * ry
-    p[State.X], p[State.Y], p[State.TURN] = q[o] + ax, q[o + 1] + ay, angle
+    p[State.X], p[State.Y], p[State.ANGLE] = q[o] + ax, q[o + 1] + ay, angle
     p[State.VX], p[State.VY], p[State.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
     p[State.AX], p[State.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
     j[0, first + 2], j[1, first + 2] = -ay, ax
-    if drifts:
+    if with_rates:
         dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):
         px, py, i = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], first + 3 + k
         j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, tables.data[d + 5 + 3 * k]
-        if drifts:
+        if with_rates:
             dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
 @inline
 def _place_linear(tables, work, m, q, v):
-    """Compute x = sum N_i x_i, y and angle likewise; derivatives by the coordinates are constant."""
+    """Compute x = sum N_i x_i, y and angle likewise, and their rates; their derivatives are constant."""
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     for row in range(3):
         value, rate = 0.0, 0.0
@@ -54,9 +63,12 @@ def _place_linear(tables, work, m, q, v):
 
 @inline
 def _place_curve(tables, work, m, q, v):
-    """Compute x = sum N_i x_i, y likewise; of the angles of (x', y') the one nearest to the last."""
+    """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), of its values the one nearest to the last.
+
+    (ux, uy) is the tangent, (rx, ry) its rate; N and N' are the basis and its derivative at the marker.
+    """
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
-    p, j, dj = work.state[m], work.slope, work.drift
+    p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
     x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(size):
         a, b, n, dn = tables.places[first + i], tables.places[first + size + i], tables.data[d + i], tables.data[d + size + i]
@@ -65,10 +77,10 @@ def _place_curve(tables, work, m, q, v):
     square = ux * ux + uy * uy
     p[State.X], p[State.Y], p[State.VX], p[State.VY] = x, y, vx, vy
     angle = np.arctan2(uy, ux)
-    p[State.TURN] = angle + 2.0 * np.pi * np.floor((p[State.TURN] - angle) / (2.0 * np.pi) + 0.5)
+    p[State.ANGLE] = angle + 2.0 * np.pi * np.floor((p[State.ANGLE] - angle) / (2.0 * np.pi) + 0.5)
     p[State.SPIN] = (ux * ry - uy * rx) / square
     hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
-    p[State.TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
+    p[State.SPIN_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
     for i in range(size):
         n, dn = tables.data[d + i], tables.data[d + size + i]
         j[0, first + i], j[1, first + size + i] = n, n
@@ -77,11 +89,11 @@ def _place_curve(tables, work, m, q, v):
 
 
 @inline
-def place_marker(tables, work, m, q, v, drifts):
-    """Compute the state of marker m and its derivatives at coordinates q and rates v; those of its rates if `drifts`."""
+def place_marker(tables, work, m, q, v, with_rates):
+    """Compute the state of marker m at coordinates q and rates v, its Jacobian and, if `with_rates`, the rate of that."""
     kind = tables.markers[m, Markers.KIND]
     if kind == MarkerKind.FRAME:
-        _place_frame(tables, work, m, q, v, drifts)
+        _place_frame(tables, work, m, q, v, with_rates)
     elif kind == MarkerKind.LINEAR:
         _place_linear(tables, work, m, q, v)
     elif kind == MarkerKind.CURVE:
@@ -97,24 +109,24 @@ def place_markers(tables, work, q, v):
 
 @inline
 def add_force(tables, work, m, push_x, push_y, turning, out):
-    """Add the generalised force of (fx, fy) and a torque at a marker."""
+    """Add the generalised force of a force (x, y) and a torque at a marker."""
     first = tables.markers[m, Markers.FIRST]
     for i in range(first, first + tables.markers[m, Markers.COUNT]):
-        out[tables.places[i]] += push_x * work.slope[0, i] + push_y * work.slope[1, i] + turning * work.slope[2, i]
+        out[tables.places[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
 
 
 @draft
-def add_geometric(tables, work, m, q, push, out, at):
-    """Add to out, from row and column `at` on, the second derivatives of push . (x, y, angle) of a marker."""
+def add_geometric(tables, work, m, q, push, out, start):
+    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on."""
     fx, fy, turning = push
     kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
     d = tables.markers[m, Markers.DATA]
     if kind == MarkerKind.FRAME:
-        t = at + 2
-        out[t, t] += -fx * work.slope[1, first + 2] + fy * work.slope[0, first + 2]
+        t = start + 2
+        out[t, t] += -fx * work.jacobian[1, first + 2] + fy * work.jacobian[0, first + 2]
         for k in range(size):
             i = first + 3 + k
-            h = -fx * work.slope[1, i] + fy * work.slope[0, i]
+            h = -fx * work.jacobian[1, i] + fy * work.jacobian[0, i]
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
     elif kind == MarkerKind.CURVE and turning != 0.0:
@@ -127,16 +139,16 @@ def add_geometric(tables, work, m, q, push, out, at):
         for i in range(size):
             for k in range(size):
                 dd = tables.data[d + size + i] * tables.data[d + size + k]
-                out[at + i, at + k] += hxx * dd
-                out[at + i, at + size + k] += hxy * dd
-                out[at + size + i, at + k] += hxy * dd
-                out[at + size + i, at + size + k] -= hxx * dd
+                out[start + i, start + k] += hxx * dd
+                out[start + i, start + size + k] += hxy * dd
+                out[start + size + i, start + k] += hxy * dd
+                out[start + size + i, start + size + k] -= hxx * dd
 
 
 @draft
-def _row_times(work, i, h, row, column, factor):
-    """Factor times row i of J^T times the 3 x 3 block of h at row and column."""
-    jx, jy, ja = factor * work.slope[0, i], factor * work.slope[1, i], factor * work.slope[2, i]
+def _multiply_jacobian(work, i, h, row, column, factor):
+    """Return factor times row i of J^T times the 3 x 3 block of a matrix (6, 6) at row and column."""
+    jx, jy, ja = factor * work.jacobian[0, i], factor * work.jacobian[1, i], factor * work.jacobian[2, i]
     return (
         jx * h[row, column] + jy * h[row + 1, column] + ja * h[row + 2, column],
         jx * h[row, column + 1] + jy * h[row + 1, column + 1] + ja * h[row + 2, column + 1],
@@ -145,15 +157,15 @@ def _row_times(work, i, h, row, column, factor):
 
 
 @inline
-def measure(tables, work, k, grad):
-    """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
+def compute_measure(tables, work, k, grad):
+    """Return measure k and its rate; fill its gradient by (x, y, angle) of markers a and b, shape (6,)."""
     kind, a, b = tables.measures[k, Measures.KIND], tables.measures[k, Measures.A], tables.measures[k, Measures.B]
     pa, pb = work.state[a], work.state[b]
     if kind == MeasureKind.ANGLE:
         for i in range(6):
             grad[i] = 0.0
         grad[2], grad[5] = 1.0, -1.0
-        return pa[State.TURN] - pb[State.TURN], pa[State.SPIN] - pb[State.SPIN]
+        return pa[State.ANGLE] - pb[State.ANGLE], pa[State.SPIN] - pb[State.SPIN]
     ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
     dx, dy = tables.directions[k, 0], tables.directions[k, 1]
     grad[2], grad[5] = 0.0, 0.0
@@ -161,7 +173,7 @@ def measure(tables, work, k, grad):
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
         dx, dy = ex / length, ey / length
     elif kind == MeasureKind.TURNING:
-        c, sn = np.cos(pb[State.TURN]), np.sin(pb[State.TURN])
+        c, sn = np.cos(pb[State.ANGLE]), np.sin(pb[State.ANGLE])
         dx, dy = c * dx - sn * dy, sn * dx + c * dy
         grad[5] = dx * ey - dy * ex
     grad[0], grad[1], grad[3], grad[4] = dx, dy, -dx, -dy
@@ -169,8 +181,8 @@ def measure(tables, work, k, grad):
 
 
 @draft
-def hessian(tables, work, k, grad, hess):
-    """Hessian of measure k, of this gradient, by (x, y, angle) of markers a and b; returns False if it is zero."""
+def compute_hessian(tables, work, k, grad, hess):
+    """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient; return False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     for i in range(6):
@@ -192,62 +204,58 @@ def hessian(tables, work, k, grad, hess):
 
 @inline
 def add_gradient(tables, work, k, grad, factor, out):
-    """Add factor times the gradient of measure k by the coordinates."""
+    """Add `factor` times the gradient of measure k by the coordinates."""
     add_force(tables, work, tables.measures[k, Measures.A], factor * grad[0], factor * grad[1], factor * grad[2], out)
     add_force(tables, work, tables.measures[k, Measures.B], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
 @inline
-def put_gradient(tables, work, k, grad, factor, out, at):
-    """Write factor times the gradient of measure k by the coordinates of marker a, then of marker b, to out from `at`.
-
-    Returns the index after them.
-    """
+def write_gradient(tables, work, k, grad, factor, out, index):
+    """Write `factor` times the gradient of measure k by the coordinates of a, then b, to `out`; return the index after it."""
     for side in range(2):
         m = tables.measures[k, Measures.A + side]
         fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
         first = tables.markers[m, Markers.FIRST]
         for i in range(tables.markers[m, Markers.COUNT]):
-            out[at] = fx * work.slope[0, first + i] + fy * work.slope[1, first + i] + turning * work.slope[2, first + i]
-            at += 1
-    return at
+            out[index] = (
+                fx * work.jacobian[0, first + i] + fy * work.jacobian[1, first + i] + turning * work.jacobian[2, first + i]
+            )
+            index += 1
+    return index
 
 
 @draft
-def add_pair(tables, work, pair, slopes, factor, right, out):
-    """Add factor J^T slopes R of two markers to the block of their coordinates, slopes of shape (6, 6).
+def add_pair(tables, work, pair, matrix, factor, right, out):
+    """Add factor J^T H R of two markers to the block of their coordinates, H the `matrix` of shape (6, 6).
 
-    R is J itself, work.slope, or the derivatives of the markers' rates by the coordinates, work.drift. The pair is (marker,
-    marker, where the block begins).
+    R is J itself, work.jacobian, or work.jacobian_rate. The `pair` is (marker, marker, first row of the block).
     """
-    start = pair[2]
+    first_row, size = pair[2], tables.markers[pair[0], Markers.COUNT]
     for i in range(2):
-        one, to = pair[i], start + i * tables.markers[pair[0], Markers.COUNT]
-        first = tables.markers[one, Markers.FIRST]
+        row, first, rows = first_row + i * size, tables.markers[pair[i], Markers.FIRST], tables.markers[pair[i], Markers.COUNT]
         for j in range(2):
-            other, across = pair[j], start + j * tables.markers[pair[0], Markers.COUNT]
-            begin = tables.markers[other, Markers.FIRST]
-            for m in range(tables.markers[one, Markers.COUNT]):
-                tx, ty, ta = _row_times(work, first + m, slopes, 3 * i, 3 * j, factor)
+            column, begin = first_row + j * size, tables.markers[pair[j], Markers.FIRST]
+            for m in range(rows):
+                tx, ty, ta = _multiply_jacobian(work, first + m, matrix, 3 * i, 3 * j, factor)
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
-                    for n in range(tables.markers[other, Markers.COUNT]):
+                    for n in range(tables.markers[pair[j], Markers.COUNT]):
                         k = begin + n
-                        out[to + m, across + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
+                        out[row + m, column + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
 @draft
 def clear_block(tables, work, block):
-    """Set a block's entries to zero."""
+    """Set the entries of a block to zero."""
     m = tables.blocks[block, BlockColumn.WIDTH]
     for i in range(m):
         for j in range(m):
-            work.stiff[i, j] = 0.0
-            work.damp[i, j] = 0.0
+            work.block_stiffness[i, j] = 0.0
+            work.block_damping[i, j] = 0.0
 
 
 @draft
 def add_entries(tables, block, entries, values):
-    """Add a block's entries to those of the whole matrix."""
+    """Add the entries of a block to the nonzeros of the whole matrix."""
     _, m, slot = tables.blocks[block]
     for i in range(m):
         for j in range(m):
@@ -256,21 +264,22 @@ def add_entries(tables, block, entries, values):
 
 
 @inline
-def rate_of(work, one, other, k):
-    """Component k of the six rates of markers a and b."""
+def get_rate(work, one, other, k):
+    """Return component k of the six rates of markers a and b."""
     return work.state[one, State.VX + k] if k < 3 else work.state[other, State.VX + k - 3]
 
 
 @inline
-def bias_of(tables, work, k, grad, hess):
-    """Second rate of measure k, of this gradient, at zero coordinate acceleration."""
+def compute_bias(tables, work, k, grad, hess):
+    """Return the second time derivative of measure k at zero coordinate acceleration, from its gradient."""
     a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
         total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]
-    if tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE) and hessian(tables, work, k, grad, hess):
+    is_curved = tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE)
+    if is_curved and compute_hessian(tables, work, k, grad, hess):
         for i in range(6):
             for j in range(6):
-                total += rate_of(work, a, b, i) * hess[i, j] * rate_of(work, a, b, j)
+                total += get_rate(work, a, b, i) * hess[i, j] * get_rate(work, a, b, j)
     return total
 
 

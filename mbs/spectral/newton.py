@@ -1,4 +1,8 @@
-"""Newton's method for the nodes of a step, compiled, with matrices that are kept while it converges. See `radau`."""
+"""Simplified Newton's method for the three nodes of a Radau step, compiled.
+
+Its matrices are kept from step to step while it converges. Symbols: h length of the step, G Jacobian of the constraints, n
+coordinates, r constraints. Equations (3) and (4): docs/theory-spectral.md; transformation: Hairer and Wanner 1996, IV.8.
+"""
 
 from __future__ import annotations
 
@@ -7,92 +11,98 @@ import numpy as np
 from .compiling import copy, draft
 from .fronts import factor, solve
 from .kernel import (
-    add_mass_slope,
-    add_multipliers,
+    add_inertia_stiffness,
+    add_multiplier_stiffness,
     add_reactions,
     add_rows,
-    forces,
-    mass_matrix,
-    mass_times,
-    row_times,
-    rows_at,
-    tangents,
+    compute_forces,
+    compute_rows,
+    compute_tangents,
+    fill_mass,
+    multiply_mass,
+    multiply_row,
 )
-from .radau import BACK, NODES, PAIR, REAL, ROUNDING, A, T, integrate, size_of, solve_real
-from .strips import MIXED, RENEWED, carry_stresses
+from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVERSE, A, T, integrate, measure_change, solve_real
+from .strips import MIXED, RENEWED, advance_stresses
 from .tables import Instant
 
-MOST = 14
-"""Newton iterations with one matrix."""
-LEAST_REMAINDER = 0.1
-"""Least error assumed after a first Newton step, over that step, however fast the last time step converged."""
+MOST_ITERATIONS = 14
+"""Largest number of iterations with one matrix; 3 to 6 suffice with a fresh one."""
+LEAST_ERROR_RATIO = 0.1
+"""Least error assumed after a first increment, over the increment, as the last step's rate of convergence may not hold."""
 SLOW = 0.3
-"""Ratio of successive Newton steps beyond which the next time step has a new matrix."""
+"""Ratio of successive increments above which the next step computes new matrices."""
 
 
 @draft
-def renew(tables, orders, work, state, t, h, counts):
+def renew_matrices(tables, orders, work, state, t, h, counts):
     """Compute and factor the real and the complex Newton matrix at the middle node; return False if they are not finite."""
     q, lam = state.node_q[1], state.node_lam[1]
     since = NODES[1] * h
     copy(state.node_stress[1], work.stress)
-    work.strip_form[0] = RENEWED  # strips in the mixed form keep their B0 of here
+    work.strip_form[0] = RENEWED  # B0 of the strips' mixed form is computed here
     now = Instant(t + since, since, q, state.node_v[1], lam, state.memory)
-    forces(tables, work, now, state.force)
+    compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
-    mass_matrix(tables, work, q, state.mass)
-    tangents(tables, work, now, state.mass, state.damping, state.stiffness)
-    rows_at(tables, work, t + since, state.gap, state.jacobian, state.speed)
+    fill_mass(tables, work, q, state.mass)
+    compute_tangents(tables, work, now, state.mass, state.damping, state.stiffness)
+    compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
     add_rows(tables, state.jacobian, state.mass)
-    add_multipliers(tables, work, q, lam, state.stiffness)
+    add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:
-        add_mass_slope(tables, work, q, state.node_a[1], state.stiffness)
+        add_inertia_stiffness(tables, work, q, state.node_a[1], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.mass.sum()):
         return False
-    k1, k2 = h / REAL, h / PAIR
+    k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
     for i in range(state.mass.size):
-        state.matrix[i] = state.mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
+        state.real_matrix[i] = state.mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
         state.complex_matrix[i] = state.mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
-    factor(orders.newton, state.matrix, state.real, state.real_swaps, state.amount_of_row)
-    factor(orders.newton, state.complex_matrix, state.complex, state.complex_swaps, state.amount_of_row)
-    state.remainder[0] = 1.0
+    factor(orders.newton, state.real_matrix, state.real_factors, state.real_swaps, state.row_magnitude)
+    factor(orders.newton, state.complex_matrix, state.complex_factors, state.complex_swaps, state.row_magnitude)
+    state.error_ratio[0] = 1.0
     return True
 
 
 @draft
-def _residuals(tables, work, state, t, h):
-    """Compute the residual of the equations at the three nodes; slacks are those of stresses that are unknowns."""
+def _compute_residuals(tables, work, state, t, h):
+    """Compute the residuals of motion and of G v = speed at the nodes, and those of the strips' stresses."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
         since, residual, lam = NODES[i] * h, state.residual[i], state.node_lam[i]
         at, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
         copy(state.node_stress[i], work.stress)
-        forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
+        compute_forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
         copy(work.slack, state.node_slack[i])
-        rows_at(tables, work, at, state.gap, state.jacobian, state.speed)
-        mass_times(tables, q, state.node_a[i], residual[:n])
+        compute_rows(tables, work, at, state.violation, state.jacobian, state.speed)
+        multiply_mass(tables, q, state.node_a[i], residual[:n])
         for k in range(n):
             residual[k] -= state.force[k]
         add_reactions(tables, state.jacobian, lam, residual)
         for k in range(r):
-            residual[n + k] = row_times(tables, k, state.jacobian, v) - state.speed[k]
+            residual[n + k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
 
 
 @draft
-def _correct(tables, orders, work, state, h):
-    """Take a Newton step, by way of k times the multipliers; return its size in the error control's units, and in full sizes."""
-    n, m, size, whole = state.q.size, state.step.size, 0.0, 0.0
-    k1, k2 = h / REAL, h / PAIR
+def _apply_increment(tables, orders, work, state, h):
+    """Add one Newton increment to rates, multipliers and stresses at the nodes; return its largest component in two norms.
+
+    The norms are that of the error control and that of full units. Multipliers are scaled by k = h/eigenvalue of A^-1, so that
+    G stands in the matrices without a factor.
+    """
+    n, m, size, full_size = state.q.size, state.real_solution.size, 0.0, 0.0
+    real, complex_ = state.real_solution, state.complex_solution
+    k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
     for k in range(m):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
-        one = BACK[0, 0] * r0 + BACK[0, 1] * r1 + BACK[0, 2] * r2
-        two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
-        state.step[k], state.complex_step[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
-    solve_real(orders, state, state.step)
-    solve(orders.newton, state.complex, state.complex_swaps, state.complex_step, state.complex_part)
+        b = T_INVERSE
+        one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
+        two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
+        real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
+    solve_real(orders, state, real)
+    solve(orders.newton, state.complex_factors, state.complex_swaps, complex_, state.complex_front_work)
     for k in range(m):
-        one, two = (state.step[k], state.complex_step[k]) if k < n else (state.step[k] / k1, state.complex_step[k] / k2)
+        one, two = (real[k], complex_[k]) if k < n else (real[k] / k1, complex_[k] / k2)
         for i in range(3):
             change = T[i, 0] * one + T[i, 1] * two.real - T[i, 2] * two.imag
             if k < n:
@@ -103,45 +113,46 @@ def _correct(tables, orders, work, state, h):
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
-            whole = max(whole, abs(state.dq[i, k]) / state.full_unit[k])
+            full_size = max(full_size, abs(state.dq[i, k]) / state.full_unit[k])
             if not abs(state.dq[i, k]) < np.inf:
                 return np.inf, np.inf  # nan fails all comparisons
-        size = max(size, size_of(state, tables.elastic, state.dq[i]))
-        carry_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_slack[i])
+        size = max(size, measure_change(state, tables.elastic, state.dq[i]))
+        advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_slack[i])
     integrate(state, h)
-    return size, whole
+    return size, full_size
 
 
 @draft
-def newton(model, t, h, allowed, fresh, counts):
-    """Solve for the nodes to an `allowed` error; return the ratio of the last two Newton steps if it converged, else 2.
+def solve_nodes(model, t, h, allowed, new, counts):
+    """Solve the equations at the nodes to an `allowed` error; return the ratio of the last two increments, or 2 if this fails.
 
-    With `fresh` the matrix is new. A kept one that would not converge in the iterations left is renewed at the present nodes.
+    If `new`, the matrices are computed first. Kept matrices are renewed once, at the present nodes, if the iterations left
+    would not suffice. With the ratio theta the error after an increment is theta/(1 - theta) times it, the `error_ratio`.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    last, ratio, left = 0.0, 0.0, MOST
-    if fresh and not renew(tables, orders, work, state, t, h, counts):
+    last, ratio, left = 0.0, 0.0, MOST_ITERATIONS
+    if new and not renew_matrices(tables, orders, work, state, t, h, counts):
         return 2.0
-    remainder = max(state.remainder[0], LEAST_REMAINDER)
+    error_ratio = max(state.error_ratio[0], LEAST_ERROR_RATIO)
     while left > 0:
         left -= 1
-        _residuals(tables, work, state, t, h)
-        size, whole = _correct(tables, orders, work, state, h)
+        _compute_residuals(tables, work, state, t, h)
+        size, full_size = _apply_increment(tables, orders, work, state, h)
         counts.iterations += 1
         if not np.isfinite(size):
             return 2.0
         if last > 0.0:
             ratio = size / last
             if ratio < 0.99:
-                remainder = ratio / (1.0 - ratio)
-            is_slow = left < MOST - 2 and (ratio >= 0.99 or size * remainder * ratio**left > allowed)
-            if whole > ROUNDING and (ratio > 2.0 or is_slow):
-                if fresh or not renew(tables, orders, work, state, t, h, counts):
+                error_ratio = ratio / (1.0 - ratio)
+            is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
+            if full_size > ROUNDING and (ratio > 2.0 or is_slow):
+                if new or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
-                fresh, last, left, remainder = True, 0.0, MOST, 1.0
+                new, last, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
                 continue
-        if whole <= ROUNDING or remainder * size <= allowed:
-            state.remainder[0] = remainder
-            return min(ratio, 1.0)  # above 1 between two steps of the size of rounding
+        if full_size <= ROUNDING or error_ratio * size <= allowed:
+            state.error_ratio[0] = error_ratio
+            return min(ratio, 1.0)  # rounding alone may make it larger than 1
         last = size
     return 2.0

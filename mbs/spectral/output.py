@@ -66,6 +66,14 @@ CONTROLS = _record_type(
 """Options of an integrator, constant during a run."""
 
 
+SMALLEST_RATIO = 0.2
+"""Least ratio of the lengths of a step and the one before it."""
+LARGEST_RATIO = 5.0
+"""Largest ratio of these lengths."""
+STOP_REACH = 1.0001
+"""A step whose stop is nearer than so many step lengths ends there. A step to an onset is not lengthened: it would pass it."""
+
+
 def blank(kind: np.dtype[np.void]) -> Record:
     """Return a record of zeros."""
     return np.zeros(1, kind).view(np.recarray)[0]
@@ -93,16 +101,16 @@ RadauState = namedtuple(
     "q v a lam stress "  # state at the start of the step; stress (p, 3)
     "node_q node_v node_a node_lam node_stress node_slack "  # the same at the three nodes; residuals of the stresses
     "past_v past_lam past_stress "  # last step: rates at its start and nodes (4, n), the others at its second node
-    "residual right step complex_step dq dv "  # Newton's method: residuals (3, n + r), right side, its solutions, changes (3, n)
-    "force gap speed change jacobian start_jacobian "  # f; g; right sides of G v = speed, G a = change; G, also at the start
-    "mass damping stiffness matrix complex_matrix "  # nonzeros (slots + 1,) of M with G and -df/dlambda, C, K, Newton matrices
-    "real complex real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
+    "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
+    "force violation speed change jacobian start_jacobian "  # f; g; G v = speed, G a = change; G, also at the start
+    "mass damping stiffness real_matrix complex_matrix "  # nonzeros (slots + 1,) of M with G, -df/dlambda; C; K
+    "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
     "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
-    "amount_of_row part complex_part "  # work arrays of the factorisation and the solution
+    "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution
     "memory start_memory start_reports end_reports largest_force "  # of forces: (k, 4) and (k, 8), see `tables`; [N] (k,)
     "start_deformation largest_deformation "  # inner coordinates at t = 0 (e,); largest change of each group that shares a unit
     "full_unit inverse_unit across_unit chord "  # units of coordinates (n,); one over those of the error control (n,); see below
-    "remainder",  # error after a Newton step over that step, as its convergence rate tells, (1,)
+    "error_ratio",  # error after a Newton increment over the increment, from the rate of convergence, (1,)
 )
 """State of the implicit integrator, unknowns of its step, work arrays.
 
@@ -122,9 +130,9 @@ class Radau(NamedTuple):
 
 DormandPrinceState = namedtuple(
     "DormandPrinceState",
-    "y new trial rates "  # state (q, v, bristles) at the start of the step, at its end, at a stage; rates of the seven stages
-    "lam force residual speed change jacobian "  # as those of `RadauState`
-    "factored_jacobian matrix factors swaps amount part right "  # G of the factors; saddle-point matrix, factors, work arrays
+    "y y_new y_stage stage_rates "  # states (q, v, bristles) at start, end, one stage; rates of all stages
+    "lam force violation speed change jacobian "  # as those of `RadauState`
+    "factored_jacobian matrix factors swaps row_magnitude front_work right_side "  # of [M G^T; G 0]
     "memory start_reports "  # as those of `RadauState`
     "largest_rate units "  # largest rate so far in units of coordinates (1,) [1/s]; these units (n,)
     "has_factors free_modes",  # 1 once there are factors; 1 if there are modal links and no constraint acts on them

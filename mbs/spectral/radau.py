@@ -1,7 +1,10 @@
-"""One step of the collocation at three Radau points, compiled: first guess, error, projection; `newton` solves the equations.
+"""One step of collocation at the three Radau points, compiled: first guess, error estimate, projection onto the constraints.
 
-Unknowns are rates and multipliers at the nodes; constraints hold at the level of velocities (index 2). The eigenvectors of A^-1
-decouple Newton's equations into a real and a complex problem. Equations and sources: docs/theory-spectral.md, (3) to (5).
+The module `newton` solves the equations. Unknowns are rates and multipliers at the nodes; constraints hold for velocities
+(index 2). The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system.
+Equations (3) to (5) and sources: docs/theory-spectral.md.
+
+Symbols: n coordinates q, rates v, r multipliers lam, step length h, constraints g(q, t) = 0 with Jacobian G.
 """
 
 from __future__ import annotations
@@ -12,14 +15,19 @@ import numpy as np
 
 from .compiling import draft
 from .fronts import factor, solve
-from .kernel import add_reactions, changes_at, forces, mass_times, renew_mass, row_times, rows_at
+from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
 from .lawtable import BEFORE
 from .markers import place_markers
-from .tables import STATE, Instant
+from .tables import STATE, Elastic, Instant
 
 
 def _coefficients() -> tuple[Any, ...]:
-    """Nodes, A, A^-1, its real and complex eigenvalue, T and T^-1 that diagonalise it, weights of the error."""
+    """Compute the coefficients of the method: nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, weights of the
+    error.
+
+    T has the real eigenvector, and real and imaginary part of the complex one, as columns. Weights: Hairer and Wanner 1996,
+    IV.8.
+    """
     root = np.sqrt(6.0)
     nodes = np.array([(4 - root) / 10, (4 + root) / 10, 1.0])
     powers = np.vander(nodes, increasing=True)
@@ -31,29 +39,33 @@ def _coefficients() -> tuple[Any, ...]:
     return nodes, a, np.linalg.inv(a), float(values[real].real), complex(values[pair]), t, np.linalg.inv(t), weights
 
 
-NODES, A, INVERSE, REAL, PAIR, T, BACK, ERROR = _coefficients()
-PAST = np.array([0.0, NODES[0], NODES[1], 1.0])
-"""Places at which the last step's rates are known, over the step."""
+NODES, A, A_INVERSE, REAL_EIGENVALUE, COMPLEX_EIGENVALUE, T, T_INVERSE, ERROR_WEIGHTS = _coefficients()
+START_AND_NODES = np.array([0.0, NODES[0], NODES[1], 1.0])
+"""Fractions of the last step at which its rates are known."""
 ROUNDING = 1e-14
-"""A Newton step below this, of the coordinates' whole units, can grow no smaller. What is left adds up: at a hundred times more
-no tolerance below 1e-8 makes a double pendulum of 10 s better."""
+"""Newton increment, over the full unit of its coordinate, that counts as rounding. The errors left add up over steps: with a
+hundred times more a double pendulum of 10 s cannot gain accuracy at tolerances below 1e-8."""
 LEAST_ERROR = 1e-11
-"""Least error of an inner coordinate, over its whole unit, that is asked for: less lets a strip that is hardly bent take more
-steps than what one sees of it needs."""
-SHARE = 100.0
-"""The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
+"""Least error of an inner coordinate, over its full unit, that the error control resolves. A smaller one costs steps for a
+strip that hardly bends, and changes no signal."""
+LEAST_UNIT = 1e-5
+"""Least unit of an inner coordinate over its full unit, at any tolerance."""
+DEFORMATION_FACTOR = 100.0
+"""Unit of an inner coordinate of a strip or mode, over the largest deformation so far of its strip piece or link."""
+ROUNDED_CONSTRAINT = 1e-13
+"""Residual of a constraint [m or rad] that counts as rounding."""
 MOST_EXTRAPOLATION = 100.0
-"""Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
+"""Longest step that starts from the last one's polynomial, over that step: rounding grows with the cube of the ratio."""
 
 
 @draft
-def size_of(state, elastic, u):
-    """Largest component of a change u of the coordinates, in their units."""
+def measure_change(state, elastic, u):
+    """Compute the largest component of a change u (n,) of the coordinates, in the units of the error control."""
     worst = 0.0
     for i in range(u.size):
         worst = max(worst, abs(u[i]) * state.inverse_unit[i])
     for k in range(elastic.shape[0]):
-        i, j = elastic[k, 0], elastic[k, 1]
+        i, j = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND]
         if j >= 0:
             c, sn = state.chord[k, 0], state.chord[k, 1]
             worst = max(worst, abs(c * u[i] + sn * u[j]) / state.full_unit[i], abs(c * u[j] - sn * u[i]) / state.across_unit[k])
@@ -61,38 +73,40 @@ def size_of(state, elastic, u):
 
 
 @draft
-def lagrange(at, j):
-    """Lagrange's polynomial j of the places where a step's rates are known, at a fraction of the step."""
-    factor = 1.0
+def evaluate_lagrange(fraction, j):
+    """Evaluate Lagrange polynomial j of `START_AND_NODES` at a fraction of the step."""
+    value = 1.0
     for m in range(4):
         if m != j:
-            factor *= (at - PAST[m]) / (PAST[j] - PAST[m])
-    return factor
+            value *= (fraction - START_AND_NODES[m]) / (START_AND_NODES[j] - START_AND_NODES[m])
+    return value
 
 
 @draft
-def predict(state, h, before):
-    """First guess at the nodes: rates by the last step's polynomial, multipliers and stresses by the line through its last two
-    nodes. After a jump or a tiny step rates are guessed by the present acceleration, the others as they are.
+def predict(state, h, last_h):
+    """Fill in the first guess at the nodes; `last_h` is the length of the last step, 0 after a jump.
+
+    Rates continue the last step's polynomial of third degree, multipliers and stresses the line through its last two nodes.
+    After a jump or a tiny step the present acceleration extrapolates rates, and the others stay constant.
     """
-    n, known = state.q.size, h < MOST_EXTRAPOLATION * before
+    n, extrapolates = state.q.size, h < MOST_EXTRAPOLATION * last_h
     for i in range(3):
         rates, stress, slope = state.node_v[i], state.node_stress[i], 0.0
-        if known:
-            slope = NODES[i] * h / (before * (1.0 - NODES[1]))
+        if extrapolates:
+            slope = NODES[i] * h / (last_h * (1.0 - NODES[1]))
         for k in range(state.lam.size):
             state.node_lam[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
         for p in range(state.stress.size):
             stress.flat[p] = state.stress.flat[p] + slope * (state.stress.flat[p] - state.past_stress.flat[p])
-        if not known:
+        if not extrapolates:
             for k in range(n):
                 rates[k] = state.v[k] + NODES[i] * h * state.a[k]
             continue
-        at = 1.0 + NODES[i] * h / before
+        fraction = 1.0 + NODES[i] * h / last_h
         for k in range(n):
             rates[k] = state.v[k] - state.past_v[3, k]
         for j in range(4):
-            factor, past = lagrange(at, j), state.past_v[j]
+            factor, past = evaluate_lagrange(fraction, j), state.past_v[j]
             for k in range(n):
                 rates[k] += factor * past[k]
 
@@ -104,143 +118,151 @@ def integrate(state, h):
         for k in range(state.q.size):
             r0, r1, r2, v = state.node_v[0, k], state.node_v[1, k], state.node_v[2, k], state.v[k]
             state.node_q[i, k] = state.q[k] + h * (A[i, 0] * r0 + A[i, 1] * r1 + A[i, 2] * r2)
-            state.node_a[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
+            state.node_a[i, k] = (A_INVERSE[i, 0] * (r0 - v) + A_INVERSE[i, 1] * (r1 - v) + A_INVERSE[i, 2] * (r2 - v)) / h
 
 
 @draft
-def renew_heavy(tables, orders, work, state, q, jacobian):
-    """Factor [M G^T; G 0] with these rows."""
+def factor_saddle(tables, orders, work, state, q, jacobian):
+    """Factor the saddle-point matrix [M G^T; G 0] with the given Jacobian."""
     renew_mass(tables, work, q, jacobian, state.saddle)
-    factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.amount_of_row)
+    factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.row_magnitude)
 
 
 @draft
 def solve_real(orders, state, right):
     """Solve with the real Newton matrix, in place."""
-    solve(orders.newton, state.real, state.real_swaps, right, state.part)
+    solve(orders.newton, state.real_factors, state.real_swaps, right, state.front_work)
 
 
 @draft
-def _embedded_slope(nodes, start, k):
-    """Contribution of the nodes to component k of the embedded formula, times the length of the step."""
-    return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
+def _combine_nodes(nodes, start, k):
+    """Compute component k of the embedded formula: the weighted sum of the changes from the start to the nodes."""
+    w = ERROR_WEIGHTS
+    return w[0] * (nodes[0, k] - start[k]) + w[1] * (nodes[1, k] - start[k]) + w[2] * (nodes[2, k] - start[k])
 
 
 @draft
-def error_of(tables, orders, state, h):
-    """Compute the local error of the coordinates in state.step; return its size in their units."""
-    n, r, k1 = state.q.size, state.lam.size, h / REAL
-    moved, pushed = state.dq[0], state.dv[0]
+def estimate_error(tables, orders, state, h):
+    """Compute the local error of the coordinates, in state.real_solution; return its norm in their units.
+
+    The embedded formula of third order is filtered by the real Newton matrix: docs/theory-spectral.md, error.
+    """
+    n, r, k1, error = state.q.size, state.lam.size, h / REAL_EIGENVALUE, state.real_solution
+    rate_error, acceleration_error = state.dq[0], state.dv[0]
     for k in range(n):
-        moved[k] = state.v[k] + _embedded_slope(state.node_q, state.q, k) / h
-        pushed[k] = state.a[k] + moved[k] / k1 + _embedded_slope(state.node_v, state.v, k) / h
-    mass_times(tables, state.q, pushed, state.step[:n])
+        rate_error[k] = state.v[k] + _combine_nodes(state.node_q, state.q, k) / h
+        acceleration_error[k] = state.a[k] + rate_error[k] / k1 + _combine_nodes(state.node_v, state.v, k) / h
+    multiply_mass(tables, state.q, acceleration_error, error[:n])
     for k in range(tables.row.size):
         if tables.row[k] < n and tables.col[k] < n:
-            state.step[tables.row[k]] += state.damping[k] * moved[tables.col[k]]
+            error[tables.row[k]] += state.damping[k] * rate_error[tables.col[k]]
     for i in range(n):
-        state.step[i] *= k1 * k1
+        error[i] *= k1 * k1
     for k in range(r):
-        state.step[n + k] = k1 * row_times(tables, k, state.start_jacobian, moved)
-    solve_real(orders, state, state.step)
-    return size_of(state, tables.elastic, state.step[:n])
+        error[n + k] = k1 * multiply_row(tables, k, state.start_jacobian, rate_error)
+    solve_real(orders, state, error)
+    return measure_change(state, tables.elastic, error[:n])
 
 
 @draft
-def put_back(tables, orders, work, state, t, h):
-    """Project the step's end onto the constraints: coordinates by the Newton matrix, rates and accelerations in the mass metric.
+def project(tables, orders, work, state, t, h):
+    """Project the end of a step onto the constraints: coordinates by the Newton matrix, rates and accelerations in the mass
+    metric.
 
-    Multipliers of rigid links are corrected so that the equations of motion hold along the constraints, and those at the other
-    nodes likewise; see docs/theory-spectral.md, (5).
+    Without strips, multipliers at the end are corrected so that the equations of motion hold along the constraints. Those at
+    the other nodes change in proportion to their time: docs/theory-spectral.md, (5).
     """
     n, r, q, v, a, lam = state.q.size, state.lam.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if r == 0:
         place_markers(tables, work, q, v)
         return
-    lacking, rigid = state.residual[2], state.stress.size == 0
-    if rigid:
-        forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
-        mass_times(tables, q, a, lacking[:n])
+    residual, is_rigid = state.residual[2], state.stress.size == 0
+    if is_rigid:
+        compute_forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
+        multiply_mass(tables, q, a, residual[:n])
         for i in range(n):
-            lacking[i] -= state.force[i]
-    for attempt in range(4):
+            residual[i] -= state.force[i]
+    for iteration in range(4):
         place_markers(tables, work, q, v)
-        rows_at(tables, work, t, state.gap, state.jacobian, state.speed)
+        compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
         worst = 0.0
         for k in range(r):
-            worst = max(worst, abs(state.gap[k]))
-        if attempt == 3 or worst <= 1e-13:
+            worst = max(worst, abs(state.violation[k]))
+        if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
             break
-        _fill(state.right, n, state.gap)
-        solve_real(orders, state, state.right)
+        _fill_right_side(state.right_side, n, state.violation)
+        solve_real(orders, state, state.right_side)
         for i in range(n):
-            q[i] -= state.right[i]
-    changes_at(tables, work, t, BEFORE, state.change)
+            q[i] -= state.right_side[i]
+    compute_changes(tables, work, t, BEFORE, state.change)
     for k in range(r):
-        state.speed[k] = row_times(tables, k, state.jacobian, v) - state.speed[k]
-        state.change[k] = row_times(tables, k, state.jacobian, a) - state.change[k]
-    renew_heavy(tables, orders, work, state, q, state.jacobian)
-    _project(orders, state, state.speed, v)
-    _project(orders, state, state.change, a)
-    if rigid:
-        add_reactions(tables, state.jacobian, lam, lacking)
+        state.speed[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
+        state.change[k] = multiply_row(tables, k, state.jacobian, a) - state.change[k]
+    factor_saddle(tables, orders, work, state, q, state.jacobian)
+    _subtract_correction(orders, state, state.speed, v)
+    _subtract_correction(orders, state, state.change, a)
+    if is_rigid:
+        add_reactions(tables, state.jacobian, lam, residual)
     for k in range(r):
-        lam[k] -= state.right[n + k]
-    if rigid:
-        lacking[n:] = 0.0
-        solve(orders.mass, state.saddle_factors, state.saddle_swaps, lacking, state.part)
+        lam[k] -= state.right_side[n + k]
+    if is_rigid:
+        residual[n:] = 0.0
+        solve(orders.mass, state.saddle_factors, state.saddle_swaps, residual, state.front_work)
         for k in range(r):
             for i in range(3):
-                state.node_lam[i, k] -= NODES[i] * lacking[n + k]
+                state.node_lam[i, k] -= NODES[i] * residual[n + k]
 
 
 @draft
-def _project(orders, state, rows, y):
-    """Subtract from y the change with the given products with the constraints' rows and least kinetic energy."""
-    _fill(state.right, y.size, rows)
-    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right, state.part)
+def _subtract_correction(orders, state, defect, y):
+    """Subtract from y (n,) the vector x of least kinetic energy with G x = defect."""
+    _fill_right_side(state.right_side, y.size, defect)
+    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
     for i in range(y.size):
-        y[i] -= state.right[i]
+        y[i] -= state.right_side[i]
 
 
 @draft
-def _fill(right, n, rows):
-    """Fill a right side with zero for coordinates, and `rows` for multipliers."""
-    right[:] = 0.0
-    for k in range(rows.size):
-        right[n + k] = rows[k]
+def _fill_right_side(right_side, n, defect):
+    """Fill the right side of a saddle-point system with zeros (n,) and the defects of the constraints (r,)."""
+    right_side[:] = 0.0
+    for k in range(defect.size):
+        right_side[n + k] = defect[k]
 
 
 @draft
-def deformation(state, elastic, k):
-    """Return an inner coordinate, or the component of a pair across its chord, whose direction is stored."""
-    i, j = elastic[k, 0], elastic[k, 1]
+def measure_deformation(state, elastic, k):
+    """Return an inner coordinate or, of a pair, the component across its chord; store the chord's direction.
+
+    The chord is the line between the ends of the strip's polynomial piece, row k of tables.elastic.
+    """
+    i, j = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND]
     if j < 0:
         return state.q[i]
-    dx, dy = state.q[elastic[k, 5]] - state.q[elastic[k, 3]], state.q[elastic[k, 6]] - state.q[elastic[k, 4]]
+    dx = state.q[elastic[k, Elastic.END_X]] - state.q[elastic[k, Elastic.START_X]]
+    dy = state.q[elastic[k, Elastic.END_Y]] - state.q[elastic[k, Elastic.START_Y]]
     length = max(np.sqrt(dx * dx + dy * dy), 1e-300)
     state.chord[k, 0], state.chord[k, 1] = dx / length, dy / length
     return state.chord[k, 0] * state.q[j] - state.chord[k, 1] * state.q[i]
 
 
 @draft
-def follow_units(state, elastic, tolerance):
-    """Update the units of inner coordinates: the largest deformation so far, bounded below by rounding.
+def update_units(state, elastic, tolerance):
+    """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, within bounds.
 
-    The unit of a state is 1, or its largest value so far.
+    The upper bound is the full unit, the lower one a share of it, below which rounding decides. The unit of a law's state is 1
+    or its largest value so far.
     """
-    least = max(1e-5, LEAST_ERROR / tolerance)
+    least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):
-        group = elastic[k, 2]
-        state.largest_deformation[group] = max(
-            state.largest_deformation[group], abs(deformation(state, elastic, k) - state.start_deformation[k])
-        )
+        group, change = elastic[k, Elastic.GROUP], abs(measure_deformation(state, elastic, k) - state.start_deformation[k])
+        state.largest_deformation[group] = max(state.largest_deformation[group], change)
     for k in range(elastic.shape[0]):
-        i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
+        i, j, group = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND], elastic[k, Elastic.GROUP]
         if j == STATE:
             state.inverse_unit[i] = min(state.inverse_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
-        unit = min(state.full_unit[i], max(least * state.full_unit[i], SHARE * state.largest_deformation[group]))
+        unit = min(state.full_unit[i], max(least * state.full_unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))
         if j >= 0:
             state.across_unit[k] = unit
         else:

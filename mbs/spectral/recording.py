@@ -42,7 +42,7 @@ def follow(tables, work, out, wanted, traces, reports):
             for c in range(3):
                 total = work.state[m, State.AX + c]
                 for j in range(first, first + count):
-                    total += work.slope[c, j] * out.a[i, tables.places[j]]
+                    total += work.jacobian[c, j] * out.a[i, tables.places[j]]
                 traces[k, 0, i, c], traces[k, 1, i, c], traces[k, 2, i, c] = work.state[m, c], work.state[m, 3 + c], total
         if reports.shape[2] > 0:
             since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0

@@ -109,7 +109,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, or a function of time, angle since t = 0 and speed, and of states."""
     marker = marker_at(builder, load.at(builder.mechanism))
     if load.states is not None:
-        builder.add_stateful(name, load, marker, State.TURN, builder.angle_of(marker))
+        builder.add_stateful(name, load, marker, State.ANGLE, builder.angle_of(marker))
         return
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
     if not callable(load.value):

@@ -131,7 +131,7 @@ def integrate(
     whose force begins smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-    scene.work.state[:, State.TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
+    scene.work.state[:, State.ANGLE] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     start = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)

@@ -1,7 +1,7 @@
 """Rows that the implicit integrator writes, compiled: at the ends of steps, within them, and after a jump.
 
-Between a step's ends coordinates are the quintic with their values, rates and accelerations there, multipliers the cubic through
-the nodes. There are enough rows for linear interpolation between them.
+Within a step coordinates follow the polynomial of fifth degree with the values, rates and accelerations of both ends.
+Multipliers follow the cubic through the nodes. Rows are close enough for linear interpolation between them.
 """
 
 from __future__ import annotations
@@ -9,24 +9,25 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import copy, draft
-from .radau import lagrange, size_of
+from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
 STRAIGHT = 0.75
-"""Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
+"""Exponent of the tolerance in the error allowed of linear interpolation between rows, of coordinates in their units and of
+contacts' depths."""
 MOST_SAMPLES = 40
 """Largest number of rows in a step."""
 JUMP = 0.1
-"""The moment after a jump, of the shortest step."""
+"""Time between a jump and the row written after it, over the shortest step."""
 
 
 @draft
-def write(state, out, counts, t, before):
-    """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
+def write(state, out, counts, t, start):
+    """Write the present state as a row; bristles and sliding speeds are those at the `start` of the step [s]."""
     row = counts.samples
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
-    _write_memory(state, out, row, before)
+    _write_memory(state, out, row, start)
     for k in range(state.start_memory.shape[0]):
         out.memory[row, k, Memory.ONSET] = state.memory[k, Memory.ONSET]
     counts.samples += 1
@@ -46,12 +47,16 @@ def write_after_jump(state, clock, controls, out, counts):
 
 @draft
 def write_at_face(state, out, counts, t, h, moment):
-    """Write a row `moment` after a step's start at time t or, if negative, before its end, where a force jumps."""
-    row, end = counts.samples, moment < 0.0
+    """Write a row near an end of a step at which a contact's force jumps: `moment` after its start or, if negative, before its
+    end [s].
+    """
+    row, is_end = counts.samples, moment < 0.0
     q, v, a, lam = (
-        (state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]) if end else (state.q, state.v, state.a, state.lam)
+        (state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2])
+        if is_end
+        else (state.q, state.v, state.a, state.lam)
     )
-    out.time[row] = t + (h if end else 0.0) + moment
+    out.time[row] = t + (h if is_end else 0.0) + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
         out.q[row, i] = q[i] + moment * v[i]
@@ -60,26 +65,31 @@ def write_at_face(state, out, counts, t, h, moment):
 
 
 @draft
-def _write_memory(state, out, row, before):
-    """Write the memories of forces used in the step to this row; `write` overwrites onset speeds by later ones."""
+def _write_memory(state, out, row, start):
+    """Write the forces' memories used in the step to this row; `write` overwrites onset speeds by later ones."""
     for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
-        m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], before
+        m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], start
         m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
 
 
 @draft
-def samples_in(state, elastic, h, controls, deep):
-    """Number of parts of the step for linear interpolation; `deep` is the relative deviation of depths from a line."""
+def count_parts(state, elastic, h, controls, depth_bending):
+    """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
+
+    The deviation of a quantity from its chord is h^2/8 times its second derivative; `depth_bending` is that of depths,
+    relative.
+    """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))
-    bend = max(size_of(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
-    return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
+    coordinates = measure_change(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT
+    deviation = max(coordinates, depth_bending / controls.contact_tolerance**STRAIGHT)
+    return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 
 @draft
 def write_between(state, out, counts, t, h, parts):
-    """Write rows within the step from the present state to its end, all parts but the last."""
+    """Write rows within a step from time t, at the ends of all parts but the last."""
     for part in range(1, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
@@ -92,7 +102,7 @@ def write_between(state, out, counts, t, h, parts):
             out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
         out.time[row], out.lam[row] = t + y * h, 0.0
         for j in range(4):
-            factor, lam = lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
+            factor, lam = evaluate_lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
             for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]
         _write_memory(state, out, row, t)
@@ -100,6 +110,6 @@ def write_between(state, out, counts, t, h, parts):
 
 
 @draft
-def dense(controls):
+def writes_within_steps(controls):
     """Return True if rows are written within steps."""
     return not controls.fixed and controls.every == 1

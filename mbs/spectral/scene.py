@@ -32,7 +32,7 @@ from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import StrutBody, find_hosts, join_strut
-from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, work_for
+from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, allocate_work
 
 DEGREE = 8
 """Default degree of a strip's polynomials."""
@@ -83,7 +83,7 @@ class CompiledScene:
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(dict.fromkeys(builder.notes)), work_for(tables),
+            list(dict.fromkeys(builder.notes)), allocate_work(tables),
         )  # fmt: skip
         scene._reset_turns()
         scene._set_start_values()
@@ -239,7 +239,7 @@ class CompiledScene:
         self._reset_turns()
         for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
             entry_points.place(self.tables, self.work, each, np.zeros(self.size))
-        return self.work.state[:, State.TURN].copy()
+        return self.work.state[:, State.ANGLE].copy()
 
     def measure(self, measure: int, q: Array) -> float:
         """Compute the value of a measure at coordinates q."""
@@ -268,13 +268,13 @@ class CompiledScene:
         del self.builder.data[numbers:]  # of forces, which `pack` appends
         self.tables.values[:], self.tables.factors[:] = old.values, old.factors
         self.tables.time_factor[:] = old.time_factor
-        self.work = work_for(self.tables)
+        self.work = allocate_work(self.tables)
         self._reset_turns()
 
     def _reset_turns(self) -> None:
         """Set the angles of markers on Kirchhoff strips to those at t = 0, from which their whole turns are counted."""
         for m in np.flatnonzero(self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE):
-            self.work.state[m, State.TURN] = self.builder.angle_of(int(m))
+            self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
 
 
 def _elements_of(mechanism: Mechanism) -> dict[str, Element]:

@@ -65,7 +65,7 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     _, _, _, first, count, *_ = scene.tables.markers[marker]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):
-        out[:, scene.tables.places[i]] += scene.work.slope[:, i]
+        out[:, scene.tables.places[i]] += scene.work.jacobian[:, i]
     return out
 
 
@@ -109,16 +109,16 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         node_q=z((3, n)), node_v=z((3, n)), node_a=z((3, n)), node_lam=z((3, r)),
         node_stress=z((3, p, 3)), node_slack=z((3, p, 3)), past_v=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
-        residual=z((3, m)), right=z(m), step=z(m), complex_step=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)),
-        force=z(n), gap=z(r), speed=z(r), change=z(r), jacobian=z(g), start_jacobian=z(g),
-        mass=z(slots), damping=z(slots), stiffness=z(slots), matrix=z(slots), complex_matrix=z(slots, dtype=complex),
-        real=z(newton.size), complex=z(newton.size, dtype=complex),
+        residual=z((3, m)), right_side=z(m), real_solution=z(m), complex_solution=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)),
+        force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g), start_jacobian=z(g),
+        mass=z(slots), damping=z(slots), stiffness=z(slots), real_matrix=z(slots), complex_matrix=z(slots, dtype=complex),
+        real_factors=z(newton.size), complex_factors=z(newton.size, dtype=complex),
         real_swaps=z(exchanges, dtype=np.int64), complex_swaps=z(exchanges, dtype=np.int64),
         saddle=tables.mass.copy(), saddle_factors=z(mass.size), saddle_swaps=z(len(mass.unknowns), dtype=np.int64),
-        amount_of_row=z(m), part=z(largest), complex_part=z(largest, dtype=complex),
+        row_magnitude=z(m), front_work=z(largest), complex_front_work=z(largest, dtype=complex),
         memory=memory.copy(), start_memory=memory.copy(), start_reports=z((k, 8)), end_reports=z((k, 8)), largest_force=z(k),
         start_deformation=z(e), largest_deformation=z(e),
-        full_unit=scene.units, inverse_unit=z(n), across_unit=z(e), chord=z((e, 2)), remainder=np.ones(1),
+        full_unit=scene.units, inverse_unit=z(n), across_unit=z(e), chord=z((e, 2)), error_ratio=np.ones(1),
     )  # fmt: skip
 
 
@@ -130,10 +130,10 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
     state = DormandPrinceState(
-        y=y, new=y.copy(), trial=y.copy(), rates=z((7, len(y))),
-        lam=np.array(lam, dtype=float), force=z(n), residual=z(r), speed=z(r), change=z(r), jacobian=z(g),
+        y=y, y_new=y.copy(), y_stage=y.copy(), stage_rates=z((7, len(y))),
+        lam=np.array(lam, dtype=float), force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g),
         factored_jacobian=z(g), matrix=tables.mass.copy(), factors=z(order.size), swaps=z(len(order.unknowns), dtype=np.int64),
-        amount=z(n + r), part=z(order.largest), right=z(n + r), memory=memory.copy(), start_reports=z((k, 8)),
+        row_magnitude=z(n + r), front_work=z(order.largest), right_side=z(n + r), memory=memory.copy(), start_reports=z((k, 8)),
         largest_rate=np.array([largest_rate]), units=scene.units,
         has_factors=z(1, dtype=np.int64), free_modes=np.array([int(free_modes)]),
     )  # fmt: skip

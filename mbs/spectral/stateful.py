@@ -41,7 +41,7 @@ def _of(tables, k, first, count, component):
     if state < 0:
         return a, first + component, 0
     b = tables.forces[k, Forces.B]
-    return b + state, State.TURN, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
+    return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
 
 
 @draft
@@ -92,14 +92,14 @@ def add_stateful_tangents(tables, work, k, t, q):
             slope = (slope - _value(tables, work, k, r, count)) / (2.0 * h)
             mr, row, down = _of(tables, k, first, count, r)
             for i in range(tables.markers[mr, Markers.COUNT]):
-                push = slope * work.slope[row, tables.markers[mr, Markers.FIRST] + i]
+                push = slope * work.jacobian[row, tables.markers[mr, Markers.FIRST] + i]
                 for j in range(tables.markers[mc, Markers.COUNT]):
                     at = tables.markers[mc, Markers.FIRST] + j
                     if place:
-                        work.stiff[down + i, across + j] -= push * work.slope[column, at]
+                        work.block_stiffness[down + i, across + j] -= push * work.jacobian[column, at]
                     else:
-                        work.damp[down + i, across + j] -= push * work.slope[column, at]
-                        work.stiff[down + i, across + j] -= push * work.drift[column, at]
+                        work.block_damping[down + i, across + j] -= push * work.jacobian[column, at]
+                        work.block_stiffness[down + i, across + j] -= push * work.jacobian_rate[column, at]
         given[1 + c] = x
     add_geometric(
         tables,
@@ -107,6 +107,6 @@ def add_stateful_tangents(tables, work, k, t, q):
         tables.forces[k, Forces.A],
         q,
         (-out[Report.FX], -out[Report.FY], -out[Report.VALUE] if count == 1 else 0.0),
-        work.stiff,
+        work.block_stiffness,
         0,
     )

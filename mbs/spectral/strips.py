@@ -168,8 +168,12 @@ def _add_strip(tables, work, place, q, v, slopes, f):
             weight * (f0[3] + n[2] * slopes[2, 3]),
         )
         _act(tables.data, m, force, block, nb, local)
-        work.strain[p, 0], work.strain[p, 1], work.strain[p, 2], work.strain[p, 3] = z
-        work.force[p, 0], work.force[p, 1], work.force[p, 2] = weight * n[0], weight * n[1], weight * n[2]
+        work.arguments[p, 0], work.arguments[p, 1], work.arguments[p, 2], work.arguments[p, 3] = z
+        work.weighted_stress[p, 0], work.weighted_stress[p, 1], work.weighted_stress[p, 2] = (
+            weight * n[0],
+            weight * n[1],
+            weight * n[2],
+        )
     for a in range(size):
         f[at[a]] += local[a]
 
@@ -210,7 +214,7 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     clear_block(tables, work, number)
     for g in range(ng):
         p = point + g
-        z = work.strain[p]
+        z = work.arguments[p]
         _slopes(kind, z[0], z[1], z[2], z[3], ez)
         _bends(kind, z[0], z[1], z[2], z[3], ez, ezz)
         h[:], b[:] = 0.0, 0.0
@@ -218,7 +222,7 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
             for i in range(4):
                 r[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
-            stress, stiffness = work.force[p, j], tables.data[d + 5 + g] * tables.data[d + j]
+            stress, stiffness = work.weighted_stress[p, j], tables.data[d + 5 + g] * tables.data[d + j]
             for i in range(4):
                 for k in range(4):
                     h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
@@ -229,12 +233,12 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
                         h[i, k] += stiffness * lag[j] * ez[j, i] * bend
                         b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
         members = _members(order, member, nb, ng, g)
-        _spread(tables.data, members, block, nb, h, work.stiff)
+        _spread(tables.data, members, block, nb, h, work.block_stiffness)
         if damped:
-            _spread(tables.data, members, block, nb, b, work.damp)
-    add_entries(tables, number, work.stiff, stiff)
+            _spread(tables.data, members, block, nb, b, work.block_damping)
+    add_entries(tables, number, work.block_stiffness, stiff)
     if damped:
-        add_entries(tables, number, work.damp, damp)
+        add_entries(tables, number, work.block_damping, damp)
 
 
 @draft
@@ -254,7 +258,7 @@ def _spread(data, members, block, count, h, out):
 
 
 @draft
-def carry_stresses(tables, work, shift, rate_shift, stress, slack):
+def advance_stresses(tables, work, shift, rate_shift, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0
     for strip in range(tables.strips.shape[0]):

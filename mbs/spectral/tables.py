@@ -83,9 +83,13 @@ Directions = IntEnum("Directions", "X Y FACTOR", start=0)
 """Columns of directions: of the measure in its second marker's axes, and its coefficient in its constraint."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
 """Numbers of a force whose law has states: first column of its marker, columns, states, offset of the first column at t = 0."""
+Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
+"""Columns of `elastic`: coordinate, second one of an (x, y) pair or -1, group, coordinates of both ends of the pair's chord."""
+Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
+"""Columns of the table of modal links: first coordinate, number of modes, index of its first number in `data`."""
 STATE = -2
 """Mark in place of an inner coordinate's second one: it is the integral of a law's state."""
-State = IntEnum("State", "X Y TURN VX VY SPIN AX AY TURNING_BIAS COS SIN", start=0)
+State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
 """Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
 
 
@@ -168,26 +172,26 @@ class Work(NamedTuple):
     """State to work in, one for each thread; what of `slope` is constant is written once."""
 
     state: Array  # (markers, 11)
-    slope: Array  # (3, places): derivatives of (x, y, angle) of a marker by its coordinates
-    drift: Array  # (3, places): derivatives of their rates by the coordinates
+    jacobian: Array  # (3, places): derivatives of (x, y, angle) of a marker by its coordinates
+    jacobian_rate: Array  # (3, places): derivatives of their rates by the coordinates
     grad: Array  # (6,): of one measure by (x, y, angle) of two markers
     hess: Array  # (6, 6)
     hess_rate: Array  # (6,): Hessian times the markers' rates
     by_place: Array  # (6, 6): derivatives of one force on two markers by their places
     by_rate: Array  # (6, 6): and by their rates
     scratch: Array  # one strip's coordinates, rates and forces
-    stiff: Array  # (m, m): one block's entries, m unknowns that the largest has
-    damp: Array  # (m, m)
+    block_stiffness: Array  # (m, m): one block's entries, m unknowns that the largest has
+    block_damping: Array  # (m, m)
     strip_form: Array  # (1,): which forces of strips are asked for, see `strips`
     stress: Array  # (points, 3): stresses at all strips' Gauss points
     slack: Array  # (points, 3): what these lack
     b0: Array  # (points, 3, 4): gradients of the strains when tangents were last made
-    strain: Array  # (points, 4): arguments of the strains, from forces to tangents
-    force: Array  # (points, 3): weighted stresses, likewise
+    arguments: Array  # (points, 4): arguments of the strains, from forces to tangents
+    weighted_stress: Array  # (points, 3): weighted stresses, likewise
     reports: Array  # (forces, 8): columns of `Report`
 
 
-def work_for(tables: Tables) -> Work:
+def allocate_work(tables: Tables) -> Work:
     """Make room for these tables."""
     strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
     block = int(tables.blocks[:, 1].max(initial=1))
@@ -200,9 +204,9 @@ def work_for(tables: Tables) -> Work:
         if kind == MarkerKind.GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
         elif kind == MarkerKind.FRAME:
-            work.slope[[0, 1, 2], [first, first + 1, first + 2]] = 1.0
+            work.jacobian[[0, 1, 2], [first, first + 1, first + 2]] = 1.0
         elif kind == MarkerKind.LINEAR:
             for row in range(3):
                 here = slice(row * size, (row + 1) * size)
-                work.slope[row, first:][here] = tables.data[data:][here]
+                work.jacobian[row, first:][here] = tables.data[data:][here]
     return work

@@ -122,12 +122,12 @@ def _rigid(scene, q):
 
 @numba.njit(error_model="numpy")
 def _mass_slope(s, w, q, a, out):
-    kernel.add_mass_slope(s, w, q, a, out)
+    kernel.add_inertia_stiffness(s, w, q, a, out)
 
 
 @numba.njit(error_model="numpy")
 def _mass_times(s, q, a, out):
-    kernel.mass_times(s, q, a, out)
+    kernel.multiply_mass(s, q, a, out)
 
 
 @pytest.mark.parametrize("name", SCENES)
