@@ -19,6 +19,7 @@ from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import idle, suspicions
+from .elements import Drive
 from .functions import EdgeMemory, use_memory
 from .functions.breaks import MOST, WIDTH
 from .functions.edge_memory import SETTLED
@@ -139,7 +140,8 @@ def simulate(
     runs = _Runs(mechanism, timeout, forecast(progress, (1, 1) if accuracy is None and solver else USUAL_RUNS))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
-            element.check_run(duration, name)
+            if isinstance(element, Drive):
+                element.motion.check_run(duration, name)
     ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
     try:
         with use_memory(runs.memory):

@@ -1,4 +1,8 @@
-"""Flexible links: shear-deformable beams and shear-rigid cables, straight or of any stress-free shape."""
+"""Strips of finite elements: shear-deformable beams and shear-rigid cables, straight or of any stress-free shape.
+
+The chord is the line from start to end. A stress-free shape is kept as its tangent angle theta over the fraction s of the arc
+length, and places are integrals of (cos theta, sin theta), so that the arc length is exact.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +16,18 @@ from ..declare import Either, Several, Vector, declared, field, part, quantity, 
 from ..functions.fields import Function
 from ..geometry import Array, cross
 from ..laws.pieces import Reals
-from .element import Body, Linked, Recorded
+from .element import Body, LinkBase, Recorded
 from .section import Profile, Section
 from .signal import Kind, Signal
 
 DEFAULT_ELEMENTS = 8
-"""Default number of elements of a flexible link."""
+"""Default number of finite elements of a strip."""
 RULE = np.polynomial.legendre.leggauss(12)
-"""Gauss points and weights between two stations of a curve."""
+"""Gauss points and weights for the integral of the tangent between two fractions of the arc length."""
 PANELS = 64
-"""Pieces of the quadrature of the place of a point on a curved strip."""
+"""Equal pieces of the arc in the integral of a place: with `RULE` exact to rounding for a half-sine bow."""
+SAMPLES = 401
+"""Points that a shape given as a function is sampled at; the cubic spline through them errs as their number to the power -4."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
 ELEMENTS = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; finer runs for an accuracy double it"
@@ -44,13 +50,13 @@ class Flexible(Body):
     shape: Shape | None
 
     def agree(self) -> None:
-        """Raise a ValueError if two stress-free shapes are given."""
+        """Raise a ValueError if both an imperfection and a shape are given."""
         if self.imperfection and self.shape is not None:
             raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
 
     @property
     def count(self) -> int:
-        """Number of elements."""
+        """Number of finite elements."""
         return self.elements or DEFAULT_ELEMENTS
 
     @property
@@ -59,20 +65,20 @@ class Flexible(Body):
         return 1
 
     def curve(self, chord: float) -> CurvedLine:
-        """Return the stress-free shape for a distance of the ends, m."""
+        """Return the stress-free shape for a length of the chord [m]."""
         if self.shape is None:
             return _bow(chord, self.imperfection)
         return _spline(chord, self.shape)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Return the place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of the ends, m."""
+        """Return the place at a fraction of the stress-free arc length in the link's frame [m], for a length of the chord [m]."""
         if not self.imperfection and self.shape is None:
             return chord * fraction, 0.0
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
         return float(x), float(y)
 
-    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
-        """Yield end shortening, m, axial force, N, tension positive, and deflection of mid-length from the chord, m."""
+    def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening [m], axial force [N], tension positive, and deflection of mid-length from the chord [m]."""
         strip = record.links[link.name]
         start, end = (strip.point(name)[0] for name in (link.start, link.end))
         chord, middle = end - start, strip.middle() - start
@@ -124,34 +130,34 @@ class Cable(Flexible):
 
 @dataclass(frozen=True)
 class CurvedLine:
-    """Stress-free line of a `length` [m]; `direction` maps fractions of it (n,) to angles (n,) of tangent against chord [rad]."""
+    """Stress-free line of a `length` [m]; `direction` is theta [rad] as a function of the fraction s, both (n,)."""
 
     length: float
     direction: Callable[[Reals], Reals]
 
-    def places(self, stations: Array) -> Array:
-        """Integrate places in the chord's frame at increasing fractions in [0, 1], the first 0: (n, 2), m; Gauss quadrature."""
+    def places(self, fractions: Array) -> Array:
+        """Integrate the places (n, 2) [m] at increasing fractions (n,) in [0, 1], the first of them 0, by Gauss quadrature."""
         nodes, weights = RULE
-        half = np.diff(stations)[:, None] / 2
-        theta = self.direction(stations[:-1, None] + half + half * nodes)
+        half = np.diff(fractions)[:, None] / 2
+        theta = self.direction(fractions[:-1, None] + half + half * nodes)
         steps = np.stack([np.cos(theta), np.sin(theta)], axis=-1) * (weights * half)[..., None]
         return self.length * np.concatenate([np.zeros((1, 2)), np.cumsum(steps.sum(axis=1), axis=0)])
 
 
 def _bow(chord: float, bow: float) -> CurvedLine:
-    """Return a half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
+    """Return a half-sine bow, theta = A cos(pi s); to order A^2 its height is A chord/pi, which determines A."""
     amplitude = np.pi * bow / chord
     unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
     unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
     return CurvedLine(chord / unit_chord, unit.direction)
 
 
-SAMPLES = 401
-"""Places taken from a shape given as a function."""
-
-
 def _spline(chord: float, shape: Shape) -> CurvedLine:
-    """Return the line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
+    """Return the smooth line through a shape's points, scaled and turned onto the chord.
+
+    A first cubic spline over the polygon's length gives the arc length, by the trapezoidal rule. A second spline gives theta over
+    the fraction of the arc length. Its line is turned and scaled once more, as its ends miss the chord by the spline's error.
+    """
     from scipy.interpolate import CubicSpline
 
     if callable(shape):
@@ -160,18 +166,18 @@ def _spline(chord: float, shape: Shape) -> CurvedLine:
         points = np.array(shape, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise ValueError("shape: must give finite (x, y)")
-    ends = complex(*(points[-1] - points[0]))
+    span = complex(*(points[-1] - points[0]))
     steps = np.hypot(*np.diff(points, axis=0).T)
-    if not abs(ends) > 0 or not steps.min() > 0:
+    if not abs(span) > 0 or not steps.min() > 0:
         raise ValueError("shape: neighbouring points, and the two ends, must differ")
-    place = ((points[:, 0] + 1j * points[:, 1]) - complex(*points[0])) * chord / ends
-    along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(place)))])
-    rough = CubicSpline(along, np.column_stack([place.real, place.imag]))
-    fine = np.linspace(0.0, along[-1], 20 * SAMPLES)
-    slope = rough(fine, 1)
-    arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (np.hypot(*slope[1:].T) + np.hypot(*slope[:-1].T)) / 2)])
-    direction = CubicSpline(arc / arc[-1], np.unwrap(np.arctan2(slope[:, 1], slope[:, 0])))
-    curve = CurvedLine(1.0, direction)
-    end = complex(*curve.places(np.linspace(0.0, 1.0, 65))[-1])
+    place = ((points[:, 0] + 1j * points[:, 1]) - complex(*points[0])) * chord / span
+    polygon = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(place)))])
+    line = CubicSpline(polygon, np.column_stack([place.real, place.imag]))
+    fine = np.linspace(0.0, polygon[-1], 20 * SAMPLES)
+    tangent = line(fine, 1)
+    speed = np.hypot(*tangent.T)
+    arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (speed[1:] + speed[:-1]) / 2)])
+    direction = CubicSpline(arc / arc[-1], np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0])))
+    end = complex(*CurvedLine(1.0, direction).places(np.linspace(0.0, 1.0, PANELS + 1))[-1])
     angle = float(np.angle(end))
     return CurvedLine(chord / abs(end), lambda s: direction(s) - angle)

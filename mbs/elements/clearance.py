@@ -1,4 +1,7 @@
-"""Joints with clearance: a pin in a bush, contact and friction between them."""
+"""Joints with clearance: a pin in a bush, with contact and friction between them.
+
+The equations of the contact are those of `buckler.mbs.laws.journal`. A record holds the memory of the contact at each step.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,11 @@ from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, meet
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
-from .rows import Row, meets
+from .rows import Row, yield_pin
 from .signal import Depth, Energy, Kind, Signal
 
 PIERCED = 0.05
-"""Depth of a pin in its bush, over the pin's radius, up to which a depth beyond the clearance gives a remark, not SUSPECT."""
+"""Depth of a pin in its bush, over the pin's radius, beyond which a run is suspect if the depth is above the clearance, too."""
 
 
 @declared
@@ -35,7 +38,7 @@ class Clearance(Joint):
 
     title: ClassVar[str] = "clearance at '{point}'"
 
-    point: str = names(doc="where they meet")
+    point: str = names(doc="common point of the two bodies: centre of pin and bush at t = 0")
     first: str = names(doc="link with the pin, or 'ground'")
     second: str = names(doc="link with the bush, or 'ground'")
     pin: float = quantity("m", above=0, doc="radius of the pin")
@@ -52,11 +55,11 @@ class Clearance(Joint):
 
     @property
     def rubs(self) -> str:
-        """Point of the joint, where it has friction."""
+        """Name of the joint's point; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
-        """Check that the clearance is smaller than what it joins."""
+        """Raise a ValueError unless the joint fits its bodies and the clearance is below their lengths."""
         super().check(mechanism)
         lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
         if self.gap >= min(lengths):
@@ -65,11 +68,11 @@ class Clearance(Joint):
             )
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the rows of a pin that is centred in its bush at the start."""
-        return meets(self.point, self.first, self.second, start_only=True)
+        """Yield the rows of a pin that is centred in its bush at t = 0."""
+        return yield_pin(self.point, self.first, self.second, start_only=True)
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth: the clearance or a share of the pin's radius, whichever is larger."""
+        """Yield the largest allowed depth: the larger one of the clearance and `PIERCED` times the pin's radius."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
@@ -79,7 +82,7 @@ class Clearance(Joint):
         yield f"{self.point}.normal_force", f"{self.point}.penetration"
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield a remark if the depth exceeds the clearance, beyond the theory of two cylinders."""
+        """Yield a remark if the depth exceeds the clearance, where no theory of two cylinders in contact holds."""
         deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))
         if deepest > self.gap:
             yield (
@@ -88,10 +91,10 @@ class Clearance(Joint):
             )
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body, N, normal and friction force, N, depth and place of the pin in its bush, m."""
-        found, point = self._touch(name, record), self.point
-        touched = onsets(record.time, found.depth, found.rate)
-        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=touched)
+        """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
+        found, point = self._contact(name, record), self.point
+        changes = onsets(record.time, found.depth, found.rate)
+        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=changes)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)
@@ -103,49 +106,47 @@ class Clearance(Joint):
         touching = found.depth > 0
         yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
 
-    def _touch(self, name: str, record: Recorded) -> Touch:
+    def _contact(self, name: str, record: Recorded) -> PinContact:
         memory, time = record.channel(name, "memory"), record.time
-        found: Touch = record.once(("touch", name), lambda: contact(self, *states(self, record), memory, time))
-        return found
+        return record.once(("contact", name), lambda: contact(self, *states(self, record), memory, time))
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the contact's force on both bodies, with its moment about the centres of pin and bush."""
+        """Yield the contact force on both bodies, with its moments about the centres of pin and bush."""
         pin, bush = states(self, record)
-        found = self._touch(name, record)
-        force, n = np.column_stack([found.fx, found.fy]), np.column_stack([found.nx, found.ny])
-        arm = self.pin * n
+        found = self._contact(name, record)
+        force, arm = np.column_stack([found.fx, found.fy]), self.pin * np.column_stack([found.nx, found.ny])
         for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
             if body != GROUND:
                 yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the energy stored in contact and bristles, and that dissipated by damping and by friction.
+        """Yield the energy stored in contact and bristles, and the energies dissipated by damping and by friction.
 
-        Powers are integrated by Simpson's rule. The state in the middle of a step is interpolated by cubic Hermite polynomials;
-        the bristle there is the mean of those at the ends.
+        Simpson's rule integrates the powers over each step. The motion in the middle of a step is that of cubic Hermite
+        polynomials, the deflection of the bristle the mean of those at both ends of the step.
         """
         pin, bush = states(self, record)
         memory, time = record.channel(name, "memory"), record.time
-        ends = self._touch(name, record)
-        between = memory[1:].copy()
-        between[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
-        h = np.diff(time)
-        between[:, SINCE] = time[:-1] + h / 2
-        middle = contact(self, _half_way(pin, h), _half_way(bush, h), between, between[:, SINCE])
+        ends = self._contact(name, record)
+        steps = np.diff(time)
+        middle_memory = memory[1:].copy()
+        middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
+        middle_memory[:, SINCE] = time[:-1] + steps / 2
+        middle = contact(self, _middle(pin, steps), _middle(bush, steps), middle_memory, middle_memory[:, SINCE])
 
         def work(force: str, speed: str) -> Array:
-            """Integrate a power by Simpson's rule."""
-            power, half = getattr(ends, force) * getattr(ends, speed), getattr(middle, force) * getattr(middle, speed)
-            return np.concatenate([[0.0], np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6)])
+            """Integrate a power by Simpson's rule; force and speed are fields of `PinContact`."""
+            power, half = (getattr(at, force) * getattr(at, speed) for at in (ends, middle))
+            return np.concatenate([[0.0], np.cumsum(steps * (power[:-1] + 4 * half + power[1:]) / 6)])
 
-        elastic, bent = self.law.potential(ends.depth), ends.normal * as_bristle_law(self.friction).stored(ends.bristle)
-        yield Energy("held", "contact", elastic + bent)
-        lost = work("normal", "rate") - (elastic - elastic[0])
-        rubbed = work("tangential", "sliding") - (bent - bent[0])
-        yield Energy("taken", "contact", lost)
-        yield Energy("taken", "friction", rubbed)
-        yield Energy("single", f"{self.point}.taken_contact", lost)
-        yield Energy("single", f"{self.point}.taken_friction", rubbed)
+        elastic, bristle = self.law.potential(ends.depth), ends.normal * as_bristle_law(self.friction).stored(ends.bristle)
+        yield Energy("held", "contact", elastic + bristle)
+        by_damping = work("normal", "rate") - (elastic - elastic[0])
+        by_friction = work("tangential", "sliding") - (bristle - bristle[0])
+        yield Energy("taken", "contact", by_damping)
+        yield Energy("taken", "friction", by_friction)
+        yield Energy("single", f"{self.point}.taken_contact", by_damping)
+        yield Energy("single", f"{self.point}.taken_friction", by_friction)
 
 
 def clearances(mechanism: Parts) -> list[Clearance]:
@@ -154,7 +155,7 @@ def clearances(mechanism: Parts) -> list[Clearance]:
 
 
 class Side(NamedTuple):
-    """One side of the joint: place and velocity of its centre (times, 2), angle and spin of its body (times,)."""
+    """Motion of a pin or bush: place and velocity of its centre (times, 2), angle and its rate, of its body (times,)."""
 
     place: Array
     velocity: Array
@@ -164,23 +165,23 @@ class Side(NamedTuple):
 
 def states(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
     """Return the motion of pin and bush."""
-    at = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
-    pin, bush = (Side(*record.point(side), *record.turn(side)) for side in at)
+    references = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
+    pin, bush = (Side(*record.point(at), *record.turn(at)) for at in references)
     return pin, bush
 
 
-def _half_way(side: Side, h: Array) -> Side:
-    """Interpolate the motion in the middle of each step."""
+def _middle(side: Side, steps: Array) -> Side:
+    """Interpolate the motion in the middle of steps (times - 1,) [s]."""
 
     def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
-        """Evaluate the cubic through both ends."""
+        """Evaluate the cubic Hermite polynomial and its rate from values and rates at both ends."""
         a, b, va, vb = value[:-1], value[1:], rate[:-1], rate[1:]
         return (a + b) / 2 + step * (va - vb) / 8, 1.5 * (b - a) / step - (va + vb) / 4
 
-    return Side(*middle(side.place, side.velocity, h[:, None]), *middle(side.angle, side.spin, h))
+    return Side(*middle(side.place, side.velocity, steps[:, None]), *middle(side.angle, side.spin, steps))
 
 
-class Touch(NamedTuple):
+class PinContact(NamedTuple):
     """Contact of pin and bush, each (times,)."""
 
     normal: Array  # [N]
@@ -189,15 +190,15 @@ class Touch(NamedTuple):
     rate: Array  # of the depth [m/s]
     sliding: Array  # speed [m/s]
     bristle: Array  # deflection [m]
-    fx: Array  # force on the pin [N]
-    fy: Array
-    nx: Array  # direction from bush to pin
-    ny: Array
-    ex: Array  # place of the pin in the bush [m]
-    ey: Array
+    fx: Array  # force on the pin, x [N]
+    fy: Array  # and y
+    nx: Array  # unit vector from the centre of the bush to that of the pin, x
+    ny: Array  # and y
+    ex: Array  # place of the pin in the bush, x [m]
+    ey: Array  # and y
 
 
-def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
+def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
     """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
 
     `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.
@@ -206,27 +207,28 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
-    friction, mean, passed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
-    bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean, passed), 0.0)
+    friction, mean_speed, elapsed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
+    bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean_speed, elapsed), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
     fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx
-    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
+    return PinContact(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 
 class ContactState(IntEnum):
     """Contact states of a pin in its bush."""
 
     FREE = 0
-    IMPACT = 1  # up to the first rebound of the depth
-    CONTINUOUS = 2  # beyond it
+    IMPACT = 1  # until the depth has a first minimum
+    CONTINUOUS = 2  # from that minimum on
 
 
 def contact_state(depth: Array) -> Array:
     """Return the contact state at each sample: continuous from the first minimum of the depth within a contact."""
     touching = depth > 0
-    dip = np.zeros_like(touching)
-    dip[1:-1] = touching[1:-1] & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:]) & touching[:-2] & touching[2:]
-    dips = np.cumsum(dip)
-    start = np.maximum.accumulate(np.where(touching, 0, dips))  # dips counted before the present contact
-    state = np.where(dips > start, ContactState.CONTINUOUS, ContactState.IMPACT)
+    is_minimum = np.zeros_like(touching)
+    within = touching[:-2] & touching[1:-1] & touching[2:]
+    is_minimum[1:-1] = within & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:])
+    minima = np.cumsum(is_minimum)
+    earlier = np.maximum.accumulate(np.where(touching, 0, minima))  # minima before the present contact
+    state = np.where(minima > earlier, ContactState.CONTINUOUS, ContactState.IMPACT)
     return np.where(touching, state, ContactState.FREE).astype(float)

@@ -9,13 +9,13 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carried_by, distance, holder, holder_place, known_link, refers, takes_moments
+from .references import carrier_place, check_link, check_moments, distance, holder, holder_place, refers
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
 
 class Coupling(Element):
-    """Base of couplings of two bodies, seen from a carrier."""
+    """Base of couplings of two bodies; angles are relative to a carrier, the link in which the axles are fixed, or 'ground'."""
 
     title: ClassVar[str] = "{kind:lower} of '{first}' and '{second}'"
     label: ClassVar[str] = "{kind:lower}.{first:body}-{second:body}"
@@ -31,7 +31,7 @@ class Coupling(Element):
         """Raise a ValueError unless bodies and carrier differ, can take a moment, and have the points."""
         carrier = self.carrier
         if carrier != GROUND:
-            known_link(mechanism, carrier, self.where)
+            check_link(mechanism, carrier, self.where)
         for at in self.turning():
             if not place(at).body:
                 raise ValueError(f"{self.where}: '{at}': name link and point, such as 'wheel:A'")
@@ -39,7 +39,7 @@ class Coupling(Element):
         bodies = [place(at).body for at in self.turning()]
         if bodies and len({carrier, *bodies}) != 1 + len(bodies):
             raise ValueError(f"{self.where}: two different bodies are needed, and another carrier")
-        takes_moments(mechanism, (carrier, *bodies), self.where)
+        check_moments(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
         """Return the multiplier of the row: force or torque on the first body."""
@@ -71,8 +71,8 @@ class Gear(Coupling):
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of equal speeds at the pitch point, r the first radius: r turn_1 + (distance - r) turn_2 = 0."""
-        first, second, base = place(self.first), place(self.second), carried_by(mechanism, self.carrier)
+        """Yield the row of equal speeds at the pitch point: r turn_1 + (distance - r) turn_2 = 0, with the first radius r."""
+        first, second, base = place(self.first), place(self.second), carrier_place(mechanism, self.carrier)
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
@@ -81,14 +81,14 @@ class Gear(Coupling):
         tangent, turns = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
-            (1.0, Along(first, carried_by(mechanism, self.carrier, first.point), tangent, turns)),
+            (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns)),
             (radius, Turn(first, base)),
-            (-1.0, Along(second, carried_by(mechanism, self.carrier, second.point), tangent, turns)),
+            (-1.0, Along(second, carrier_place(mechanism, self.carrier, second.point), tangent, turns)),
             (apart - radius, Turn(second, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the torque of the teeth on the second gear about its centre, N m."""
+        """Yield the torque of the teeth on the second gear about its centre [N m]."""
         apart = distance(record.mechanism, self.first, self.second)
         arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
         yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
@@ -118,18 +118,18 @@ class Rack(Coupling):
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of equal speeds along the line at the pitch point: travel of the rack = radius times angle."""
         pinion, rack = place(self.first), place(self.second)
-        base, turns, (dx, dy) = carried_by(mechanism, self.carrier), self.carrier != GROUND, self.along
+        base, turns, (dx, dy) = carrier_place(mechanism, self.carrier), self.carrier != GROUND, self.along
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         lever = dy * (x1 + self.radius * dy - x2) - dx * (y1 - self.radius * dx - y2)  # of the pitch point about the rack's
         yield Row((
-            (1.0, Along(rack, carried_by(mechanism, self.carrier, rack.point), self.along, turns)),
+            (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns)),
             (lever, Turn(rack, base)),
-            (-1.0, Along(pinion, carried_by(mechanism, self.carrier, pinion.point), self.along, turns)),
+            (-1.0, Along(pinion, carrier_place(mechanism, self.carrier, pinion.point), self.along, turns)),
             (-self.radius, Turn(pinion, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force of the teeth on the rack along the line, N."""
+        """Yield the force of the teeth on the rack along the line [N]."""
         yield Signal(f"{name}.force", record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
 
 
@@ -156,12 +156,12 @@ class Belt(Coupling):
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of equal rim speeds: r1 turn_1 -+ r2 turn_2 = 0."""
-        base, back = carried_by(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
-        yield Row(((self.radius, Turn(place(self.first), base)), (back, Turn(place(self.second), base))))
+        """Yield the row of equal rim speeds: r_1 turn_1 - r_2 turn_2 = 0, or + for crossed spans."""
+        base, second = carrier_place(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
+        yield Row(((self.radius, Turn(place(self.first), base)), (second, Turn(place(self.second), base))))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the tension of the span that drives the second pulley, less that of the other span, N."""
+        """Yield the tension of the span that drives the second pulley, less the tension of the other span [N]."""
         yield Signal(f"{name}.force", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
 
 
@@ -213,5 +213,5 @@ class Rope(Coupling):
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the tension, N."""
+        """Yield the tension [N]."""
         yield Signal(f"{name}.tension", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)

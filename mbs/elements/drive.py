@@ -1,4 +1,4 @@
-"""Drives of a mechanism: a constant speed, a ramp, or any motion with its derivative."""
+"""Drives: a prescribed angle or travel, by a constant speed, a ramp of the speed, or any motion with its derivative."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..functions import Expression, Integral, Table, kinks
 from ..functions.fields import Function
 from ..geometry import Array
 from ..validate import number, short
-from .element import GROUND, Driven, Parts, Place, Recorded
+from .element import GROUND, Element, Parts, Place, Recorded
 from .references import check_known
 from .rows import Along, Row, Turn, row
 from .signal import Energy, Kind, Signal
@@ -43,11 +43,11 @@ class Ramp(Declared):
         return self.start * s + (self.end - self.start) * s * s / (2 * self.duration) + self.end * (t - s)
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Return the right-hand derivative of the speed at time t >= 0."""
+        """Return the derivative of the speed after the instant t >= 0; `last` is not used."""
         return (self.end - self.start) / self.duration if t < self.duration else 0.0
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration), s, at which the acceleration jumps."""
+        """Return the times in (0, duration) at which the acceleration jumps [s]."""
         return (self.duration,) if self.duration < duration and self.start != self.end else ()
 
     def check_run(self, duration: float, where: str) -> None:
@@ -76,8 +76,8 @@ class Motion(Declared):
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
 
     def check_run(self, duration: float, where: str) -> None:
-        """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is no number."""
-        times = [share * duration for share in SAMPLES]
+        """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
+        times = [fraction * duration for fraction in SAMPLES]
         speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
@@ -93,25 +93,28 @@ class Motion(Declared):
                 )
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
-        """Compute the difference quotient of the position that is closest to the speed, of three steps, for fast oscillations."""
-        found = []
+        """Compute central differences of the position with three steps, and return the one that is closest to the speed.
+
+        The shorter steps resolve fast oscillations; the longer ones lose fewer digits.
+        """
+        quotients = []
         for h in (step, step / 10, step / 100):
-            places = [_evaluate(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
-            found.append((places[1] - places[0]) / (2 * h))
-        return min(found, key=lambda slope: abs(slope - speed))
+            before, after = (_evaluate(f"{where}: position", self.position, at) for at in (t - h, t + h))
+            quotients.append((after - before) / (2 * h))
+        return min(quotients, key=lambda slope: abs(slope - speed))
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Compute the derivative of the speed from differences over 2e-5 and 1e-5 s, by Richardson's extrapolation.
+        """Compute the derivative of the speed by Richardson extrapolation of differences with the steps h and h/2.
 
-        The speed is taken on one side of kinks, at a kink after it, and never before t = 0 or beyond `last`.
+        All evaluations lie between the kink at or before t, or 0, and the next kink, or `last` [s]. There h is `STEP` or less.
         """
-        known = self.kinks(last)
-        start, end = max((k for k in known if k <= t), default=0.0), min((k for k in known if k > t), default=last)
+        kinks = self.kinks(last)
+        start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)
         h = min(STEP, (end - start) / 4) if end > start else STEP
         return (4 * self._rate(t, h / 2, start, end) - self._rate(t, h, start, end)) / 3
 
     def _rate(self, t: float, h: float, start: float, end: float) -> float:
-        """Compute a difference quotient of the speed, of second order, between two kinks."""
+        """Compute a difference quotient of second order of the speed, central or one-sided so as to stay in [start, end]."""
         if t - h < start:
             return (4 * self.speed(t + h) - 3 * self.speed(t) - self.speed(t + 2 * h)) / (2 * h)
         if t + h > end:
@@ -119,20 +122,20 @@ class Motion(Declared):
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration), s, at which the motion jumps, has a kink or changes quickly."""
+        """Return the times in (0, duration) at which the motion jumps, has a kink or changes quickly [s]."""
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 
 STEP = 1e-5
-"""Step of the differences that check a motion's speed [s]; a tenth of it loses a digit to rounding."""
+"""Longest step of the differences for acceleration and check of the speed [s]; a tenth of it loses a digit to rounding."""
 SPEED_ERROR = 1e-3
 """Largest relative difference of a motion's speed from the derivative of its position."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
-"""Times at which the speed is checked, over the duration of the run."""
+"""Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
 
 
 def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
-    """Evaluate a motion within a run; ValueError if that fails or is no number."""
+    """Evaluate a position or speed; ValueError if the function raises an error or does not return a finite number."""
     try:
         value = function(t)
     except Exception as error:
@@ -141,7 +144,7 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
 
 
 class Speed(Either):
-    """Specification of a speed; a motion made from a formula or table is written as that."""
+    """Specification of a speed; a motion that was made from a formula or table is written as that formula or table."""
 
     def write(self, name: str, value: object) -> Any:
         """Return the formula or table of the speed, if the motion was made from one."""
@@ -149,7 +152,7 @@ class Speed(Either):
 
 
 @declared
-class Drive(Driven):
+class Drive(Element):
     """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
 
     Examples
@@ -178,16 +181,12 @@ class Drive(Driven):
         """Raise a ValueError unless the target is a rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         check_known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
-        if sum(drive.target == self.target for drive in mechanism.drives) > 1:
+        if sum(isinstance(drive, Drive) and drive.target == self.target for drive in mechanism.drives) > 1:
             raise ValueError(f"{self.where}: it is driven twice")
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in a run at which the acceleration jumps."""
+        """Return the times in (0, duration) at which the acceleration jumps [s]."""
         return self.motion.kinks(duration)
-
-    def check_run(self, duration: float, name: str) -> None:
-        """Raise a ValueError if its motion is inconsistent within the run."""
-        self.motion.check_run(duration, name)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of the prescribed angle of the link or travel of the point."""
@@ -198,19 +197,19 @@ class Drive(Driven):
             yield row(Turn(Place(self.target, mechanism.link(self.target).start)), self.motion)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the torque or force of the drive."""
+        """Return the torque [N m] or force [N] of the drive."""
         return {"effort": multipliers}
 
     @property
     def motion(self) -> Motion | Ramp:
-        """The drive as an object with position(t) and speed(t)."""
+        """Motion of the driven coordinate: angle [rad] or travel [m]."""
         if isinstance(self.speed, Ramp | Motion):
             return self.speed
         speed = float(self.speed)  # type: ignore[arg-type]  # formulas and tables are a Motion by now
         return Ramp(speed, speed, 1.0)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield torque, N m, or force, N, of the drive, and the angle, rad, or travel, m, since t = 0."""
+        """Yield torque [N m] or force [N] of the drive, and the angle [rad] or travel [m] since t = 0."""
         turns = self.target not in record.mechanism.points
         effort = record.channel(name, "effort")[:, 0]
         yield Signal(f"{name}.torque" if turns else f"{name}.force", effort, "N m" if turns else "N", Kind.REACTION)

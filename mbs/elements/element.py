@@ -1,41 +1,44 @@
-"""Base of all elements: name, constraints, forces, signals, energies; and references to points.
+"""Base classes of elements and of the bodies of links, and the data on which elements rely.
 
-An element knows its mechanism as `Parts`, and a run of any solver as `Recorded`.
+A point reference is a text that names a point of a body: 'A', 'coupler:A' or 'ground:A'. Elements read their mechanism through
+`Parts`, the base of `Mechanism`, and a run of any solver through `Recorded`, the base of `Record`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from string import Formatter
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from ..declare import Declared
 from ..functions import Called
 from ..geometry import Array
-from .signal import Depth, Energy, Moved, Signal, Slid
+from .signal import Depth, Energy, MovingBody, Signal, SlidingBlock
 
 Pair = tuple[float, float]
+Value = TypeVar("Value")
 GROUND = "ground"
+"""Name of the fixed body in point references."""
 
 
 class Place(NamedTuple):
-    """Reference to a point of a body: a link's name, 'ground', or '' for any link that carries the point."""
+    """Point reference in two parts; the body is a link, a guide's block, 'ground', or '' for any link with the point."""
 
     body: str
     point: str
 
 
 def place(at: str) -> Place:
-    """Read a point reference: 'A', 'coupler:A' or 'ground:A'."""
-    body, colon, point = at.rpartition(":")
-    return Place(body if colon else "", point)
+    """Split a point reference at its colon."""
+    body, _, point = at.rpartition(":")
+    return Place(body, point)
 
 
 class Burden(NamedTuple):
-    """Mass, kg, and moment of inertia, kg m^2, that an element adds to a body at a point reference 'link:point'."""
+    """Mass [kg] and moment of inertia about the point [kg m^2] that an element adds to a body at a point reference."""
 
     at: str
     mass: float
@@ -43,110 +46,98 @@ class Burden(NamedTuple):
 
 
 class Push(NamedTuple):
-    """Force of an element on a body at a point reference: a force, N, (times, 2), and a torque, N m, (times,)."""
+    """Load of an element on a body at a point reference: force (times, 2) [N] and torque (times,) [N m]."""
 
     at: str
     force: Array
     torque: Array
 
     def power(self, record: Recorded) -> Array:
-        """Return the power on the body, W, (times,)."""
+        """Return the power of the load on the body (times,) [W]."""
         return np.asarray((self.force * record.point(self.at)[1]).sum(axis=1) + self.torque * record.turn(self.at)[1])
 
 
-class _Texts(Formatter):
-    """Formatter of titles and labels, which contain fields of an element."""
+def _fill(template: str, element: Element) -> str:
+    """Fill in the fields of a title or label; see `Element`."""
 
-    def format_field(self, value: object, format_spec: str) -> str:
-        """Write a field as it is, in lower case, or the point or body of a reference."""
-        text = str(value)
-        return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[format_spec]
+    def write(match: re.Match[str]) -> str:
+        field_name, part = match.groups()
+        text = type(element).__name__ if field_name == "kind" else str(getattr(element, field_name))
+        return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[part]
 
-    def of(self, text: str, element: Element) -> str:
-        """Fill in the fields of an element."""
-        return self.vformat(text, (), {"kind": type(element).__name__, **vars(element)})
-
-
-TEXTS = _Texts()
+    return re.sub(r"{(\w+):?(\w*)}", write, template)
 
 
 class Element(Declared):
     """Base of the elements of a mechanism.
 
-    `title` is the name in messages; `label` that in a mechanism, where a second element of the same name is `name.2`. Both
-    contain fields in braces; `{point:point}` and `{link:body}` are parts of a reference, `{kind}` and `{kind:lower}` the class.
+    The templates `title` and `label` contain fields in braces: `{a}` is the field `a`, `{a:point}` and `{a:body}` are the parts
+    of a point reference or link `a`, `{kind}` and `{kind:lower}` are the name of the class.
     """
 
     title: ClassVar[str] = ""
+    """Template of the name in messages."""
     label: ClassVar[str] = ""
+    """Template of the name in a mechanism, where a second element of the same name is `name.2`."""
     sense: ClassVar[float] = 1.0
-    """Sign of the signal of its force relative to the multiplier."""
+    """Sign of the force signal relative to the Lagrange multiplier of the constraint."""
 
     @property
     def where(self) -> str:
         """Name in messages."""
-        return TEXTS.of(self.title, self)
+        return _fill(self.title, self)
 
     @property
     def key(self) -> str:
-        """Name in a mechanism."""
-        return TEXTS.of(self.label, self)
+        """Name in the mechanism and of the signals."""
+        return _fill(self.label, self)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if the element does not fit the mechanism."""
 
     def rows(self, mechanism: Parts) -> Iterator[Any]:
-        """Yield the constraints, as `buckler.mbs.elements.rows`; none by default."""
+        """Yield the constraint equations, each a `Row` of `buckler.mbs.elements.rows`; none by default."""
         yield from ()
 
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
-        """Return channels from the multipliers (times, rows) of its rows, for a motion that constraints alone determine.
+        """Return the channels of the reactions from the Lagrange multipliers (times, rows) of `rows`; None if they are not known.
 
-        A multiplier times the coefficient of a term is the force, or torque, on the first body of the term; on the second body
-        it is the opposite. None, the default, if the reactions are not known.
+        A multiplier times the coefficient of a term is the load on the first body of the term, and its opposite on the second.
         """
         return None
 
     @property
     def rubs(self) -> str:
-        """The point or link on which dry friction acts; '' without friction."""
+        """Name of the point or link on which dry friction acts; '' without friction."""
         return ""
 
     @property
     def has_states(self) -> bool:
-        """True if the force has states, which are integrated with the motion."""
-        return False
-
-    @property
-    def rubs_on_reaction(self) -> bool:
-        """True if friction depends on the reaction of the same element, so that it is unknown in a known motion."""
+        """True if the force depends on states, which are integrated with the motion."""
         return False
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return the forces on bodies in a known motion; None, the default, if they are not known."""
+        """Return the loads on bodies from a known motion; None, the default, if the motion does not give them."""
         return None
 
-    def check_run(self, duration: float, name: str) -> None:
-        """Raise a ValueError if the element is not defined for the duration, s; nothing by default."""
-
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration), s, at which a prescribed value has a kink or jump; none by default."""
+        """Return the times in (0, duration) at which a prescribed value has a kink or a jump [s]; none by default."""
         return ()
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the user's functions with their arguments over a run, except functions of time alone; none by default."""
+        """Yield the user's functions with their arguments over a run, without functions of time alone; none by default."""
         yield from ()
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depths of contacts; none by default."""
+        """Yield the largest allowed depth of each contact; none by default."""
         yield from ()
 
     def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield names of forces that must not be negative, each with that of the depth, or ''; none by default."""
+        """Yield the signals of forces that must not be negative, each with the signal of its depth or ''; none by default."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield remarks on a run, in sentences; none by default."""
+        """Yield sentences about a run that its user should know; none by default."""
         yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -158,70 +149,60 @@ class Element(Declared):
         yield from ()
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the masses that are added to bodies; none by default."""
+        """Yield the masses that the element adds to bodies; none by default."""
         yield from ()
 
 
 class Body(Declared):
-    """Base of the bodies of links.
-
-    Attributes
-    ----------
-    flexible : bool
-        True if the ends can move relative to each other.
-    meshed : bool
-        True for a strip of finite elements; see `buckler.mbs.elements.beam`.
-    massless : bool
-        True for a force element between its neighbours; its force has kinks.
-    turns : bool
-        True if its points have an angle, so that a torque can act there.
-    carrying : tuple of str
-        Ways to define further points: at a "fraction" of the length, at a "place" in the plane.
-    linear : bool
-        True if deformations are small: modes of a solid.
-    round_off : float
-        Rounding error of the internal force, over the axial stiffness.
-    """
+    """Base of the bodies of links."""
 
     section: Any
     flexible: ClassVar[bool] = True
+    """True if the ends can move relative to each other."""
     meshed: ClassVar[bool] = False
+    """True for a strip of finite elements; see `buckler.mbs.elements.beam`."""
     massless: ClassVar[bool] = False
+    """True for a force element between its neighbours; its force has kinks."""
     turns: ClassVar[bool] = True
+    """True if its points have an angle, so that a torque can act there."""
     linear: ClassVar[bool] = False
+    """True if deformations are small: modes of a solid."""
     carrying: ClassVar[tuple[str, ...]] = ()
+    """Ways to define further points: at a "fraction" of the length, at a "place" in the plane."""
     round_off: ClassVar[float] = 0.0
+    """Rounding error of the internal force, over the axial stiffness."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre in the undeformed link's frame [m]."""
         return self.section.bar(length)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Return the place at a fraction of the stress-free length, m, in the link's frame, for a distance of the ends, m."""
+        """Return the place at a fraction of the stress-free length in the link's frame [m], for a distance of the ends [m]."""
         return chord * fraction, 0.0
 
-    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield the signals of the deformation; none by default."""
         yield from ()
 
-    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
-        """Yield strain energy and energy dissipated by damping, for each strain of a flexible link."""
+    def energies(self, link: LinkBase, record: Recorded) -> Iterator[Energy]:
+        """Yield strain energy and dissipated energy of each strain of a flexible link: bending, axial, shear."""
         for strain in record.links[link.name].strains() if self.flexible else ():
             yield Energy("held", "strain", strain.energy)
             yield Energy("taken", "damping", record.work(strain.power))
 
 
-class Joined(Element):
-    """A joint, as other elements know it: `ideal` if it is a constraint, not a contact."""
+class JointBase(Element):
+    """Fields of joints that other elements use."""
 
     ideal: ClassVar[bool] = True
+    """True for a constraint, false for a contact."""
     point: str
     first: str
     second: str
 
 
-class Linked(Element):
-    """A link, as other elements know it."""
+class LinkBase(Element):
+    """Fields of links that other elements use."""
 
     name: str
     start: str
@@ -230,104 +211,90 @@ class Linked(Element):
 
     @property
     def points(self) -> tuple[str, ...]:
-        """All points on the link: start, end, carried."""
+        """Names of all points on the link: start, end, carried points."""
         raise NotImplementedError
 
 
-class Guided(Element):
-    """A guide, as other elements know it."""
+class GuideBase(Element):
+    """Fields of guides that other elements use."""
 
     point: str
     link: str
     along: Pair
 
 
-class Driven(Element):
-    """A drive, as other elements know it."""
-
-    target: str
-
-
 class Parts(Declared):
-    """A mechanism, as its elements know it."""
+    """Fields and methods of a mechanism that its elements use."""
 
     in_files = False
 
     points: Mapping[str, Pair]
-    links: Sequence[Linked]
-    joints: Sequence[Joined]
-    guides: Sequence[Guided]
-    drives: Sequence[Driven]
+    links: Sequence[LinkBase]
+    joints: Sequence[JointBase]
+    guides: Sequence[GuideBase]
+    drives: Sequence[Element]
     gravity: Pair
 
-    def link(self, name: str) -> Linked:
-        """Return the link of that name; KeyError if there is none."""
+    def link(self, name: str) -> LinkBase:
+        """Return the link of a name; KeyError if there is none."""
         raise NotImplementedError
 
-    def guide(self, point: str) -> Guided:
-        """Return the guide of that point; KeyError if there is none."""
+    def guide(self, point: str) -> GuideBase:
+        """Return the guide of a point; KeyError if there is none."""
         raise NotImplementedError
 
     def length(self, name: str) -> float:
-        """Return the distance of a link's two end points, m."""
-        raise NotImplementedError
-
-    def elements(self) -> dict[str, Element]:
-        """Return all elements by name; a second element of the same name is `name.2`."""
+        """Return the distance of a link's two end points at t = 0 [m]."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A run as plain arrays over `time` (times,) [s], as elements know it.
+    """Data of a run over `time` (times,) [s] that elements use.
 
-    `links` are motions of links that have coordinates, as in `buckler.mbs.record.record`; `blocks` those of guides, by point.
-    `channels` (times, columns) are other recorded values, by the names of element and channel.
+    `links` are the motions of links that have coordinates, `blocks` those of guides' blocks by point, as in
+    `buckler.mbs.record.record`. `channels` (times, columns) are other recorded values by the names of element and channel.
     """
 
     mechanism: Parts
     time: Array
     links: Mapping[str, Any]
-    blocks: Mapping[str, Slid]
+    blocks: Mapping[str, SlidingBlock]
     channels: Mapping[str, Mapping[str, Array]]
-    _made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    _cache: dict[object, Any] = field(default_factory=dict, init=False, repr=False)
 
-    def once(self, key: Any, make: Callable[[], Any]) -> Any:
-        """Return the value of `make()`, computed once for each key, as signals and energies need the same arrays."""
-        if key not in self._made:
-            self._made[key] = make()
-        return self._made[key]
+    def once(self, key: object, compute: Callable[[], Value]) -> Value:
+        """Return the value of `compute()`, computed once for each key: signals and energies need the same arrays."""
+        if key not in self._cache:
+            self._cache[key] = compute()
+        value: Value = self._cache[key]
+        return value
 
     def channel(self, element: str, name: str) -> Array:
-        """Return a recorded channel of an element; no columns if there is none."""
-        found: Array = self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
-        return found
+        """Return a recorded channel of an element; an array without columns if there is none."""
+        return self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
 
     def point(self, at: str) -> tuple[Array, Array]:
-        """Return place and velocity of a point reference, each (times, 2), by the body that carries it; fixed without one."""
-        body, point = place(at)
-        motion = self._carrier(body, point)
+        """Return place [m] and velocity [m/s] at a point reference, each (times, 2); a point without a body is at rest."""
+        motion, point = self._motion_at(at), place(at).point
         if motion is not None:
-            found: tuple[Array, Array] = self.once(("point", at), lambda: motion.point(point))
-            return found
+            return self.once(("point", at), lambda: motion.point(point))
         fixed = np.tile(self.mechanism.points[point], (len(self.time), 1))
         return fixed, np.zeros_like(fixed)
 
     def turn(self, at: str) -> tuple[Array, Array]:
-        """Return the angle since t = 0 at a point reference, rad, and its rate, each (times,)."""
-        body, point = place(at)
-        motion = self._carrier(body, point)
-        if motion is not None:
-            return motion.turn(point)
-        return np.zeros_like(self.time), np.zeros_like(self.time)
+        """Return the angle since t = 0 [rad] and its rate [rad/s] at a point reference, each (times,)."""
+        motion = self._motion_at(at)
+        return (np.zeros_like(self.time),) * 2 if motion is None else motion.turn(place(at).point)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work, J, of a power, W, since t = 0, each (times,); `sides` are the power just before and after samples."""
+        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples."""
         raise NotImplementedError
 
-    def _carrier(self, body: str, point: str) -> Moved | None:
+    def _motion_at(self, at: str) -> MovingBody | None:
+        body, point = place(at)
         if body == GROUND:
             return None
         carriers = [link.name for link in self.mechanism.links if point in link.points]
-        motions: dict[str, Moved] = {**self.links, **self.blocks}
+        motions: dict[str, MovingBody] = {**self.links, **self.blocks}
         return next((motions[name] for name in (body, point, *carriers) if name in motions), None)

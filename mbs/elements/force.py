@@ -12,7 +12,7 @@ from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
 from .element import GROUND, Parts, Push, Recorded, place
 from .load import Load, Stateful, States
-from .references import check_turning, holder, holder_reference, known_link, refers, turning
+from .references import angle_reference, check_link, check_turning, holder, holder_reference, refers
 from .signal import Energy, Kind, Signal, vector
 
 Pair = tuple[float, float]
@@ -45,7 +45,7 @@ class Force(Stateful):
     )
     through: Pair | None = field(
         Either((Vector("m"), Nothing())),
-        "a fixed place through which its line of action goes (Reut's load): at the point it acts with a moment",
+        "a fixed place through which the line of action goes (Reut's load), so that the force has a moment about the point",
         default=None,
     )
     states: States | None = part(
@@ -69,40 +69,40 @@ class Force(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Return time, place, and zeros for the unknown velocity."""
+        """Return the arguments t, x, y, vx, vy of the function at t = 0, at rest."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
     def initial_force(self, mechanism: Parts) -> Pair:
-        """Return the force at t = 0, N, of a point at rest."""
+        """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
         fx, fy = (each(*self.start(mechanism)) for each in self.functions()[:2])
         return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Return place and velocity."""
-        at, velocity = record.point(holder_reference(record.mechanism, self.point))
-        return *at.T, *velocity.T
+        """Return x, y [m], vx, vy [m/s] of the point, each (times,)."""
+        position, velocity = record.point(holder_reference(record.mechanism, self.point))
+        return *position.T, *velocity.T
 
     def turns_with(self, mechanism: Parts) -> str | None:
-        """Return the point reference whose angle the force follows."""
-        return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
+        """Return the point reference whose angle the force follows, or None."""
+        return None if self.follows is None else angle_reference(mechanism, self.follows, place(self.point).point)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the force, N, (times, 2), at times that may differ a little from the samples, s."""
+        """Return the force (times, 2) [N] with the motion of the samples, at times [s] close to theirs; see `Stateful.push`."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         return values if at is None else rotate(record.turn(at)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the force, and its moment where its line of action goes through a place."""
+        """Return the force, with its moment about the point where the line of action goes through a fixed place."""
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
         return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the components, N, and the states."""
+        """Yield the components [N], and the states."""
         yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, name)
         yield from self.state_signals(name, record)
 
@@ -111,8 +111,8 @@ class Force(Stateful):
         if callable(self.value) or self.follows is not None or self.through is not None:
             yield Energy("given", "load", self.work_of(name, record))
             return
-        path = record.point(holder_reference(record.mechanism, self.point))[0]
-        yield Energy("given", "load", (path - path[0]) @ np.array(self.value))
+        position = record.point(holder_reference(record.mechanism, self.point))[0]
+        yield Energy("given", "load", (position - position[0]) @ np.array(self.value))
 
 
 @declared
@@ -133,7 +133,7 @@ class Torque(Stateful):
     link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
     value: float | Callable[..., float] = field(
         Either((Quantity("N m"), law)),
-        "counter-clockwise, or a function of time, s, the angle there since t = 0, rad, and its rate, rad/s",
+        "counter-clockwise, or a function of time, s, the angle at that point since t = 0, rad, and its rate, rad/s",
     )
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 
@@ -143,19 +143,19 @@ class Torque(Stateful):
         self.check_states(mechanism)
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Return time, angle, and zero for the unknown speed."""
+        """Return the arguments t, angle, speed of the function at t = 0, at rest."""
         return [0.0, 0.0, 0.0]
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Return angle and speed."""
+        """Return angle [rad] and speed [rad/s], each (times,)."""
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
         """Return the point reference at which it acts."""
-        return turning(mechanism, self.link)
+        return angle_reference(mechanism, self.link)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the torque, N m, (times,), at times that may differ a little from the samples, s."""
+        """Return the torque (times,) [N m] with the motion of the samples, at times [s] close to theirs; see `Stateful.push`."""
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
@@ -163,7 +163,7 @@ class Torque(Stateful):
         return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the torque, N m, and its states."""
+        """Yield the torque [N m], and the states."""
         yield Signal(f"{name}.torque", self.acting(name, record, record.time), "N m", Kind.INTERNAL)
         yield from self.state_signals(name, record)
 
@@ -177,7 +177,7 @@ class Torque(Stateful):
 
 @declared
 class LineLoad(Load):
-    """A constant force and moment per length along the whole of a Beam; the force may turn with its sections.
+    """A constant force and moment per length along a whole Beam; the force may turn with the sections of the beam.
 
     Examples
     --------
@@ -192,36 +192,36 @@ class LineLoad(Load):
     force: tuple[float, float] = field(
         Vector("N/m"), "per length of the stress-free strip, in the pose at t = 0", default=(0.0, 0.0)
     )
-    moment: float = quantity("N m/m", doc="likewise, counter-clockwise", default=0.0)
+    moment: float = quantity("N m/m", doc="per length, counter-clockwise", default=0.0)
     turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
-        known_link(mechanism, self.link, self.where)
+        check_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
-        """Return the force per length, N/m, (times, stations, 2), for angles of sections, rad, (times, stations)."""
+        """Return the force per length (times, stations, 2) [N/m] from the angles of sections (times, stations) [rad]."""
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the resultant at the strip's start, with its moment about it."""
+        """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         lengths, fields, _ = record.links[self.link].stations_of()
         force = self.acting(fields[..., 2])
-        turning = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment
-        yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
+        moment = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment  # per length
+        yield Push(start, np.einsum("k,tkc->tc", lengths, force), moment @ lengths)
 
     def power(self, record: Recorded) -> Array:
-        """Return the power on the strip, W, (times,)."""
+        """Return the power on the strip (times,) [W]."""
         lengths, fields, rates = record.links[self.link].stations_of()
-        along = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
-        return np.asarray((along + self.moment * rates[..., 2]) @ lengths)
+        by_force = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
+        return np.asarray((by_force + self.moment * rates[..., 2]) @ lengths)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the components of the whole force, N."""
+        """Yield the components of the resultant force [N]."""
         for push in self.pushes(name, record):
             yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
 

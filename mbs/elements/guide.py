@@ -1,4 +1,4 @@
-"""Guides: slider blocks on lines of the ground, and their friction."""
+"""Guides: slider blocks on lines fixed in the ground, and their friction."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE
-from .element import GROUND, Guided, Parts, Push, Recorded
+from .element import GROUND, GuideBase, Parts, Push, Recorded
 from .link import weight
-from .references import check_known, reaches
-from .rows import Row, on_line
+from .references import check_known, check_point_of
+from .rows import Row, yield_line
 from .signal import Energy, Kind, Signal
 
 ON_LINE = 1e-9
@@ -26,8 +26,9 @@ ON_LINE = 1e-9
 class GuideFriction(Declared):
     """Dry and viscous friction of a guide, regularised near zero speed (Stribeck).
 
-    Beyond the regularisation speed v_r, F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
-    Below it F is linear through zero, so a resting slider creeps instead of sticking.
+    Above the speed v_r (`regularisation`), with the speed v_s (`stribeck`), the size of the force is
+    F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
+    Below v_r it is linear through zero, so a resting slider creeps instead of sticking.
 
     Examples
     --------
@@ -36,13 +37,13 @@ class GuideFriction(Declared):
     """
 
     dynamic: float = quantity("N", low=0, doc="friction force of sliding")
-    static: float | None = quantity("N", low="dynamic", doc="at rest; as sliding by default", default=None)
+    static: float | None = quantity("N", low="dynamic", doc="friction force at rest; that of sliding by default", default=None)
     viscous: float = quantity("N s/m", low=0, doc="growth with the speed", default=0.0)
-    regularisation: float = quantity("m/s", above=0, doc="v_r", default=1e-3)
-    stribeck: float = quantity("m/s", above=0, doc="v_s", default=1e-2)
+    regularisation: float = quantity("m/s", above=0, doc="v_r, speed below which the force is linear", default=1e-3)
+    stribeck: float = quantity("m/s", above=0, doc="v_s, speed over which static friction decays", default=1e-2)
 
     def force(self, speed: Array) -> Array:
-        """Friction force along the speed, N; odd in it."""
+        """Return the friction force [N], with the sign of the speed [m/s]."""
         size = np.abs(speed)
         beyond = np.maximum(size - self.regularisation, 0.0)
         sliding = self.dynamic + self.static_offset * np.exp(-beyond / self.stribeck) + self.viscous * beyond
@@ -51,18 +52,18 @@ class GuideFriction(Declared):
 
     @property
     def static_offset(self) -> float:
-        """Static minus dynamic friction, N."""
+        """Static minus dynamic friction [N]."""
         return 0.0 if self.static is None else self.static - self.dynamic
 
 
 RESOLVED = 20
-"""Steps in a period of vibration on the bristles that resolve the work of friction, which jumps where bristles slip."""
+"""Steps for each period of the block's vibration on its bristles with which the recorded power of friction can be integrated."""
 STUCK = 1e-4
-"""Travel over the longest link below which a block is stuck: its friction then works on its bristles alone."""
+"""Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
 
 
 @declared
-class Guide(Guided):
+class Guide(GuideBase):
     """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
 
     Examples
@@ -87,9 +88,9 @@ class Guide(Guided):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless it guides a point of its link that has no other guide."""
+        """Raise a ValueError unless its link has the point, no other guide has it, and `through` is on the line."""
         check_known("point", self.point, mechanism.points, self.where)
-        reaches(mechanism, self.link, self.point, self.where)
+        check_point_of(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
             raise ValueError(f"{self.where}: a point has at most one guide")
         if self.through is not None:
@@ -100,25 +101,25 @@ class Guide(Guided):
                 raise ValueError(f"{self.where}: through = '{self.through}': lies {distance:.3g} m beside its line")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of the point on the line."""
-        return on_line(self.point, self.link, GROUND, self.along)
+        """Yield the row that keeps the point on the line."""
+        return yield_line(self.point, self.link, GROUND, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the guide's lateral force."""
+        """Return the lateral force of the guide on the block [N]."""
         return {"reaction": multipliers}
 
     @property
     def rubs(self) -> str:
-        """Name of its point, or '' without friction."""
+        """Name of its point; '' without friction."""
         return self.point if self.friction is not None else ""
 
     @property
     def rubs_on_reaction(self) -> bool:
-        """True if its friction is a law of the reaction."""
+        """True if its friction depends on the lateral reaction, so that the motion alone does not give it."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return its friction; None if it depends on the reaction, which only the run knows."""
+        """Return the friction; None if it depends on the reaction, which the motion does not give."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
@@ -127,7 +128,7 @@ class Guide(Guided):
         return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the block's kinetic energy and weight, and the energy dissipated by friction."""
+        """Yield kinetic energy and potential energy of gravity of the block, stored and dissipated energy of friction."""
         block = record.blocks[self.point]
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)
@@ -141,28 +142,28 @@ class Guide(Guided):
                 yield Energy("taken", "friction", work - (stored - stored[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the guide's force on the block to the left of its direction, friction against the speed, and its limit, N."""
+        """Yield lateral force on the block, positive to the left of the direction, friction and its limit [N]."""
         reaction = record.channel(name, "reaction")
         if reaction.size:
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
-        rubs = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
-        owner = name if rubs else self.point  # friction in a joint has the signals of the point's name
-        yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
+        has_clearance = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
+        prefix = name if has_clearance else self.point  # the signals of a joint with clearance begin with the point's name
+        yield Signal(f"{prefix}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:
             largest = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
-            yield Signal(f"{owner}.friction_limit", largest, "N", Kind.FRICTION)
+            yield Signal(f"{prefix}.friction_limit", largest, "N", Kind.FRICTION)
 
     def _reaction_and_bristle(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Return the size of the reaction, N, and the bristle, m."""
+        """Return the magnitude of the reaction [N] and the deflection of the bristles [m], each (times,)."""
         memory = record.channel(name, "memory")
         bristle = memory[:, BRISTLE] if memory.size else np.zeros_like(record.time)
         return np.abs(record.channel(name, "reaction")[:, 0]), bristle
 
     def _drag(self, name: str, record: Recorded) -> Array:
-        """Friction force against the speed, N."""
+        """Return the friction force against the speed [N], (times,)."""
         speed = record.blocks[self.point].speed
         if isinstance(self.friction, GuideFriction):
             return self.friction.force(speed)
@@ -171,15 +172,18 @@ class Guide(Guided):
         return np.asarray(as_bristle_law(self.friction).coefficient(speed, bristle) * normal)
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
-        """True if the travel is negligible and steps are too long for the vibration on the bristles."""
+        """Return True if the travel is negligible and steps are too long for the vibration on the bristles.
+
+        The period is 2 pi sqrt(m/k), with the stiffness k = force/deflection of the bristles.
+        """
         size = max(record.mechanism.length(link.name) for link in record.mechanism.links)
-        force, bend = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
-        period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * bend / force) if force > 0 else 0.0
+        force, deflection = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
+        period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * deflection / force) if force > 0 else 0.0
         travel = np.ptp(record.blocks[self.point].travel)
         return bool(travel < STUCK * size and RESOLVED * np.diff(record.time).max() > period)
 
     def _bristle_energy(self, name: str, record: Recorded) -> Array:
-        """Compute the energy of a bent bristle, J."""
+        """Compute the elastic energy of the bristles [J], (times,)."""
         if not isinstance(self.friction, BristleLaw):
             return np.zeros_like(record.time)
         normal, bristle = self._reaction_and_bristle(name, record)

@@ -1,4 +1,8 @@
-"""A link: two points, a body, and further points that it carries."""
+"""Links, which connect two points and may carry further ones.
+
+The frame of a link has its origin at the start and x towards the end, y is to the left of x. The chord is the line from start
+to end, or its length [m].
+"""
 
 from __future__ import annotations
 
@@ -11,13 +15,13 @@ from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema
 from ..geometry import Array
 from ..validate import positive
-from .element import Body, Linked, Parts, Recorded
+from .element import Body, LinkBase, Parts, Recorded
 from .references import check_known
-from .signal import Energy, Kind, Moved, Signal, vector
+from .signal import Energy, Kind, MovingBody, Signal, vector
 
 
 class Frozen(Mapping[str, Any]):
-    """An immutable mapping of names; it can be compared, hashed and pickled."""
+    """Immutable mapping of names to values; it can be compared, hashed and pickled."""
 
     __slots__ = ("_items",)
 
@@ -49,7 +53,7 @@ class Carried(Spec):
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
     def read(self, name: str, given: object) -> Frozen:
-        """Return a mapping; None for a name alone."""
+        """Return a mapping of names to fractions or places; None where the points of the mechanism give the place."""
         if isinstance(given, Mapping):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
             return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
@@ -69,7 +73,7 @@ class Carried(Spec):
 
 
 @declared
-class Link(Linked):
+class Link(LinkBase):
     """A named link from one point to another.
 
     Examples
@@ -103,15 +107,15 @@ class Link(Linked):
 
     def agree(self) -> None:
         """Raise a ValueError for carried points that the body cannot have."""
-        along: Any = self.carries
+        carried: Any = self.carries
         kind = type(self.body).__name__
-        if along and not self.body.carrying:
+        if carried and not self.body.carrying:
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
-        if "place" not in self.body.carrying and not all(isinstance(at, float) for at in along.values()):
+        if "place" not in self.body.carrying and not all(isinstance(at, float) for at in carried.values()):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the points are known and differ."""
+        """Raise a ValueError unless the points are known and differ, and a flexible link is longer than thick."""
         for point in self.points:
             check_known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
@@ -122,36 +126,36 @@ class Link(Linked):
 
     @property
     def points(self) -> tuple[str, ...]:
-        """All points on the link: start, end, carried."""
+        """Names of all points on the link: start, end, carried points."""
         return (self.start, self.end, *self.carries)
 
     def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
-        """Return the places, m, of carried points, for places of the ends; not of those given by name alone."""
+        """Return the places [m] of carried points in the plane from those of the ends; without points given by name alone."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
         if chord == 0:
             return {}
-        ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
+        cos, sin = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
         places = self.carried_places(chord)
-        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in places.items()}
+        return {point: (start[0] + cos * x - sin * y, start[1] + sin * x + cos * y) for point, (x, y) in places.items()}
 
     def carried_places(self, chord: float) -> dict[str, tuple[float, float]]:
-        """Return the places of carried points in the link's frame, for a distance of the ends, m."""
+        """Return the places [m] of carried points in the link's frame; without points given by name alone."""
         carried: Any = self.carries
         known = {point: at for point, at in carried.items() if at is not None}
         return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
-        """Return the mass, kg, for a distance of the ends, m; that of a strut is left out of its model."""
+        """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves it out."""
         return self.body.mass_properties(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the signals of the centre of mass, m, m/s, m/s^2, then those of the body."""
+        """Yield place, velocity and acceleration of the centre of mass, then the signals of the body."""
         if name in record.links:
             yield from moving(name, *record.links[name].centre())
         yield from self.body.signals(self, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy, weight, and the energies of the body."""
+        """Yield kinetic energy, potential energy of gravity, and the energies of the body."""
         if name in record.links:
             motion = record.links[name]
             yield Energy("held", "kinetic", motion.kinetic())
@@ -160,15 +164,14 @@ class Link(Linked):
 
 
 def moving(name: str, *motion: Array) -> Iterator[Signal]:
-    """Yield the signals of place, velocity and acceleration, each (times, 2), or of the first ones given."""
+    """Yield the signals of a motion: place, velocity [m/s] and perhaps acceleration [m/s^2], each (times, 2)."""
     letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
-    for order, (letter, unit, kind, values) in enumerate(zip(letters, units, kinds, motion, strict=False)):
-        yield from vector(
-            f"{name}.{letter}", values, unit, kind, rate=f"{name}.{letters[order + 1]}" if order + 1 < len(motion) else ""
-        )
+    full_names = [f"{name}.{letter}" for letter in letters[: len(motion)]]
+    for full_name, rate, unit, kind, values in zip(full_names, [*full_names[1:], ""], units, kinds, motion, strict=False):
+        yield from vector(full_name, values, unit, kind, rate=rate)
 
 
-def weight(motion: Moved, record: Recorded) -> Iterator[Energy]:
+def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:
     """Yield the potential energy of gravity in the plane."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:

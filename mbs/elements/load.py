@@ -1,4 +1,7 @@
-"""Base of loads: forces on bodies, functions of the user, and laws with states."""
+"""Base classes of loads: forces on bodies, by constants, user's functions, or laws with states.
+
+The arguments of a function are `variables`: time, then measures of the motion (place or angle, and rates), then the states.
+"""
 
 from __future__ import annotations
 
@@ -17,34 +20,34 @@ from .element import GROUND, Element, Parts, Push, Recorded, place
 from .signal import Kind, Signal
 
 SIDE = 1e-9
-"""Distance in time from a sample at which the sides of a jump are evaluated, over the duration of the run."""
+"""Distance from a sample at which a load is evaluated before and after a jump there, over the duration of the run."""
 
 
 class Load(Element):
     """Base of loads."""
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the forces on bodies, the ground left out."""
+        """Yield the loads on bodies other than the ground."""
         raise NotImplementedError
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
-    """Yield a force and a torque on the first of two point references and their opposites on the other, the ground left out."""
+    """Yield force and torque on the first of two point references, and their opposites on the second, but not on the ground."""
     for at, sign in zip(ends, (1.0, -1.0), strict=True):
         if place(at).body != GROUND:
             yield Push(at, sign * force, sign * torque)
 
 
 def sample(function: Callable[..., object], *columns: Array) -> Array:
-    """Evaluate a user's function at many arguments, (times,) or (times, 2); nan where it raises."""
-    found: list[Any] = []
+    """Evaluate a user's function, of one or two components, for columns of arguments (times,); nan where it raises an error."""
+    values: list[Any] = []
     for arguments in zip(*(column.tolist() for column in columns), strict=True):
         try:
-            found.append(np.asarray(function(*arguments), dtype=float))
+            values.append(np.asarray(function(*arguments), dtype=float))
         except Exception:
-            found.append(np.array(np.nan))
-    shape = max((value.shape for value in found), key=len)
-    return np.array([np.broadcast_to(value, shape) for value in found])
+            values.append(np.array(np.nan))
+    shape = max((value.shape for value in values), key=len)
+    return np.array([np.broadcast_to(value, shape) for value in values])
 
 
 @declared
@@ -58,7 +61,8 @@ class States(Declared):
     """
 
     rates: Callable[..., object] = field(
-        Rates("t"), "of the states, 1/s: functions of the same arguments as the load's, or one that returns them all"
+        Rates("t"),
+        "of the states, 1/s: functions of the load's arguments, or one function that returns all rates",
     )
     initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
 
@@ -66,7 +70,8 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
-    `law` has variables, unit and size of the function without states; `measured` the variables before the states.
+    `law` is the signature of a function without states: variables, unit and number of components. With states the variables are
+    those of `measured`, then the states.
     """
 
     law: ClassVar[Law]
@@ -76,7 +81,7 @@ class Stateful(Load):
     states: States | None
 
     def agree(self) -> None:
-        """Raise a ValueError if states are given without a function, or the function has other arguments."""
+        """Raise a ValueError for states without a function, or a function that does not take its arguments."""
         if self.states is not None and not callable(self.value):
             raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
         if self.states is None and callable(self.value):
@@ -88,20 +93,20 @@ class Stateful(Load):
         return self.states is not None
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in a run at which the load jumps, has a kink or changes quickly."""
-        more = () if self.states is None else kinks(self.states.rates, duration)
-        return tuple(sorted({*kinks(self.value, duration), *more}))
+        """Return the times in (0, duration) at which the load or a rate jumps, has a kink or changes quickly [s]."""
+        of_rates = () if self.states is None else kinks(self.states.rates, duration)
+        return tuple(sorted({*kinks(self.value, duration), *of_rates}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the force on the body, at times that may differ a little from the samples, s."""
+        """Return the load on the body with the motion of the samples, at times [s] that may be moved by `SIDE` off jumps."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the force on the body."""
+        """Yield the load on the body."""
         yield self.push(name, record, record.time)
 
     def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work, J; at jumps of the function each step uses the power on its own side."""
+        """Compute the work [J]; a step that ends or begins at a jump of the function uses the power on its side of the jump."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -110,11 +115,11 @@ class Stateful(Load):
         return record.work(power, (before, after))
 
     def initial(self, mechanism: Parts) -> list[float]:
-        """Return the arguments of the function at t = 0, without the states."""
+        """Return the arguments of the function at t = 0 and at rest, without the states."""
         raise NotImplementedError
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Return the arguments of the function over time, without time and states, each (times,)."""
+        """Return the measures of the motion that are arguments of the function, each (times,)."""
         raise NotImplementedError
 
     @property
@@ -125,17 +130,19 @@ class Stateful(Load):
         return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start(self, mechanism: Parts) -> list[float]:
-        """Return all arguments at t = 0, with zeros for the unknown velocities."""
+        """Return all arguments at t = 0 and at rest."""
         states = () if self.states is None else self.states.initial
         return [*self.initial(mechanism), *states][: len(self.variables)]
 
     def functions(self) -> list[Callable[..., float]]:
         """Return the components of the load, then the rates of the states, each a function of `variables`."""
-        own = numbers_of(self.value, self.variables, self.law.size)
-        return own if self.states is None else [*own, *numbers_of(self.states.rates, self.variables, len(self.states.initial))]
+        components = numbers_of(self.value, self.variables, self.law.size)
+        if self.states is None:
+            return components
+        return components + numbers_of(self.states.rates, self.variables, len(self.states.initial))
 
     def check_states(self, mechanism: Parts) -> None:
-        """Raise a ValueError if the function or that of the rates fails at t = 0, or returns another number of values."""
+        """Raise a ValueError if, at t = 0, the function or a rate fails or returns another number of values."""
         if self.states is None:
             return
         start = self.start(mechanism)
@@ -143,38 +150,38 @@ class Stateful(Load):
         self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
 
     def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
-        name, formulas = f"{self.where}: {key}", isinstance(function, Expression | Components)
+        name, is_formula = f"{self.where}: {key}", isinstance(function, Expression | Components)
         try:
-            parts: list[Any] = numbers_of(function, self.variables) if formulas else [function]
+            parts: list[Any] = numbers_of(function, self.variables) if is_formula else [function]
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
-        found = [call_checked(name, part, *start)(*start) for part in parts]
-        value, at = found[0] if len(found) == 1 else found, f"{name} at t = 0"
+        values = [call_checked(name, part, *start)(*start) for part in parts]
+        value, at = values[0] if len(values) == 1 else values, f"{name} at t = 0"
         if np.shape(value) != ((size,) if size > 1 else ()):
             raise ValueError(f"{at} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
         for each in np.ravel(value).tolist():
             Quantity(unit).read(at, each)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
-        """Evaluate the function in a run, (times,) or (times, size), at times that may differ a little from the samples, s."""
+        """Evaluate the function with the motion and states of the samples, (times,) or (times, components); see `push`."""
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
-        found = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
-        return found[:, 0] if self.law.size == 1 else found
+        values = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
+        return values[:, 0] if self.law.size == 1 else values
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the function and the rates of the states, unless they are functions of time alone."""
-        of_time = isinstance(self.value, Table) or getattr(self.value, "variables", self.variables) in (["t"], ("t",))
-        if not callable(self.value) or (of_time and self.states is None):
+        """Yield the function and the rates of the states, unless there are no states and the function depends on time alone."""
+        depends_on_time = isinstance(self.value, Table) or tuple(getattr(self.value, "variables", self.variables)) == ("t",)
+        if not callable(self.value) or (depends_on_time and self.states is None):
             return
         measures = self.measures(record)
         half = len(measures) // 2
-        arguments = [Argument(x, rate) for x, rate in zip(measures[:half], measures[half:], strict=True)]
-        arguments += [Argument(rate) for rate in measures[half:]]
+        coordinates, rates = measures[:half], measures[half:]
+        arguments = [*map(Argument, coordinates, rates), *map(Argument, rates)]
         if self.states is not None:
             columns, count = record.channel(name, "states").T, len(self.states.initial)
-            arguments += [Argument(x, rate) for x, rate in zip(columns[:count], columns[count:], strict=True)]
+            arguments += map(Argument, columns[:count], columns[count:])
         for function in self.functions() if self.states is not None else (self.value,):
             yield function, arguments
 

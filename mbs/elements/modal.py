@@ -1,4 +1,8 @@
-"""Modal links: section, mesh, interfaces to the joints, chosen modes, damping."""
+"""Modal links: section, mesh, interfaces, chosen modes and damping ratios.
+
+An interface is the set of nodes of the mesh that a joint moves as a rigid body. Link axes have x from the first joint to the
+second, y in the plane of motion and z normal to it.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from ..declare.compound import Either, Several
 from ..geometry import Array
 from ..offers import find_offer
 from ..validate import number, positive, short
-from .element import Body, Linked, Recorded
+from .element import Body, LinkBase, Recorded
 from .section import Section
 from .signal import Kind, Signal
 
@@ -26,7 +30,7 @@ NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 Point3 = tuple[float, float, float]
 
 
-# --- interfaces: nodes that a joint holds -----------------------------------------------------------------------------
+# --- interfaces -------------------------------------------------------------------------------------------------------
 
 
 @declared
@@ -36,23 +40,23 @@ class EndFace(Declared):
     tolerance: float = quantity("m", above=0, doc="largest distance of a node from it", default=1e-7)
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Return the mask of the nodes that the joint holds."""
+        """Return the mask (n,) of the nodes in the interface, from nodes (n, 3) and centre (3,) of the joint [m]."""
         return np.abs(nodes[:, 0] - joint[0]) <= self.tolerance
 
 
 @declared
 class PinHole(Declared):
-    """Interface of all nodes on the wall of a hole about the joint's axis, within 1 % for faceted walls."""
+    """Interface of all nodes on the wall of a hole about the joint's axis; 1 % beyond the radius, for walls of flat facets."""
 
     radius: float = quantity("m", above=0, doc="of the hole")
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
-        """Return the mask of the nodes that the joint holds."""
+        """Return the mask (n,) of the nodes in the interface, from nodes (n, 3) and centre (3,) of the joint [m]."""
         return np.hypot(*(nodes - joint)[:, :2].T) <= 1.01 * self.radius
 
 
 Interface = Callable[[Array, Array], Array]
-"""Function of nodes (n, 3) in link axes and the joint's centre (3,) that returns the mask (n,) of the nodes it holds."""
+"""Function of nodes (n, 3) and the joint's centre (3,) in link axes [m] that returns the mask (n,) of the interface."""
 
 
 # --- meshes and modes by name -----------------------------------------------------------------------------------------
@@ -60,7 +64,7 @@ Interface = Callable[[Array, Array], Array]
 
 @declared
 class Box(Declared):
-    """The bar itself: length between the joints' centres, thickness in the plane, width normal to it."""
+    """Mesh of a straight bar: length between the joints' centres, thickness in the plane, width normal to the plane."""
 
     elements: tuple[int, int, int] = field(
         Several(Whole(1, 1000), 3, 3), "along length, thickness and width, of second order", default=(16, 2, 1)
@@ -71,7 +75,7 @@ class Box(Declared):
 class MeshFile(Declared):
     """A mesh from a file; the section then gives the material, and the width of a planar mesh."""
 
-    path: str = names(doc="any format meshio reads, with one kind of solid or planar cells")
+    path: str = names(doc="of a file in a format that meshio reads, with one kind of solid or planar cells")
     start: Point3 = quantities("", least=3, most=3, doc="the first joint's centre in the file's axes and unit")
     end: Point3 = quantities("", least=3, most=3, doc="the second joint's centre")
     normal: Point3 = quantities("", least=3, most=3, doc="of the plane of motion in the file's axes", default=(0.0, 0.0, 1.0))
@@ -88,10 +92,10 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes, each interface moving as a rigid body: 6 static and `fixed` vibrating ones, made orthogonal."""
+    """Craig-Bampton modes, orthogonalised, with rigid interfaces: 6 static modes and `fixed` modes of vibration."""
 
     numbers: tuple[int, ...] | None = field(
-        NUMBERS, "as in `FreeModes`; by default all that move in the plane; without one of them statics is no longer exact",
+        NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics is not exact",
         default=None,
     )  # fmt: skip
     fixed: int = whole(0, 1000, doc="number of fixed-interface modes, out-of-plane ones included", default=12)
@@ -100,7 +104,7 @@ class CraigBampton(Declared):
 
 @declared
 class BarModes(Declared):
-    """The lowest free modes of the section as a uniform bar, from beam theory: no mesh is made."""
+    """The lowest free modes of a uniform bar of the section, from beam theory, without a mesh."""
 
     bending: int = whole(0, 13, doc="number of modes in bending, which come first", default=2)
     axial: int = whole(0, 13, doc="number of axial modes", default=1)
@@ -122,7 +126,7 @@ class BarModes(Declared):
 
 @declared
 class AdamsDamping(Declared):
-    """Damping ratios that MSC ADAMS gives the modes of a flexible body by default: by frequency, in three bands.
+    """Damping ratios by frequency, in the three bands that MSC ADAMS uses for flexible bodies by default.
 
     Examples
     --------
@@ -135,13 +139,13 @@ class AdamsDamping(Declared):
     high: float = quantity("1", low=0, high=10, doc="above: critical", default=1.0)
 
     def ratios(self, frequencies: ArrayLike) -> Array:
-        """Return damping ratios [1] of modes of these frequencies [Hz]."""
+        """Return the damping ratios [1] of modes from their frequencies [Hz], both (modes,)."""
         f = np.asarray(frequencies, dtype=float)
         return np.where(f < 100.0, self.low, np.where(f <= 1000.0, self.middle, self.high))
 
 
 class Interfaces(Part):
-    """Specification of an interface: an object of a class here, or any function."""
+    """Specification of an interface: `EndFace`, `PinHole` or any function."""
 
     def fits(self, given: object) -> bool:
         """Return True for any function."""
@@ -150,7 +154,7 @@ class Interfaces(Part):
 
 @declared
 class Modal(Body):
-    """A link of chosen modes of a solid.
+    """A link whose deformation is a sum of chosen modes of a solid.
 
     Examples
     --------
@@ -179,30 +183,29 @@ class Modal(Body):
     )
 
     def agree(self) -> None:
-        """Raise a ValueError unless each mode has a ratio and the solid can be meshed."""
+        """Raise a ValueError unless each mode has a damping ratio and Poisson's ratio suits solid elements."""
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:
-        """Return natural frequencies [Hz] of the chosen modes that move in the plane, for a length [m].
+        """Return the natural frequencies [Hz] of the chosen modes that move in the plane, for a length of the link [m].
 
-        End conditions are those of the modes, free or fixed. Out-of-plane modes take no part in the motion;
-        `buckler.mbs.modal.reduced` has all modes.
+        The ends are free or fixed as in the modes. `buckler.mbs.modal.reduced` returns the modes out of the plane, too.
         """
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
     def planar(self, length: float) -> Any:
-        """Reduce a link of this length [m] to the plane of motion: a `PlanarModel`."""
+        """Return the `PlanarModel` of a link of a length [m]: its reduction to the plane of motion."""
         return find_offer("planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
-        """Return the damping ratio of all modes, or one for each of their angular frequencies [rad/s]."""
+        """Return one damping ratio for all modes, or one for each of their angular frequencies [rad/s]."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
-    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
-        """Yield end shortening and deflection of mid-length from the chord, m."""
+    def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening [m], and deflection of mid-length from the line between the ends [m]."""
         motion = record.links[link.name]
         yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.STRETCH)
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)

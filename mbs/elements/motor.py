@@ -14,19 +14,19 @@ from ..geometry import Array
 from ..laws.pieces import Reals
 from .element import Burden, Parts, Push, Recorded
 from .load import Load, sample
-from .references import check_turning, turning
+from .references import angle_reference, check_turning
 from .signal import Energy, Kind, Signal
 
 CREEP = 1e-3
-"""Speed of the rotor, rad/s, below which its friction falls linearly to zero."""
+"""Speed of the rotor [rad/s] below which its friction falls linearly to zero, small against speeds of use."""
 
 
 @declared
 class Motor(Load):
     """A DC motor without inductance that drives a link through a gear; its stator is on the ground.
 
-    With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
-    gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
+    The rotor has the speed w, `gear` times that of the link. With the voltage u the current is i = (u - constant w)/resistance,
+    and the torque on the link gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the inertia of the link.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class Motor(Load):
     dead_band: float = quantity("V", low=0, doc="subtracted from the magnitude of the voltage, down to zero", default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in a run at which the voltage jumps, has a kink or changes quickly."""
+        """Return the times in (0, duration) at which the voltage jumps, has a kink or changes quickly [s]."""
         return kinks(self.voltage, duration)
 
     def check(self, mechanism: Parts) -> None:
@@ -62,53 +62,53 @@ class Motor(Load):
 
     def at(self, mechanism: Parts) -> str:
         """Return the point reference at which the motor acts."""
-        return turning(mechanism, self.link)
+        return angle_reference(mechanism, self.link)
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the rotor's inertia reduced to the link, inertia gear^2."""
+        """Yield the inertia of the rotor, reduced to the link: inertia gear^2."""
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
     @property
     def rubs(self) -> str:
-        """Its link, where the rotor has friction."""
+        """Name of its link; '' without friction of the rotor."""
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:
-        """Return the voltage without the dead band, V."""
+        """Return the voltage [V] less the dead band."""
         return voltage - np.clip(voltage, -self.dead_band, self.dead_band)
 
     def current(self, voltage: Reals, speed: Reals) -> Reals:
-        """Return the current, A, for a voltage, V, and the link's speed, rad/s."""
+        """Return the current [A] for a voltage [V] and the link's speed [rad/s]."""
         return (self.effective(voltage) - self.constant * self.gear * speed) / self.resistance
 
     def rubbing(self, speed: Reals) -> Reals:
-        """Return the friction torque against the rotor's rotation, N m, for the link's speed, rad/s."""
+        """Return the friction torque against the rotation of the rotor [N m] for the link's speed [rad/s]."""
         return self.friction * np.clip(self.gear * speed / CREEP, -1.0, 1.0)
 
     def torque(self, voltage: Reals, speed: Reals) -> Reals:
-        """Return the torque on the link, N m."""
+        """Return the torque on the link [N m] for a voltage [V] and the link's speed [rad/s]."""
         return self.gear * (self.constant * self.current(voltage, speed) - self.rubbing(speed))
 
-    def _run(self, record: Recorded) -> tuple[Array, Array]:
-        """Return voltage and the link's speed, each (times,)."""
-        given = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
-        return given, record.turn(self.at(record.mechanism))[1]
+    def _voltage_and_speed(self, record: Recorded) -> tuple[Array, Array]:
+        """Return the voltage [V] and the link's speed [rad/s], each (times,)."""
+        voltage = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
+        return voltage, record.turn(self.at(record.mechanism))[1]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the torque; the inertia of the rotor is added to the link's."""
-        yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._run(record)))
+        """Yield the torque; `burdens` add the inertia of the rotor."""
+        yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._voltage_and_speed(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield torque on the link, N m, current, A, and voltage, V."""
-        voltage, speed = self._run(record)
+        """Yield torque on the link [N m], current [A] and voltage [V]."""
+        voltage, speed = self._voltage_and_speed(record)
         yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m", Kind.INTERNAL)
         yield Signal(f"{name}.current", self.current(voltage, speed), "A", Kind.INTERNAL)
         yield Signal(f"{name}.voltage", voltage, "V", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy of the rotor, electric work without the dead band, and losses in resistance and friction."""
-        voltage, speed = self._run(record)
+        """Yield kinetic energy of the rotor, electric work of the effective voltage, losses by resistance and friction."""
+        voltage, speed = self._voltage_and_speed(record)
         current = self.current(voltage, speed)
         yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)
         yield Energy("given", "motor", record.work(self.effective(voltage) * current))

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..declare import declared, names, part, quantity, vector
-from .element import GROUND, Body, Burden, Element, Linked, Parts, Recorded, place
-from .references import check_known, holder, reaches
+from .element import GROUND, Body, Burden, Element, LinkBase, Parts, Recorded, place
+from .references import check_known, check_point_of, holder
 from .section import Section
 from .signal import Energy, Kind, Signal
 
@@ -27,9 +27,9 @@ class Rigid(Body):
     0.2
     """
 
-    section: Section | None = part(Section, doc="of a uniform bar; none if mass and inertia are given", default=None)
+    section: Section | None = part(Section, doc="of a uniform bar; left out where mass and inertia are given", default=None)
     mass: float | None = quantity("kg", above=0, doc="of a link without a section", default=None)
-    inertia: float | None = quantity("kg m^2", above=0, doc="likewise, about the centre of mass", default=None)
+    inertia: float | None = quantity("kg m^2", above=0, doc="moment of inertia about the centre of mass", default=None)
     centre: tuple[float, float] | None = vector(
         "m", doc="centre of mass from the link's start, x towards its end; half-way between the ends by default", default=None
     )
@@ -38,33 +38,33 @@ class Rigid(Body):
     carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def agree(self) -> None:
-        """Raise a ValueError unless either a section, or mass and inertia are given."""
-        given = [self.mass is not None, self.inertia is not None]
-        if given != [self.section is None] * 2 or (self.section and self.centre):
+        """Raise a ValueError unless either a section alone, or mass and inertia and possibly a centre are given."""
+        needs_mass = self.section is None
+        if (self.mass is not None, self.inertia is not None) != (needs_mass,) * 2 or (self.centre and not needs_mass):
             raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
         """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and that centre [m].
 
-        The centre is in the link's frame: (0, 0) is its first point, x leads to its second one, y to the left of x. By default
-        it is half-way between the two.
+        The frame of the link has its origin at the start and x towards the end, y is to the left of x. By default the centre is
+        half-way between the two points.
         """
         return cls(None, mass, inertia, centre)
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], moment of inertia about the centre of mass [kg m^2], and its place in the link's frame [m]."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre in the link's frame [m]."""
         if self.mass is None or self.inertia is None:
             return super().mass_properties(length)
         return self.mass, self.inertia, self.centre or (length / 2, 0.0)
 
-    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0 [rad], the angle from the x axis [rad], and their rate [rad/s]."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
         chord = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])
-        drawn = np.arctan2(chord[1], chord[0])
+        initial = np.arctan2(chord[1], chord[0])
         yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
-        yield Signal(f"{link.name}.direction", drawn + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
+        yield Signal(f"{link.name}.direction", initial + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
         yield Signal(f"{link.name}.spin", spin, "rad/s", Kind.RATE)
 
 
@@ -83,15 +83,15 @@ class Mass(Element):
 
     point: str = names(doc="of a link; at the end of a strut it is fixed to the body pinned to the strut")
     mass: float = quantity("kg", above=0, doc="fixed at the point")
-    inertia: float = quantity("kg m^2", low=0, doc="about the point; a block, which does not turn, takes none", default=0.0)
+    inertia: float = quantity("kg m^2", low=0, doc="about the point; 0 on a guide's block, which does not turn", default=0.0)
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the point is on a body; an inertia needs a body that turns."""
+        """Raise a ValueError unless the point is on a body, and on a link where there is an inertia."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
-            reaches(mechanism, self.link, self.point, where)
+            check_point_of(mechanism, self.link, self.point, where)
         body = place(self.at(mechanism)).body
         if body == GROUND:
             raise ValueError(f"{where}: it lies on the ground; name a point of a link")
@@ -99,7 +99,7 @@ class Mass(Element):
             raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
     def at(self, mechanism: Parts) -> str:
-        """Return the point reference of the body and point."""
+        """Return the reference of the point on the body that carries the mass."""
         reference = self.point if self.link is None else f"{self.link}:{self.point}"
         return f"{holder(mechanism, reference)}:{self.point}"
 

@@ -1,6 +1,7 @@
-"""Constraints as rows: sums of coefficient times measure that keep their value of t = 0, or follow a drive's motion.
+"""Constraints as rows: each is one scalar equation, from which both solvers build their constraints.
 
-A measure is the relative place, angle or distance of points of two bodies. Both solvers know these three.
+The sum of coefficient times measure keeps its value of t = 0, or changes by the motion of a drive. There are three measures of a
+point of a first and a point of a second body: relative place along a direction, relative angle, and distance.
 """
 
 from __future__ import annotations
@@ -13,14 +14,15 @@ from typing import Any
 from .element import GROUND, Place
 from .references import FIXED
 
-ACROSS = ((1.0, 0.0), (0.0, 1.0))
+AXES = ((1.0, 0.0), (0.0, 1.0))
+"""Directions x and y."""
 
 
 @dataclass(frozen=True)
 class Along:
-    """Measure direction . (place of first - place of second) [m].
+    """Relative place along a direction: direction . (place of first - place of second) [m].
 
-    The direction is that at t = 0; if `turns` is true, it turns with the second body.
+    `direction` is given in the pose at t = 0; if `turns` is true, it turns with the second body.
     """
 
     first: Place
@@ -31,7 +33,7 @@ class Along:
 
 @dataclass(frozen=True)
 class Turn:
-    """Measure angle of first - angle of second [rad], each at a point of a body, as the angle of a strip varies along it."""
+    """Relative angle: angle of first - angle of second [rad]. Both name a point, as the angle of a strip varies along it."""
 
     first: Place
     second: Place = FIXED
@@ -39,7 +41,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Distance:
-    """Measure distance of two places [m], which must not coincide."""
+    """Distance of two points [m], which must not coincide."""
 
     first: Place
     second: Place
@@ -50,9 +52,9 @@ Measure = Along | Turn | Distance
 
 @dataclass(frozen=True)
 class Row:
-    """One equation: the sum of coefficient times measure keeps its value of t = 0, or changes by a drive's motion.
+    """One equation; `terms` are pairs of coefficient and measure, `motion` is the `Motion` or `Ramp` of a drive.
 
-    With `start_only` it holds at the start only, as for a pin that is centred in its bush.
+    With `start_only` it holds at t = 0 only, as for a pin that is centred in its bush at the start.
     """
 
     terms: tuple[tuple[float, Measure], ...]
@@ -65,53 +67,54 @@ class Row:
         return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
 
     def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
-        """Yield the derivatives by (x, y, angle) of each place at t = 0."""
+        """Yield each point of the row, with the derivatives of the row by its (x, y, angle) at t = 0."""
         for coefficient, measure in self.terms:
             if isinstance(measure, Turn):
                 yield measure.first, (0.0, 0.0, coefficient)
                 yield measure.second, (0.0, 0.0, -coefficient)
                 continue
             (x1, y1), (x2, y2) = points[measure.first.point], points[measure.second.point]
-            ex, ey = x1 - x2, y1 - y2
+            x, y, lever = x1 - x2, y1 - y2, 0.0
             if isinstance(measure, Distance):
-                (dx, dy), lever = (ex / hypot(ex, ey), ey / hypot(ex, ey)), 0.0
+                dx, dy = x / hypot(x, y), y / hypot(x, y)
             else:
-                (dx, dy), lever = measure.direction, 0.0
+                dx, dy = measure.direction
                 if measure.turns:
-                    lever = dx * ey - dy * ex
+                    lever = dx * y - dy * x
             yield measure.first, (coefficient * dx, coefficient * dy, 0.0)
             yield measure.second, (-coefficient * dx, -coefficient * dy, coefficient * lever)
 
 
 def row(measure: Measure, motion: object = None, *, start_only: bool = False) -> Row:
-    """Return the row of one measure."""
+    """Return the row of a single measure with coefficient 1."""
     return Row(((1.0, measure),), motion, start_only)
 
 
-def meets(point: str, first: str, second: str, *, start_only: bool = False) -> Iterator[Row]:
-    """Yield the two rows of a common point of two bodies: x, then y."""
-    for direction in ACROSS:
+def yield_pin(point: str, first: str, second: str, *, start_only: bool = False) -> Iterator[Row]:
+    """Yield the two rows of a pin: two bodies share a point, in x and in y."""
+    for direction in AXES:
         yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
 
 
 def find_pin(rows: Sequence[Row]) -> Along | None:
-    """Return the first measure of rows that are those of `meets` and possibly of angles; None for other rows."""
-    measures = [measure for row in rows for _, measure in row.terms]
-    plain = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
-    if not plain or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):
+    """Return the first measure of rows that are a pin, or a pin and constant angles; None for other rows."""
+    if len(rows) < 2 or any(row.motion or row.start_only or len(row.terms) != 1 or row.terms[0][0] != 1.0 for row in rows):
+        return None
+    measures = [row.terms[0][1] for row in rows]
+    if not all(isinstance(measure, Turn) for measure in measures[2:]):
         return None
     pin = measures[0]
     if not isinstance(pin, Along) or pin.first.point != pin.second.point:
         return None
-    return pin if measures[:2] == [Along(pin.first, pin.second, axis) for axis in ACROSS] else None
+    return pin if measures[:2] == [Along(pin.first, pin.second, axis) for axis in AXES] else None
 
 
-def on_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:
-    """Yield the row of a point of one body that stays on a line through it, fixed in another body."""
+def yield_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:
+    """Yield the row of a slot: a point of the first body stays on a line through it that is fixed in the second."""
     normal = (-along[1], along[0])
     yield row(Along(Place(first, point), Place(second, point), normal, turns=second != GROUND))
 
 
-def same_turn(point: str, first: str, second: str) -> Iterator[Row]:
-    """Yield the row of a constant angle between two bodies at a point."""
+def yield_angle(point: str, first: str, second: str) -> Iterator[Row]:
+    """Yield the row of a constant angle between two bodies at their common point."""
     yield row(Turn(Place(first, point), Place(second, point)))

@@ -1,4 +1,7 @@
-"""Sections of links: materials, rectangular sections, and sections given by stiffnesses, in SI."""
+"""Cross-sections of links, and their materials; all quantities in SI.
+
+E, G are the moduli, A the area, I the second moment of area, rho the density, k the shear correction, L the length.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,9 @@ from ..validate import non_negative
 class Material(Declared):
     """Linear elastic, isotropic material with Kelvin-Voigt damping.
 
-    The bending moment is EI (kappa + bending_damping dkappa/dt), the normal force EA (eps + axial_damping deps/dt). There are two
-    retardation times because measured bending losses contain those of air and joints.
+    The bending moment is E I (kappa + bending_damping dkappa/dt), the normal force E A (eps + axial_damping deps/dt), with the
+    curvature kappa and the axial strain eps. The two retardation times differ because measured losses in bending contain those
+    of air and joints.
 
     Examples
     --------
@@ -39,15 +43,16 @@ MATERIALS = {
     "aluminium": Material(modulus=70e9, density=2700.0),
     "PLA": Material(modulus=3.5e9, density=1240.0, poisson=0.36),
 }
-"""Materials by the names that files know: steel by EN 1993-1-1, drawn wire by EN 13906-1, aluminium by EN 1999-1-1.
-PLA is typical of solid parts; printed ones with gaps are softer and lighter."""
+"""Materials by their names in files: steel by EN 1993-1-1, drawn wire by EN 13906-1, aluminium by EN 1999-1-1.
+
+PLA has typical values of solid parts; printed parts with gaps are softer and lighter."""
 
 
-class ByName(Part):
-    """Specification of a material, by its name or its numbers."""
+class MaterialPart(Part):
+    """Specification of a material by its name or its properties."""
 
     def fits(self, given: object) -> bool:
-        """Accept a material, or the name of one."""
+        """Return True for a material, or a text."""
         return isinstance(given, str) or super().fits(given)
 
     def read(self, name: str, given: object) -> Any:
@@ -64,25 +69,25 @@ class ByName(Part):
         return any_of([{"enum": list(MATERIALS)}, super().schema()])
 
 
-class Slender:
+class SlenderSection:
     """Base of sections: properties that follow from stiffness and mass per length."""
 
     def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar of a length [m]."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre [m] of a straight bar of a length [m]."""
         mass = self.mass_per_length * length
         return mass, mass * length**2 / 12 + self.inertia_per_length * length, (length / 2, 0.0)
 
     def euler_load(self: Any, length: float) -> float:
-        """Return the critical load of the pinned strip, pi^2 E I / L^2, N."""
+        """Return the critical load of the pinned strip, pi^2 E I / L^2 [N]."""
         return float(pi**2 * self.bending_stiffness / length**2)
 
     def first_frequency(self: Any, length: float) -> float:
-        """Return the first bending frequency of the pinned strip, rad/s."""
+        """Return the first angular frequency of bending of the pinned strip [rad/s]."""
         return float((pi / length) ** 2 * sqrt(self.bending_stiffness / self.mass_per_length))
 
 
 @declared
-class Section(Slender, Declared):
+class Section(SlenderSection, Declared):
     """Rectangular section of a link.
 
     Examples
@@ -92,58 +97,58 @@ class Section(Slender, Declared):
     """
 
     width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
-    thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion: what bends")
-    material: Material = field(ByName((Material,)), "a material, or the name of one", default=STEEL)
+    thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion")
+    material: Material = field(MaterialPart((Material,)), "a material, or the name of one", default=STEEL)
 
     @property
     def area(self) -> float:
-        """A = b h, m^2."""
+        """Area A = width thickness [m^2]."""
         return self.width * self.thickness
 
     @property
     def second_moment(self) -> float:
-        """I = b h^3 / 12, m^4."""
+        """Second moment of area I = width thickness^3 / 12 [m^4]."""
         return self.width * self.thickness**3 / 12
 
     @property
     def bending_stiffness(self) -> float:
-        """E I, N m^2."""
+        """Bending stiffness E I [N m^2]."""
         return self.material.modulus * self.second_moment
 
     @property
     def axial_stiffness(self) -> float:
-        """E A, N."""
+        """Axial stiffness E A [N]."""
         return self.material.modulus * self.area
 
     @property
     def shear_stiffness(self) -> float:
-        """K G A, N, with Cowper's k = 10 (1 + nu) / (12 + 11 nu) of a rectangle (doi 10.1115/1.3625046)."""
+        """Shear stiffness k G A [N], with Cowper's k = 10 (1 + nu) / (12 + 11 nu) of a rectangle (doi 10.1115/1.3625046)."""
         nu = self.material.poisson
         shear_modulus = self.material.modulus / (2 * (1 + nu))
         return 10 * (1 + nu) / (12 + 11 * nu) * shear_modulus * self.area
 
     @property
     def mass_per_length(self) -> float:
-        """Rho A, kg/m."""
+        """Mass per length rho A [kg/m]."""
         return self.material.density * self.area
 
     @property
     def inertia_per_length(self) -> float:
-        """Rho I, kg m."""
+        """Rotary inertia per length rho I [kg m]."""
         return self.material.density * self.second_moment
 
     def damped(self, ratio: float, length: float) -> Section:
-        """Return the section with bending damping such that the first pinned mode has damping ratio `ratio`.
+        """Return the section with the bending damping that gives the first mode of the pinned strip a damping ratio.
 
-        The retardation time is tau = 2 ratio / omega_1; mode n then has n^2 times the ratio.
+        The retardation time is 2 ratio / omega_1; mode n then has n^2 times the ratio.
         """
         non_negative("ratio", ratio, "1")
-        tau = 2 * ratio / self.first_frequency(length)
-        return replace(self, material=replace(self.material, bending_damping=tau))
+        retardation = 2 * ratio / self.first_frequency(length)
+        return replace(self, material=replace(self.material, bending_damping=retardation))
 
 
 @declared
-class Profile(Slender, Declared):
+class Profile(SlenderSection, Declared):
     """A section of any shape and material, given by its stiffnesses and masses per length.
 
     Drawings and stresses are those of the square bar with the same bending and axial stiffness.
@@ -165,17 +170,17 @@ class Profile(Slender, Declared):
 
     @property
     def thickness(self) -> float:
-        """Thickness of the equivalent square bar, m."""
+        """Thickness of the equivalent square bar [m]."""
         return sqrt(12 * self.bending_stiffness / self.axial_stiffness)
 
     @property
     def width(self) -> float:
-        """Width of that bar, m."""
+        """Width of the equivalent square bar, equal to its thickness [m]."""
         return self.thickness
 
     @property
     def material(self) -> Material:
-        """Material of that bar."""
+        """Material of the equivalent square bar."""
         area = self.thickness**2
         return Material(
             self.axial_stiffness / area, self.mass_per_length / area,

@@ -1,4 +1,7 @@
-"""Signals and energies of elements in a run."""
+"""Signals and energies of elements in a run, and the motions from which elements compute them.
+
+The shape (times,) is that of one value for each sample of the run.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,9 @@ from ..geometry import Array
 class Kind(StrEnum):
     """Kind of a signal; it decides how two runs are compared and how samples are interpolated.
 
-    A stretch is a length that axial vibration changes. A reaction is the force of a constraint. A contact signal is a force or
-    depth of a contact. An internal force follows from motion or time by a law, as of strips, springs, motors, loads. A state is
-    one of a load's law.
+    A stretch is a length that axial vibration changes. A reaction is the force of a constraint, and `CONTACT` the normal force or
+    depth of a contact. An internal force follows from motion or time by a law, as in strips, springs, motors and loads. A state
+    belongs to the law of a load.
     """
 
     PLACE = "place"
@@ -35,11 +38,11 @@ class Kind(StrEnum):
 
 
 class Trait(NamedTuple):
-    """Properties of a signal other than values and unit.
+    """Properties of a signal other than its values and unit.
 
-    Signals of one `group` are components of a vector; their size is the largest of them. `rate` names the signal that is the
-    rate. `scale` is the size to which errors are relative, if the element gives it, as the clearance of a joint. `period` [s] is
-    that of a running mean of the signal `source`; 0 and '' for other signals.
+    `group` names the vector of which the signal is a component: errors of all components are relative to the largest of them.
+    `rate` names the signal of the time derivative. `scale` is the size to which errors are relative where the element gives it,
+    such as the clearance of a joint. Only a running mean has a `period` [s] and a `source`, the signal that is averaged.
     """
 
     kind: Kind
@@ -56,10 +59,10 @@ class Trait(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """A named series, `values` (times,); kind, group, rate, scale, period and source as in `Trait`.
+    """A named series of `values` (times,); see `Trait` for the fields from kind to source.
 
-    `onsets` (contacts,) are times at which a contact closes or opens [s], where its force jumps or has a kink. `depth` (times,)
-    is that of a stop's contact, negative if open [m]; `elastic` maps depths [m] to the elastic force [N].
+    `onsets` (contacts,) are the times at which a contact closes or opens [s]: its force jumps or has a kink there. The force of a
+    stop also has the `depth` (times,) [m] of its contact, negative if open, and `elastic`, the elastic force [N] of depths [m].
     """
 
     name: str
@@ -78,20 +81,21 @@ class Signal(NamedTuple):
     @property
     def trait(self) -> Trait:
         """Properties of the signal."""
-        return Trait(*self[3:9])
+        return Trait(*(getattr(self, name) for name in Trait._fields))
 
 
 def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rate: str = "") -> Iterator[Signal]:
-    """Yield the components (times, 2) of a vector: `F.f` gives `F.fx` and `F.fy`; the name of the rate likewise."""
+    """Yield the two components of a vector (times, 2): the name `F.f` gives `F.fx` and `F.fy`, as does the name of the rate."""
     for axis, letter in enumerate("xy"):
         yield Signal(f"{name}{letter}", values[:, axis], unit, kind, group or name, f"{rate}{letter}" if rate else "")
 
 
 class Energy(NamedTuple):
-    """Energy of shape (times,) [J]: stored ('held'), dissipated since t = 0 ('taken'), or supplied since t = 0 ('given').
+    """Energy (times,) [J]: stored ('held'), dissipated since t = 0 ('taken'), or supplied since t = 0 ('given').
 
-    `name` is the entry of the ledger to which it is added: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
-    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`.
+    It is added to the entry `name` of the energy balance: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
+    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`. The kind 'single' is a signal of one
+    element, whose energy another entry contains already.
     """
 
     kind: str
@@ -100,7 +104,7 @@ class Energy(NamedTuple):
 
 
 class Depth(NamedTuple):
-    """Largest allowed depth of a contact [m]: name of the signal, depth, and words for a message."""
+    """Largest allowed depth of a contact [m], with its signal; a message reads '`what` is 0.001 m `where`'."""
 
     signal: str
     allowed: float
@@ -108,33 +112,33 @@ class Depth(NamedTuple):
     where: str
 
 
-class Moved(Protocol):
-    """Motion of a link or block, as elements know it; places and rates each (times, 2), angles and energies (times,)."""
+class MovingBody(Protocol):
+    """Motion of a link or a guide's block: places and their rates (times, 2), angles and energies (times,)."""
 
     @property
     def mass(self) -> float:
-        """Mass, kg."""
+        """Mass [kg]."""
 
     def point(self, name: str, /) -> tuple[Array, Array]:
-        """Place and velocity of a point."""
+        """Return place [m] and velocity [m/s] of a point."""
 
     def turn(self, name: str, /) -> tuple[Array, Array]:
-        """Angle at a point since t = 0, rad, and its rate."""
+        """Return the angle at a point since t = 0 [rad] and its rate [rad/s]."""
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration of the centre of mass."""
+        """Return place, velocity and acceleration of the centre of mass."""
 
     def kinetic(self) -> Array:
-        """Kinetic energy, J."""
+        """Return the kinetic energy [J]."""
 
 
-class Slid(Moved, Protocol):
+class SlidingBlock(MovingBody, Protocol):
     """Motion of a guide's block."""
 
     @property
     def travel(self) -> Array:
-        """Travel along the guide since t = 0, m."""
+        """Travel along the guide since t = 0 [m]."""
 
     @property
     def speed(self) -> Array:
-        """Rate of the travel, m/s."""
+        """Rate of the travel [m/s]."""

@@ -14,57 +14,64 @@ from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
 from .load import Load, on_both, sample
-from .references import check_turning, distance, holder, holder_reference, refers, turning
+from .references import angle_reference, check_turning, distance, holder, holder_reference, refers
 from .signal import Energy, Kind, Signal
 
 Law = Callable[[float, float], float]
 PIECES = 400
-"""Number of pieces in the quadrature of a spring's law."""
+"""Equal pieces of the quadrature of a law, between its extreme arguments; each has four Gauss points."""
 
 
 def potential(law: Law, values: Array) -> Array:
-    """Integrate a law's force at rest from 0 to each value, J, by Gauss quadrature between edges of the law."""
+    """Integrate the force of a law at rest from 0 to each value, (times,) [J], by Gauss quadrature.
+
+    Pieces end at the edges of the law, where it jumps or has a kink. The last piece before each value is cut at the value.
+    """
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
     edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    half = np.diff(grid)[:, None] / 2
-    at = grid[:-1, None] + half + half * nodes
-    force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
-    work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
+
+    def integrate(starts: Array, ends: Array) -> Array:
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        half = (ends - starts)[:, None] / 2
+        at = starts[:, None] + half + half * nodes
+        force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
+        return np.asarray((force * weights * half).sum(axis=1))
+
+    work = np.concatenate([[0.0], np.cumsum(integrate(grid[:-1], grid[1:]))])
     k = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)
-    rest = (values - grid[k])[:, None] / 2
-    within = grid[k][:, None] + rest + rest * nodes
-    tail = (sample(law, within.ravel(), np.zeros(within.size)).reshape(within.shape) * weights * rest).sum(axis=1)
-    total: Array = work[k] + tail - work[np.searchsorted(grid, 0.0)]
+    total: Array = work[k] + integrate(grid[k], values) - work[np.searchsorted(grid, 0.0)]
     return total
 
 
 class Elastic(Load):
-    """Base of springs: a force along a coordinate by stiffness and damping, or by a law of (value less free value, rate)."""
+    """Base of springs. Their coordinate is a distance or an angle, less the value without force.
+
+    The force is given by stiffness and damping, or by a law of the coordinate and its rate.
+    """
 
     stiffness: float
     damping: float
     law: Law | None
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Return the coordinate less its free value, and its rate, each (times,)."""
+        """Return the coordinate and its rate, each (times,)."""
         raise NotImplementedError
 
     def tension(self, value: Array, rate: Array) -> Array:
-        """Return the restoring force, N, or torque, N m, (times,)."""
+        """Return the restoring force [N] or torque [N m], (times,)."""
         if self.law is None:
             return self.stiffness * value + self.damping * rate
         return sample(self.law, value, rate)
 
     def stored_energy(self, value: Array) -> Array:
-        """Compute the stored energy, J, (times,)."""
+        """Compute the stored energy (times,) [J]."""
         return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
     def dissipated_power(self, value: Array, rate: Array) -> Array:
-        """Return the power dissipated by damping, W, (times,)."""
+        """Return the power dissipated by damping (times,) [W]; with a law damping is the difference from the force at rest."""
         if self.law is None:
             return self.damping * rate**2
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
@@ -77,7 +84,7 @@ class Elastic(Load):
             yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the stored energy, and that dissipated by damping."""
+        """Yield the stored energy, and the energy dissipated by damping."""
         value, rate = self.state(record)
         yield Energy("held", "spring", self.stored_energy(value))
         yield Energy("taken", "damping", record.work(self.dissipated_power(value, rate)))
@@ -119,27 +126,27 @@ class Spring(Elastic):
             raise ValueError(f"{where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
 
     def free(self, mechanism: Parts) -> float:
-        """Return the free length, m."""
+        """Return the free length [m]."""
         return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
-        """Return elongation, m, its rate, m/s, each (times,), and the direction from a to b, (times, 2)."""
+        """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2)."""
         (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
-        length, along = unit(b - a)
-        return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
+        length, direction = unit(b - a)
+        return length - self.free(record.mechanism), ((b_t - a_t) * direction).sum(axis=1), direction
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Return elongation, m, and its rate, m/s, each (times,)."""
+        """Return elongation [m] and its rate [m/s], each (times,)."""
         return self.stretch(record)[:2]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the tension on both ends."""
-        value, rate, along = self.stretch(record)
+        value, rate, direction = self.stretch(record)
         ends = [holder_reference(record.mechanism, at) for at in (self.a, self.b)]
-        yield from on_both(ends, self.tension(value, rate)[:, None] * along, np.zeros_like(value))
+        yield from on_both(ends, self.tension(value, rate)[:, None] * direction, np.zeros_like(value))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield tension, N, and elongation, m."""
+        """Yield tension [N] and elongation [m]."""
         value, rate = self.state(record)
         yield Signal(f"{name}.force", self.tension(value, rate), "N", Kind.INTERNAL)
         yield Signal(f"{name}.elongation", value, "m", Kind.PLACE)
@@ -189,20 +196,20 @@ class TorsionSpring(Elastic):
         """Return the point references at which the torques act."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}
         shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)
-        return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)
+        return angle_reference(mechanism, self.first, shared), angle_reference(mechanism, self.second, shared)
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Return the angle from the free one, rad, and its rate, rad/s, each (times,)."""
+        """Return the angle of the second relative to the first less the free one [rad], and its rate [rad/s], each (times,)."""
         (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the torque on both."""
-        none = np.zeros((len(record.time), 2))
-        yield from on_both(self.ends(record.mechanism), none, self.tension(*self.state(record)))
+        """Yield the torque on both links."""
+        no_force = np.zeros((len(record.time), 2))
+        yield from on_both(self.ends(record.mechanism), no_force, self.tension(*self.state(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the torque on the first, N m, and the angle from the free one, rad."""
+        """Yield the torque on the first link [N m], and the angle less the free one [rad]."""
         value, rate = self.state(record)
         yield Signal(f"{name}.torque", self.tension(value, rate), "N m", Kind.INTERNAL)
         yield Signal(f"{name}.angle", value, "rad", Kind.PLACE)

@@ -1,4 +1,4 @@
-"""Stops: lines that a point must not pass, and the memory of their approach speed."""
+"""Stops: straight faces that a point may touch and not pass, and the memory of the approach speed of their contacts."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..declare import declared, direction, names, part, quantity
 from ..geometry import Array, cross, onsets, rotate, rotate_left
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
-from .references import check_known, known_link, reaches, takes_moments
+from .references import check_known, check_link, check_moments, check_point_of
 from .signal import Depth, Energy, Kind, Signal
 
 NEAREST = 1e-9
-"""Least initial distance of a point from the face, over the mechanism's extent: above rounding, so that its side is known."""
+"""Least initial distance of a point from the face, over the extent of the mechanism; below it rounding would decide the side."""
 PIERCED = 0.2
-"""Depth in a stop, over the mechanism's size, beyond which a run is suspect; soft buffers stay below it."""
+"""Depth in a stop, over the size of the mechanism, beyond which a run is suspect; soft buffers stay below it."""
 
 
 @declared
@@ -57,7 +57,7 @@ class Stop(Element):
 
     @property
     def rubs(self) -> str:
-        """The point, if the face has friction, else ''."""
+        """Name of the point; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
@@ -67,16 +67,16 @@ class Stop(Element):
 
     @property
     def carrier(self) -> str:
-        """The body that carries the face."""
+        """Name of the body that carries the face."""
         return place(self.on).body or self.on
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the face has a direction and is on another body than the point."""
+        """Raise a ValueError unless the face has a direction and its body is not that of the point."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
             raise ValueError(
-                f"{where}: along: must be given where no guide tells it: the direction square to the face, as (1, 0)"
+                f"{where}: along: must be given where the point has no guide: the direction square to the face, as (1, 0)"
             )
         if isinstance(self.friction, BristleLaw):
             kind = type(self.friction).__name__
@@ -87,11 +87,11 @@ class Stop(Element):
                     f"{where}: friction: the guide lets nothing slide along the face; give it to the guide, or give `along`"
                 )
             return
-        reaches(mechanism, self.body(mechanism), self.point, where)
-        takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
+        check_point_of(mechanism, self.body(mechanism), self.point, where)
+        check_moments(mechanism, (self.body(mechanism), self.carrier), where)
         if self.carrier == GROUND:
             return
-        known_link(mechanism, self.carrier, f"{where}: on")
+        check_link(mechanism, self.carrier, f"{where}: on")
         if self.carrier == self.body(mechanism):
             raise ValueError(f"{where}: on = '{self.on}': must be another body than the point's")
         if not mechanism.link(self.carrier).body.flexible:
@@ -100,19 +100,19 @@ class Stop(Element):
             raise ValueError(
                 f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'"
             )
-        reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
+        check_point_of(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
         """Yield a remark if there was no contact."""
         if not (signals[f"{name}.penetration"] > 0).any():
             near = ""
             if self.along is not None and self.on == GROUND:
-                place = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
-                near = f"; it came within {float(abs(place - self.at).min(initial=np.inf)):.3g} m"
+                position = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
+                near = f"; it came within {float(abs(position - self.at).min(initial=np.inf)):.3g} m"
             yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Parts) -> str:
-        """Return the link of the point."""
+        """Return the name of the link of the point; '' if there is none."""
         if self.link is not None:
             return self.link
         names = [guide.link for guide in mechanism.guides if guide.point == self.point]
@@ -120,27 +120,26 @@ class Stop(Element):
         return str(names[0]) if names else ""
 
     def origin(self, mechanism: Parts) -> str:
-        """Return a point reference of the body with the face: its section, or the start of a rigid link."""
+        """Return a point reference of the body with the face: the section of a flexible link, or the start of a rigid one."""
         if self.carrier == GROUND:
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
 
     def across(self, mechanism: Parts) -> tuple[float, float]:
         """Return the unit vector normal to the face at t = 0."""
-        found: tuple[float, float] = mechanism.guide(self.point).along if self.along is None else self.along
-        return found
+        return mechanism.guide(self.point).along if self.along is None else self.along
 
     def side(self, mechanism: Parts) -> float:
-        """Return +1 if the face is ahead of the start in its direction, -1 if behind."""
+        """Return +1 if the point starts before the face, seen along the face's direction, and -1 if it starts beyond."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:
-        """Return the distance along the direction from the point's start to the face, with its sign, m.
+        """Return the signed distance from the initial place of the point to the face, along the face's direction [m].
 
         Raises
         ------
         ValueError
-            If the point starts on the face, so that its side is not known.
+            If the point starts on the face, so that the side is not known.
         """
         distance = self.at - self._start(mechanism)
         size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
@@ -155,7 +154,7 @@ class Stop(Element):
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
     def approach(self, record: Recorded) -> tuple[Array, Array]:
-        """Return depth, m, positive in contact, and its rate, m/s, each (times,)."""
+        """Return depth [m], positive in contact, and its rate [m/s], each (times,)."""
         mechanism = record.mechanism
         side, face = self.side(mechanism), self.face(mechanism)
         if self.is_in_guide:
@@ -165,41 +164,40 @@ class Stop(Element):
         return side * (travel - face), side * rate
 
     def sliding(self, record: Recorded) -> Array:
-        """Return the speed of the point along the face, to the left of its direction, m/s, (times,)."""
+        """Return the speed of the point along the face, positive to the left of its direction, (times,) [m/s]."""
         x, y = self.across(record.mechanism)
         return self._travel(record, (-y, x))[1]
 
     def _travel(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
-        """Return the travel since t = 0 along a line that turns with the face, m, and its rate, m/s, each (times,)."""
+        """Return the travel since t = 0 [m] along a direction that turns with the face, and its rate [m/s], each (times,)."""
         mechanism, origin = record.mechanism, self.origin(record.mechanism)
-        (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
+        (p, p_t), (o, o_t) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
         angle, spin = record.turn(origin)
-        across = rotate(angle, line)
-        apart = at - start
-        before = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point])
-        travel = (apart * across).sum(axis=1) - float(before @ np.asarray(line))
-        return travel, ((velocity - moving) * across).sum(axis=1) + spin * (apart * rotate_left(across)).sum(axis=1)
+        direction, arm = rotate(angle, line), p - o
+        initial = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point]) @ np.asarray(line)
+        travel = (arm * direction).sum(axis=1) - float(initial)
+        return travel, ((p_t - o_t) * direction).sum(axis=1) + spin * (arm * rotate_left(direction)).sum(axis=1)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield contact force and friction on the point, and the opposite on the body with the face."""
+        """Yield contact force and friction on the point, and their opposites on the body with the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
-        across = rotate(angle, self.across(mechanism))
-        force = across * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        normal = rotate(angle, self.across(mechanism))
+        force = normal * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
         if self.rubs:
-            force = force - rotate_left(across) * self._drag(name, record)[0][:, None]
+            force = force - rotate_left(normal) * self._drag(name, record)[0][:, None]
         yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
             arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
             yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Return friction against the sliding, N, and the sliding speed, m/s, each (times,)."""
+        """Return friction against the sliding [N], and the sliding speed [m/s], each (times,)."""
         sliding = self.sliding(record)
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth, a share of the mechanism's size or of the distance from the start to the face."""
+        """Yield the largest allowed depth: a share of the size of the mechanism, or of the way to the face if that is longer."""
         lengths = [mechanism.length(link.name) for link in mechanism.links]
         size = max(abs(self.face(mechanism)), *lengths, *np.ptp(list(mechanism.points.values()), axis=0))
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
@@ -209,10 +207,10 @@ class Stop(Element):
         yield f"{name}.contact_force", f"{name}.penetration"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield contact force, N, and depth, m; with friction also friction force, N, and sliding speed, m/s."""
+        """Yield contact force [N] and depth [m]; with friction also friction force [N] and sliding speed [m/s]."""
         depth, rate = self.approach(record)
-        touched, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
-        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=touched, depth=depth, elastic=self.law.elastic)
+        changes, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
+        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=changes, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
         if self.rubs:
             drag, sliding = self._drag(name, record)
@@ -231,18 +229,20 @@ class Stop(Element):
 
 
 SLOWEST_ONSET = 1e-4
-"""Least approach speed in dissipative laws, m/s: a contact at rest has no impact speed."""
+"""Least approach speed in dissipative laws [m/s], as they divide by it and a contact from rest has none."""
 GRAZE = 0.05
-"""Least approach speed of an impact, over the fastest so far. After the last tiny rebound of a slider, a law that divides by the
-approach speed would otherwise pull at a slow release. Finer runs reduce it, so that the difference of runs shows its effect."""
+"""Least approach speed of an impact, over the fastest one so far.
+
+After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
+Finer runs reduce the share, so that the difference of two runs shows its effect."""
 
 
 @dataclass
 class Striking:
     """Memory of a stop's contacts, updated after each accepted step.
 
-    `onset` is the approach speed at the onset of the present contact [m/s], at least `share` times `fastest`. `fastest` is the
-    largest approach speed of contacts so far [m/s].
+    `onset` is the approach speed at the onset of the present or next contact [m/s], at least `share` times `fastest`, the largest
+    approach speed of contacts so far [m/s].
     """
 
     stop: Stop
@@ -251,7 +251,7 @@ class Striking:
     share: float = GRAZE
 
     def force(self, depth: float, rate: float) -> float:
-        """Return the contact force, N, never negative."""
+        """Return the contact force [N], from the depth [m] and its rate [m/s]; 0 out of contact."""
         return self.stop.law.force(depth, rate, self.onset) if depth > 0 else 0.0
 
     def accept(self, depth: float, rate: float) -> bool:

@@ -1,4 +1,4 @@
-"""Massless pinned strips: the exact elastica as a spring."""
+"""Massless pinned strips: springs with the force of the exact elastica."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..declare import declared, field, part
 from ..functions.fields import Function
 from ..geometry import Array
 from ..laws.pieces import Reals
-from .element import Body, Linked, Recorded
+from .element import Body, LinkBase, Recorded
 from .section import Profile, Section
 from .signal import Energy, Kind, Signal
 
 POINTS = 400
-"""Number of points of the spline of a strut's force; its error is of order -4 in it."""
+"""Number of points of the spline that integrates a strut's force; its error falls with their number to the power -4."""
 
 
 @declared
@@ -43,14 +43,14 @@ class Strut(Body):
     turns: ClassVar[bool] = False
     round_off: ClassVar[float] = 5e-15
 
-    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
-        """Yield end shortening, m, and compression without damping, N."""
+    def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening [m], and the compressive force without damping [N]."""
         elongation, _ = state(link, record)
         tension = StrutLaw(self, record.mechanism.length(link.name)).elastic
         yield Signal(f"{link.name}.end_shortening", -elongation, "m", Kind.STRETCH)
         yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
-    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
+    def energies(self, link: LinkBase, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and the energy dissipated by damping."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
@@ -58,8 +58,8 @@ class Strut(Body):
         yield Energy("taken", "damping", record.work(spring.damping_power(elongation, rate)))
 
 
-def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
-    """Return the elongation of a link, m, and its rate, m/s."""
+def state(link: LinkBase, record: Recorded) -> tuple[Array, Array]:
+    """Return the elongation of a link [m] and its rate [m/s], each (times,)."""
     (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)
     chord = end - start
     span = np.hypot(*chord.T)
@@ -67,11 +67,12 @@ def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
 
 
 class StrutLaw:
-    """Force law of one strut, of axial stiffness `rigidity` E A/L [N/m], up to the elongation `kink` < 0 at the Euler load [m].
+    """Force of one strut of length L over its elongation.
 
-    The force is E A/L times the elongation up to the Euler load. Beyond it the end shortening U is the sum of bending, u L, and
-    compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction is enough. A taut strut
-    also has the material's axial damping.
+    Down to the elongation `kink` < 0 [m], at which the Euler load is reached, the strut is straight and has the axial stiffness
+    `rigidity` E A/L [N/m]. Beyond it the end shortening is the sum of bending, u L, and compression, P L/(E A), with
+    P = p(u) E I/L^2. The compression is about 1e-7 of the sum, so one step of fixed-point iteration for u is enough. A taut
+    strut also has the material's axial damping.
     """
 
     def __init__(self, strut: Strut, length: float) -> None:
@@ -79,12 +80,12 @@ class StrutLaw:
         self.load, self.length = strut.load, length
         self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2
         self.damping = self.rigidity * section.material.axial_damping
-        self.compliance = self.unit / section.axial_stiffness  # of u per p
+        self.compliance = self.unit / section.axial_stiffness  # compression over length, for each unit of p
         self.critical = float(self.load(0.0))
         self.kink = -self.critical * self.compliance * length
 
     def elastic(self, elongation: float) -> float:
-        """Return the tension without damping, N."""
+        """Return the tension without damping [N]."""
         if elongation >= self.kink:
             return self.rigidity * elongation
         total = -elongation / self.length
@@ -93,18 +94,18 @@ class StrutLaw:
         return -self.unit * float(self.load(u))
 
     def force(self, elongation: float, rate: float) -> float:
-        """Return the tension, N; never negative when taut."""
+        """Return the tension [N], which is not negative in a taut strut."""
         if elongation > 0:
             return max(0.0, self.rigidity * elongation + self.damping * rate)
         return self.elastic(elongation)
 
     def damping_power(self, elongation: Reals, rate: Reals) -> Reals:
-        """Return the power dissipated by axial damping of the taut strut, W."""
+        """Return the power dissipated by axial damping of the taut strut [W]."""
         force = np.where(elongation > 0, self.damping * rate, 0.0)
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
 
     def stored_energy(self, elongation: Array) -> Array:
-        """Compute the work of the elastic force, J: exact on the straight branch, by a spline of the force law beyond it."""
+        """Compute the work of the elastic force [J]: in closed form while straight, by a cubic spline of the force beyond."""
         straight = 0.5 * self.rigidity * np.maximum(elongation, self.kink) ** 2
         deepest = float(elongation.min())
         if deepest >= self.kink:

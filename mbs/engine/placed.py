@@ -9,7 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements.element import Pair
-from ..elements.signal import Moved
+from ..elements.signal import MovingBody
 from ..geometry import Array
 from . import System
 
@@ -47,7 +47,7 @@ class EngineBody:
         columns = self.columns()
         return EngineStates(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
 
-    def motion(self, states: EngineStates) -> Moved:
+    def motion(self, states: EngineStates) -> MovingBody:
         """Return the motion for the record."""
         raise NotImplementedError
 

@@ -11,7 +11,7 @@ import numpy as np
 from exudyn import SystemContainer
 
 from ..elements.element import GROUND
-from ..elements.signal import Moved
+from ..elements.signal import MovingBody
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.errors import Status
@@ -101,7 +101,7 @@ class EngineScene:
         """Return the place of a point of a body, m, (2,), in the engine's current state."""
         return np.asarray(self._now(body).point(point)[0][0])
 
-    def _now(self, body: str) -> Moved:
+    def _now(self, body: str) -> MovingBody:
         q = self.system.systemData.GetODE2Coordinates()[None]
         return self.placed[body].motion(EngineStates(q, q, q))
 

@@ -115,13 +115,14 @@ class Scene:
             return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
         if mechanism.stops:
             return f"a contact at '{mechanism.stops[0].point}' begins and ends between steps"
+        rubbing = [guide.key for guide in mechanism.guides if guide.rubs_on_reaction]
+        if rubbing:
+            return f"friction of '{rubbing[0]}' follows its reaction"
         no_rows = np.empty((0, 3))
         constraints = set(self.linkage.names)
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
-            if element.rubs_on_reaction:
-                return f"friction of '{name}' follows its reaction"
             if name in constraints and element.reactions(no_rows) is None:
                 return f"'{name}' does not tell its reaction"
         acting = [each for each in (*mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
