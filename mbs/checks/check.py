@@ -1,4 +1,4 @@
-"""Checks of a run: a name, a function that finds faults, and one that says if the check does not apply."""
+"""Type of the checks of a run: a name, a function that finds faults, and one that explains why the check does not apply."""
 
 from __future__ import annotations
 
@@ -8,32 +8,31 @@ from dataclasses import dataclass
 from ..record.result import Result
 from ..record.run import Run
 
-Look = Callable[[Run, Result], Iterator[str]]
-Idle = Callable[[Run, Result], str]
+FindFaults = Callable[[Run, Result], Iterator[str]]
+"""Function that yields the faults of a run, each in words."""
+WhyIdle = Callable[[Run, Result], str]
+"""Function that returns the reason why a check does not apply to a run; '' if it applies."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a finished run; its sentences begin with its name.
-
-    `look(run, result)` yields faults in words, without the name; `idle(run, result)` says why the check does not apply, or ''.
-    """
+    """Check of a finished run, whose faults it writes with its name in front."""
 
     name: str
-    look: Look
-    idle: Idle = lambda _run, _result: ""
+    find: FindFaults
+    idle: WhyIdle = lambda _run, _result: ""
 
     def __call__(self, run: Run, result: Result) -> Iterator[str]:
-        """Yield its sentences, name first."""
+        """Yield the faults of a run, each with the name of the check in front; none if the check does not apply."""
         if not self.idle(run, result):
-            yield from (f"{self.name}: {fault}" for fault in self.look(run, result))
+            yield from (f"{self.name}: {fault}" for fault in self.find(run, result))
 
 
-def check(name: str, idle: Idle = Check.idle) -> Callable[[Look], Check]:
-    """Make a check from a function that finds faults: a decorator."""
-    return lambda look: Check(name, look, idle)
+def check(name: str, idle: WhyIdle = Check.idle) -> Callable[[FindFaults], Check]:
+    """Make a decorator that turns a function that finds faults into a check."""
+    return lambda find: Check(name, find, idle)
 
 
-def without(subjects: Callable[[Run], Iterable[object]], words: str) -> Idle:
-    """Make the function that returns the words if a run has none of the subjects of a check, else ''."""
-    return lambda run, _result: words if next(iter(subjects(run)), None) is None else ""
+def without(subjects: Callable[[Run], Iterable[object]], reason: str) -> WhyIdle:
+    """Make a function that returns the reason if a run has none of the subjects of a check, else ''."""
+    return lambda run, _result: reason if next(iter(subjects(run)), None) is None else ""

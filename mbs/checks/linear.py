@@ -1,8 +1,8 @@
 """Self-check of modal links: deflections and loads must be small, as modal links are linear about their straight shape.
 
-A linear link that bends does not become shorter: the missing end shortening is the mean of w'^2/2 along the link, w the
-deflection from the chord; 2.5 (w_max/L)^2 for a half-sine. Nor does an axial load change its stiffness: under a load P the
-relative error of the deflection is P/P_cr, and beyond P_cr it stays straight where a strip buckles.
+Let w be the deflection from the chord. Linear theory leaves out two effects. A bent link is shorter by the mean of w'^2/2
+over its length, which is 2.5 (w_max/L)^2 for a half-sine. An axial load P changes the stiffness: the relative error of the
+deflection is P/P_cr, and beyond the critical load P_cr a modal link stays straight where a strip buckles.
 """
 
 from __future__ import annotations
@@ -25,63 +25,71 @@ from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
 LEFT_OUT = 1e-3
-"""Largest error of the place of an end, or of mid-length, over the link's length: that allowed of places. A half-sine reaches
-it at a deflection of 2 %, and under a tenth of the critical load at 1 %."""
+"""Largest error of the place of an end or of mid-length, over the link's length.
+
+A half-sine has this error at a deflection of 2 % of the length, and under a tenth of the critical load at 1 %."""
 
 
 def _modal(run: Run) -> list[str]:
+    """Return the names of the modal links."""
     return [link.name for link in run.record.mechanism.links if link.body.linear and link.name in run.record.links]
 
 
 @check("LINEAR", without(_modal, "no modal link"))
-def linear(run: Run, result: Result) -> Iterator[str]:
-    """Check that the terms that linear theory leaves out are small."""
+def check_linear(run: Run, result: Result) -> Iterator[str]:
+    """Check that the terms that linear theory leaves out are small.
+
+    Under a load above the critical one a deflection grows at the rate omega_1 sqrt(P/P_cr - 1), omega_1 the first frequency.
+    """
     record = run.record
     for name in _modal(run):
-        history, section = record.links[name], record.mechanism.link(name).body.section
+        motion, section = record.links[name], record.mechanism.link(name).body.section
         length = record.mechanism.length(name)
         frequency = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        loaded = recent_mean(result.time, compression, np.pi / (2 * frequency))
-        nearer = history.foreshortening() / length
-        softer = np.abs(result.signals[f"{name}.deflection"] / length * loaded)
-        for missing, what in (
-            (nearer, "bends so far that its ends are nearer"),
-            (softer, "is pressed so far that it bends more"),
+        load_ratio = recent_mean(result.time, compression, np.pi / (2 * frequency))
+        shortening = motion.foreshortening() / length
+        missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
+        for missing, fault in (
+            (shortening, "bends so far that its ends are nearer"),
+            (missing_deflection, "is pressed so far that it bends more"),
         ):
             k = int(np.argmax(missing))
             if missing[k] > LEFT_OUT:
                 error = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
-                yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {error}"
-        over = growth_exponent(result.time, frequency * np.sqrt(np.maximum(loaded - 1.0, 0.0))) > GROWTH
-        if over.any():
-            k = int(np.argmax(over))
-            yield f"at t = {result.time[k]:.4g} s '{name}' carries {loaded[k]:.3g} times its critical load; make it a Beam"
+                yield f"at t = {result.time[k]:.4g} s '{name}' {fault}, {error}"
+        buckles = growth_exponent(result.time, frequency * np.sqrt(np.maximum(load_ratio - 1.0, 0.0))) > GROWTH
+        if buckles.any():
+            k = int(np.argmax(buckles))
+            yield f"at t = {result.time[k]:.4g} s '{name}' carries {load_ratio[k]:.3g} times its critical load; make it a Beam"
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link, N, from the joints at one end; 0 if other forces act at both, or the mesh is a file."""
+    """Compute the compression of a link [N], (times,), from the forces of joints at one end.
+
+    It is 0 if other forces act at both ends, or if the mesh of the link is a file.
+    """
     link: Any = run.record.mechanism.link(name)
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]
     for point, sign in ((link.start, 1.0), (link.end, -1.0)):
-        force = _by_joints(run.record.mechanism, result, name, point)
+        force = _joint_force(run.record.mechanism, result, name, point)
         if force is not None and not isinstance(link.body.mesh, MeshFile):
             return np.asarray(sign * (force * along).sum(axis=1))
     return np.zeros(len(result.time))
 
 
-def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point, N, (times, 2); None without joints or with other forces there."""
+def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
+    """Return the force of joints on a link at a point [N], (times, 2); None without joints or if other forces act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
-    if point in {place(getattr(each, field, "")).point for each in others for field in ("point", "a", "b")}:
+    if point in {place(getattr(element, field, "")).point for element in others for field in ("point", "a", "b")}:
         return None
-    parts = []
+    forces = []
     for key, joint in Scene.of(mechanism).elements.items():
         if isinstance(joint, Joint) and joint.point == point and name in (joint.first, joint.second):
             if f"{key}.fx" not in result.signals:
                 return None
             force = np.column_stack([result.signals[f"{key}.f{axis}"] for axis in "xy"])
-            parts.append(force if joint.second == name else -force)
-    return np.asarray(sum(parts)) if parts else None
+            forces.append(force if joint.second == name else -force)
+    return np.asarray(sum(forces)) if forces else None

@@ -1,4 +1,4 @@
-"""Self-checks of linkages from recorded places: residuals of constraints, dead centres."""
+"""Self-checks of linkages from recorded places: residuals of constraints, and dead centres."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ..scene.scene import Scene
 from .check import check
 
 SINGULAR = 1e-3
-"""Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
+"""Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre."""
 GAP = 1e-5
-"""Largest residual of a constraint, over the longest link, or in rad: a hundred times that of the coarsest steps."""
+"""Largest residual of a constraint, over the longest link or in rad: a hundred times the residual of the coarsest steps."""
 
 
 def determinant(jacobian: Array) -> Array:
-    """Compute the determinant of the constraints at each sample; with redundant rows, the volume spanned by the columns."""
+    """Compute the determinant of a Jacobian at each sample; with redundant rows, the volume spanned by its columns."""
     square = jacobian.shape[1] == jacobian.shape[2]
     return np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
 
@@ -32,40 +32,41 @@ def _places(record: Record) -> Array:
     """Return the start points and directions of all links, shape (times, links, 3)."""
     start = Scene.of(record.mechanism).linkage.reference
     rows = [
-        np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
-        for link, at in zip(record.mechanism.links, start, strict=True)
+        np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + direction])
+        for link, direction in zip(record.mechanism.links, start[:, 2], strict=True)
     ]
     return np.stack(rows, axis=1)
 
 
-def _not_determined(run: Run, _result: Result) -> str:
+def _why_not_determined(run: Run, _result: Result) -> str:
     determined = Scene.of(run.record.mechanism).is_determined
     return "" if determined else "not a linkage of which the drives alone decide the motion"
 
 
-@check("BRANCH", _not_determined)
-def off_dead_centres(run: Run, _result: Result) -> Iterator[str]:
-    """Check that the linkage passes no dead centre, beyond which the motion is not determined.
+@check("BRANCH", _why_not_determined)
+def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
+    """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
-    The determinant of the constraints is zero at a dead centre, and the other assembly of the linkage is beyond it. Redundant
-    rows may determine the motion even there.
+    The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. If rows are
+    redundant, they may determine the motion even there: then a second solution next to the pose is searched.
     """
     time, places = run.record.time, _places(run.record)
     linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
     jacobian = linkage.system(places, np.zeros_like(places))[1]
-    size = determinant(jacobian)
-    low = ~(size * np.sign(size[0]) > SINGULAR * np.abs(size).max())
-    for k in np.flatnonzero(low):
-        after = np.flatnonzero(~low[k:])
-        j = k + int(after[0]) if len(after) else len(low) - 1
+    values = determinant(jacobian)
+    singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())
+    for k in np.flatnonzero(singular):
+        regular = np.flatnonzero(~singular[k:])
+        j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample
         distance = float(np.abs(places[j] - places[k]).max())
-        if jacobian.shape[1] == jacobian.shape[2] or j == k or has_other_branch(linkage, float(time[j]), places[j], distance):
+        is_square = jacobian.shape[1] == jacobian.shape[2]
+        if is_square or j == k or has_other_branch(linkage, float(time[j]), places[j], distance):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 
 
 def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]:
-    """Return recorded rigid links, and the rows between them and the ground that hold in the run, without those of drives."""
+    """Return the indices of recorded rigid links, and of lasting rows between them and the ground, without rows of drives."""
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
     rows = [(k, linkage.named_rows[k][1]) for k in linkage.lasting]
@@ -73,7 +74,7 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
 
 
 def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
-    """Return the element of each row between rigid links, and the row's residual, m or rad, shape (times, rows)."""
+    """Return for rows between rigid links the names of their elements, and their residuals [m or rad], (times, rows)."""
     rigid, rows = _rigid_rows(linkage, record)
     q = np.repeat(linkage.reference[None], len(record.time), axis=0)
     for i in rigid:
@@ -83,12 +84,11 @@ def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
     return [linkage.names[k] for k in rows], linkage.system(q, np.zeros_like(q))[0][:, rows]
 
 
-def _none(run: Run, _result: Result) -> str:
-    """Say that there is no constraint between rigid links; '' if there is."""
+def _why_no_rows(run: Run, _result: Result) -> str:
     return "" if _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)[1] else "no constraint between rigid links"
 
 
-@check("CONSTRAINTS", _none)
+@check("CONSTRAINTS", _why_no_rows)
 def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     """Check that the residuals of all constraints are small."""
     linkage = Scene.of(run.record.mechanism).linkage

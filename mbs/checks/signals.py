@@ -16,18 +16,18 @@ from .check import check, without
 ROUNDING = 1e-9
 """Largest force of the wrong sign that is ascribed to rounding, over the largest force."""
 ENDS_MET = 0.02
-"""Distance of a strut's ends, relative to its length, at which they have met."""
+"""Distance of a strut's ends, over its length, at which they have met."""
 
 
 @check("NOT_FINITE")
-def finite(_run: Run, result: Result) -> Iterator[str]:
+def check_finite(_run: Run, result: Result) -> Iterator[str]:
     """Check that all values are finite."""
     if not all(np.isfinite(values).all() for values in result.signals.values()):
         yield "a signal is not finite"
 
 
 @check("TIME")
-def clock(_run: Run, result: Result) -> Iterator[str]:
+def check_time(_run: Run, result: Result) -> Iterator[str]:
     """Check that the time increases."""
     if not (np.diff(result.time) > 0).all():
         yield "time does not increase"
@@ -35,29 +35,28 @@ def clock(_run: Run, result: Result) -> Iterator[str]:
 
 @check("ENERGY")
 def check_balance(run: Run, result: Result) -> Iterator[str]:
-    """Check the balance of stored, dissipated and supplied energies, and that no dissipated energy decreases."""
+    """Check that energies balance within the error of the run, and that no dissipated energy decreases."""
     energy = result.energy or run.ledger
     estimated = (error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS)
-    allowed = max([BALANCE, *estimated])
-    through, unresolved = put_through(run.record, energy, result.signals)
-    allowed += unresolved
-    balance = float(np.abs(energy["error"]).max()) / through
+    throughput, unresolved = put_through(run.record, energy, result.signals)
+    allowed = max([BALANCE, *estimated]) + unresolved
+    balance = float(np.abs(energy["error"]).max()) / throughput
     if not balance <= allowed:
         yield f"balance {balance:.2e} of the energy put through, allowed {allowed:g}"
-    for name, taken in energy.items():
+    for name, dissipated in energy.items():
         if name.startswith("taken_"):
-            given = float((np.maximum.accumulate(taken) - taken).max()) / through
-            if given > allowed:
-                yield f"'{name}' gives back {given:.2e} of the energy put through: a law makes energy"
+            decrease = float((np.maximum.accumulate(dissipated) - dissipated).max()) / throughput
+            if decrease > allowed:
+                yield f"'{name}' gives back {decrease:.2e} of the energy put through: a law makes energy"
 
 
 def _one_sided(run: Run) -> list[tuple[str, str]]:
-    """Return the names of forces that must not be negative, each with that of its depth or ''."""
+    """Return the signals of forces that must not be negative, each with the signal of its depth; '' for ropes."""
     return [signals for name, element in Scene.of(run.record.mechanism).elements.items() for signals in element.one_sided(name)]
 
 
 @check("CONTACT", without(_one_sided, "no stop, no joint with clearance and no rope"))
-def pushing(run: Run, result: Result) -> Iterator[str]:
+def check_directions(run: Run, result: Result) -> Iterator[str]:
     """Check that contacts push only while closed and never pull, and that ropes pull."""
     for name, depth in _one_sided(run):
         force = result.signals[name]
@@ -65,21 +64,22 @@ def pushing(run: Run, result: Result) -> Iterator[str]:
         wrong = {"pulls" if depth else "would push, but goes slack,": force < -allowed}
         if depth:
             wrong["acts without touching"] = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
-        for what, where in wrong.items():
-            if where.any():
-                k = int(np.argmax(where))
-                yield f"'{name}' {what} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
+        for fault, samples in wrong.items():
+            if samples.any():
+                k = int(np.argmax(samples))
+                yield f"'{name}' {fault} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
 
 
 def _depths(run: Run) -> Iterator[Depth]:
+    """Yield the depths of contacts that elements limit."""
     mechanism = run.record.mechanism
     for name, element in Scene.of(mechanism).elements.items():
         yield from element.depths(name, mechanism)
 
 
 @check("PENETRATION", without(_depths, "no stop and no joint with clearance"))
-def shallow(run: Run, result: Result) -> Iterator[str]:
-    """Check that no contact is deeper than its element allows, as contact laws do not hold there."""
+def check_depths(run: Run, result: Result) -> Iterator[str]:
+    """Check that no contact is deeper than its element allows: contact laws do not hold beyond."""
     for depth in _depths(run):
         deepest = float(result.signals[depth.signal].max(initial=0.0))
         if deepest > depth.allowed:
@@ -92,7 +92,7 @@ def _struts(run: Run) -> list[str]:
 
 @check("CROSSED", without(_struts, "no strut"))
 def check_crossing(run: Run, result: Result) -> Iterator[str]:
-    """Check that the ends of no strut have met: its law depends on their distance only and would have the wrong direction."""
+    """Check that the ends of no strut have met: beyond, the force would have the wrong direction."""
     for name in _struts(run):
         if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * run.record.mechanism.length(name)).any():
             yield f"the ends of strut '{name}' met; its force law ends there"

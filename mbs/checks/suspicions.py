@@ -1,7 +1,7 @@
-"""Self-checks of a finished run, each of which yields reasons not to trust it.
+"""All self-checks of a finished run, which find reasons not to trust it.
 
-No check relies on the integrator: the energy balance has formulas that the engine does not use, and others look for impossible
-behaviour, as a contact that pulls or a jump to another branch. The error of a run follows from finer runs: `mbs.accuracy`.
+No check relies on the integrator. The energy balance has formulas that the engine does not use; the other checks look for
+impossible behaviour, such as a contact that pulls. The error of a run is estimated from finer runs, in `mbs.accuracy`.
 """
 
 from __future__ import annotations
@@ -11,25 +11,25 @@ from collections.abc import Iterator
 from ..record.result import Result
 from ..record.run import Run
 from .check import Check
-from .linear import linear
-from .linkages import check_constraints, off_dead_centres
-from .signals import check_balance, check_crossing, clock, finite, pushing, shallow
+from .linear import check_linear
+from .linkages import check_constraints, check_dead_centres
+from .signals import check_balance, check_crossing, check_depths, check_directions, check_finite, check_time
 from .unbuckled import check_buckled
 
-READABLE: tuple[Check, ...] = (finite, clock)
-"""Checks that must pass before the others are made."""
+FIRST: tuple[Check, ...] = (check_finite, check_time)
+"""Checks without which the others cannot be made."""
 CHECKS: tuple[Check, ...] = (
-    *READABLE,
+    *FIRST,
     check_constraints,
     check_balance,
-    pushing,
-    shallow,
+    check_directions,
+    check_depths,
     check_buckled,
     check_crossing,
-    off_dead_centres,
-    linear,
+    check_dead_centres,
+    check_linear,
 )
-"""All checks, in order."""
+"""All checks, in their order."""
 
 
 def idle(run: Run, result: Result) -> dict[str, str]:
@@ -43,9 +43,9 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
     """Yield the faults that checks find in a run and its result, in words; none for a run that failed."""
     if not result.status.finished:
         return
-    for check in READABLE:
+    for check in FIRST:
         for fault in check(run, result):
             yield fault
             return
-    for check in CHECKS[len(READABLE) :]:
+    for check in CHECKS[len(FIRST) :]:
         yield from check(run, result)

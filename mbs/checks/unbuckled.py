@@ -1,8 +1,8 @@
-"""Self-check of strips: none stays straight where a thin strip buckles.
+"""Self-check of strips: no strip stays straight under a load at which a thin strip buckles.
 
-The growth rate of the bending of a straight strip follows from the tangent of the mechanism under its load. The pose is that of
-the run, with each strip in its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid
-links and follower loads are taken into account, and no table of end conditions is needed. Inertial forces are left out.
+The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run. In this pose each
+strip has its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid links and follower
+loads are taken into account, and no table of end conditions is needed. Inertial forces are left out.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from .check import check, without
 BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip must be buckled."""
 GROWTH = 14.0
-"""Exponent of the growth of a disturbance, under more than the critical load, after which a strip must have bent: e^14 is 1e6."""
+"""Time integral of the growth rate of a disturbance after which a strip must have bent: e^14 is 1e6."""
 UNBENT = 1e-3
 """Change of the deflection, over the length, up to which a strip has not bent."""
 AXIAL = 0.5
 """Share of axial strain in the end shortening above which a strip is not buckled."""
 POSES = 25
-"""Number of times at which the tangent is computed, evenly over those at which a strip is compressed."""
+"""Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Share of the lesser force at two neighbouring ones of these times above which the lesser rate holds between them."""
+"""Least compression over the lesser one at both neighbouring poses with which the lesser of their rates is taken."""
 COMPRESSED = 0.01
-"""Share of the Euler load below which no strip is checked."""
+"""Compression over the Euler load below which no strip is checked."""
 
 
 def _strips(run: Run) -> list[Link]:
@@ -48,7 +48,7 @@ def check_buckled(run: Run, result: Result) -> Iterator[str]:
 
 
 def _straight_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips much shorter than their arc by axial strain alone, which is an unbuckled state."""
+    """Find strips that are much shorter than their stress-free length by axial strain, without buckling."""
     for link in _strips(run):
         shortening = result.signals[f"{link.name}.end_shortening"] / run.record.links[link.name].length
         strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
@@ -59,26 +59,23 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips that stay straight although the least bending would grow.
+    """Find strips that stay straight although a small deflection would grow.
 
-    The normal force is the mean over a quarter of the pinned strip's first period, without axial vibration.
+    The normal force is the mean over the last quarter of the pinned strip's first period, which removes axial vibrations.
     """
     record, time, strips = run.record, result.time, _strips(run)
     periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
     forces = {name: recent_mean(time, result.signals[f"{name}.axial_force"], period / 4) for name, period in periods.items()}
     unbent = {link.name: _unbent(record, result, link) for link in strips}
-    compressed = {
-        link.name: (-forces[link.name] > COMPRESSED * link.body.section.euler_load(record.links[link.name].length))
-        & unbent[link.name]
-        for link in strips
-    }
-    if len(time) < 3 or not any(_may_grow(record, link, time, -forces[link.name] * compressed[link.name]) for link in strips):
+    least = {link.name: COMPRESSED * link.body.section.euler_load(record.links[link.name].length) for link in strips}
+    compressed = {name: (-force > least[name]) & unbent[name] for name, force in forces.items()}
+    if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
-    growth, rows = find_offer("growth")(record), np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
-    found = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in rows]
+    growth, poses = find_offer("growth")(record), np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
+    rates = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in poses]
     for name, force in forces.items():
-        rate = _between(rows, np.array([each[name] for each in found]), -force) * compressed[name]
+        rate = _at_all_samples(poses, np.array([at_pose[name] for at_pose in rates]), -force) * compressed[name]
         straight = growth_exponent(time, rate) > GROWTH
         if straight.any():
             k = int(np.argmax(straight))
@@ -86,41 +83,43 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
             yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
 
 
-def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
-    """Return True if bending could have grown under a force, N, by an upper bound of the rate, P/2 sqrt(EI mu) with fixed ends.
+def _may_grow(link: Link, time: Array, force: Array) -> bool:
+    """Return True if bending could have grown under a compression P [N], (times,), by an upper bound of its rate.
 
-    (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; for ends that move the bound is taken twice as large.
+    A wave with the number k grows at the rate sqrt((P k^2 - EI k^4)/mu), mu the mass per length. It is at most P/2 sqrt(EI mu),
+    at k^2 = P/2 EI; as ends may move, twice that is taken.
     """
     section = link.body.section
     fastest = force / np.sqrt(section.bending_stiffness * section.mass_per_length)
     return bool((growth_exponent(time, fastest) > GROWTH).any())
 
 
-def _between(rows: Array, rates: Array, compression: Array) -> Array:
-    """Return rates at all samples from some: the lesser one of both neighbours, and zero at a smaller compression."""
-    at = np.searchsorted(rows, np.arange(len(compression)), side="right")
-    before, after = np.maximum(at - 1, 0), np.minimum(at, len(rows) - 1)
-    least = np.minimum(compression[rows[before]], compression[rows[after]])
+def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
+    """Return rates at all samples from those at some: the lesser of both neighbours, or zero at a much smaller compression."""
+    following = np.searchsorted(poses, np.arange(len(compression)), side="right")
+    before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
+    least = np.minimum(compression[poses[before]], compression[poses[after]])
     found: Array = np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0)
     return found
 
 
 def _unbent(record: Record, result: Result, link: Link) -> Array:
-    """Return True at samples at which a strip has its initial deflection; an arch on the other side of its chord has bent."""
+    """Return True at samples at which a strip has its initial deflection; an arch that has snapped through has not."""
     deflection = result.signals[f"{link.name}.deflection"]
     unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
     return unbent
 
 
 def growth_exponent(time: Array, rate: Array) -> Array:
-    """Compute the exponent by which a disturbance has grown since its rate of growth, 1/s, was last zero."""
+    """Integrate a growth rate [1/s], (times,), from the last time at which it was zero: the exponent of the growth."""
     exponent = trapezoidal(time, rate)
     found: Array = exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent))
     return found
 
 
 def recent_mean(time: Array, values: Array, span: float) -> Array:
-    """Return the mean over the last `span` seconds, or since the start."""
+    """Compute at each sample the mean over the last `span` seconds, or since the start, (times,)."""
     total = trapezoidal(time, values)
-    since = np.maximum(time - span, time[0])
-    return np.where(time > since, (total - np.interp(since, time, total)) / np.maximum(time - since, 1e-300), values)
+    begin = np.maximum(time - span, time[0])
+    mean = (total - np.interp(begin, time, total)) / np.maximum(time - begin, 1e-300)
+    return np.where(time > begin, mean, values)

@@ -11,16 +11,16 @@ from typing import Any
 from ..validate import near
 
 LEVEL = 0.95
-"""Probability with which an interval covers what it is of: a convention."""
+"""Probability with which a confidence interval contains the true value: a convention."""
 SHOWN = 3
-"""Number of signals with the largest errors that are printed: they fit into a line."""
+"""Number of signals with the largest errors that `repr` shows: they fit into a line."""
 
 
 class Status(StrEnum):
-    """Outcome of a run. Anything but OK comes with a sentence that says what to do.
+    """Outcome of a run; any status but OK has a message that says what to do.
 
-    The last four belong to runs that finished. CHAOTIC and SENSITIVE: the requested accuracy holds only up to `error.until`.
-    UNSTABLE: an equilibrium is not stable. UNSEEN: a user's function has edges between the steps.
+    CHAOTIC and SENSITIVE: the run has the requested accuracy up to `error.until` only. UNSTABLE: an equilibrium is not stable.
+    UNSEEN: a user's function has edges between the steps. These four belong to runs that reached their end, as SUSPECT does.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Status(StrEnum):
 
 
 class Norm(StrEnum):
-    """Norm of the difference of a signal from the exact one: each bounds the error of some readings.
+    """Norm of the difference between a signal and the exact one; it bounds the error of some readings.
 
     Attributes
     ----------
@@ -73,9 +73,9 @@ Key = tuple[str, Norm]
 
 
 class UnknownErrorError(ValueError, KeyError):
-    """A result has no error of that name."""
+    """A result has no error estimate of a name."""
 
-    __str__ = Exception.__str__  # a KeyError would quote its sentence
+    __str__ = Exception.__str__  # that of KeyError puts the message in quotes
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,7 +87,7 @@ class Errors(Mapping[Any, float]):
     >>> errors["B.x"], errors["B.x", "peak"], errors.motion
     (0.01, 0.02, 0.01)
 
-    Each is estimated from the difference of two runs, up to `until`; see `mbs.accuracy`.
+    Each error is estimated from the difference of two runs, up to the time `until`; see `mbs.accuracy`.
 
     Attributes
     ----------
@@ -101,11 +101,11 @@ class Errors(Mapping[Any, float]):
     kind : str
         Origin of the estimate, in words.
     until : float
-        Time, s, up to which the errors hold; a chaotic motion is one of many trajectories beyond it.
+        Time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories.
     turn : float
-        Time, s, of a turn of the drive: batches of chaotic motions are whole turns; 0 if nothing turns at a constant speed.
+        Time of a turn of the drive [s], of which batches of chaotic motions are multiples; 0 if no drive has a constant speed.
     unresolved : tuple of str
-        Forces with vibrations too fast for the steps: read their means over the axial period, `F.mean`.
+        Forces that vibrate too fast for the steps; their means over the axial period, `F.mean`, are resolved.
     notes : tuple of str
         Remarks on the errors, in sentences.
     """
@@ -125,10 +125,10 @@ class Errors(Mapping[Any, float]):
         return self.motion >= 0
 
     def __getitem__(self, name: str | tuple[str, str]) -> float:
-        """Return the error of a signal, in the norm RMS by default; UnknownErrorError, a ValueError, if there is none."""
+        """Return the error of a signal, in the norm RMS by default; raise an UnknownErrorError if it is unknown."""
         key = (name, Norm.RMS) if isinstance(name, str) else name
         if key in self.signals:
-            return self.signals[key]  # type: ignore[index]  # a norm is its word
+            return self.signals[key]  # type: ignore[index]  # a member of a StrEnum equals its text
         if not self.signals:
             raise UnknownErrorError(f"no error of '{name}': none was estimated; simulate(..., accuracy=1e-3) does")
         names = list(dict.fromkeys(signal for signal, _ in self.signals))
@@ -144,7 +144,7 @@ class Errors(Mapping[Any, float]):
         return self.signals.get((name, norm), nan) * self.sizes.get((name, norm), nan)
 
     def __eq__(self, other: object) -> bool:
-        """Compare all fields; values that are unknown in both are equal."""
+        """Compare all fields; two nan are equal."""
         return isinstance(other, Errors) and repr(vars(self)) == repr(vars(other))
 
     __hash__ = None  # type: ignore[assignment]
@@ -158,10 +158,10 @@ class Errors(Mapping[Any, float]):
         return len(self.signals)
 
     def __repr__(self) -> str:
-        """Return the error of the motion and the largest ones of signals, in a line."""
+        """Return the error of the motion and the largest errors of signals, in a line."""
         if not self.known and not self.signals:
             return "<Errors: not estimated>"
-        own = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}
-        worst = sorted(own, key=lambda name: own[name], reverse=True)
-        shown = "".join(f", {name} {own[name]:.2g}" for name in worst[:SHOWN])
-        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(own) > SHOWN else ''}>"
+        errors = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}
+        worst = sorted(errors, key=lambda name: errors[name], reverse=True)
+        shown = "".join(f", {name} {errors[name]:.2g}" for name in worst[:SHOWN])
+        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(errors) > SHOWN else ''}>"

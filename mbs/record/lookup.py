@@ -1,4 +1,4 @@
-"""Signals by name and between samples, and integrals over samples, which need not be equidistant."""
+"""Interpolation and integration of sampled signals, and messages for unknown names; samples need not be equidistant."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from ..geometry import Array
 from ..validate import near
 
 OUTSIDE = 1e-9
-"""Largest distance of a time from the ends of a run at which it counts as within, relative to the run."""
+"""Largest distance of a time from the ends of a run, over its duration, at which the time counts as within: rounding."""
 
 
 class UnknownSignalError(ValueError, KeyError):
-    """A result has no signal of that name."""
+    """A result has no signal of a name."""
 
-    __str__ = Exception.__str__  # a KeyError would quote its sentence
+    __str__ = Exception.__str__  # that of KeyError puts the message in quotes
 
 
 def unknown(name: str, names: list[str]) -> UnknownSignalError:
@@ -28,25 +28,25 @@ def unknown(name: str, names: list[str]) -> UnknownSignalError:
 
 
 def slopes(time: Array, values: Array, smooth: bool) -> Array:
-    """Compute slopes at the samples, (samples, ...): of smooth signals by parabolas, else such that cubics stay monotone.
+    """Compute slopes at the samples, (samples, ...): by parabolas if the signal is smooth, else by Fritsch and Butland.
 
-    F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput.
-    5 (1984) 300, doi 10.1137/0905021.
+    The latter keep cubics monotone: F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic
+    interpolants, SIAM J. Sci. Stat. Comput. 5 (1984) 300, doi 10.1137/0905021.
     """
     if smooth:
         return np.asarray(np.gradient(values, time, axis=0, edge_order=2))
     h = np.diff(time).reshape((-1, *[1] * (values.ndim - 1)))
     secants = np.diff(values, axis=0) / h
     h1, h2, before, after = h[:-1], h[1:], secants[:-1], secants[1:]
-    share = (h1 + 2 * h2) / (3 * (h1 + h2))
+    weight = (h1 + 2 * h2) / (3 * (h1 + h2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        mean = before * after / (share * after + (1 - share) * before)
+        mean = before * after / (weight * after + (1 - weight) * before)
     return np.concatenate([secants[:1], np.where(before * after > 0, mean, 0.0), secants[-1:]])
 
 
 def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate between samples, two at least, by the cubics with their values and speeds; return values and speeds."""
-    k, h, s = _steps(time, times, values.ndim)
+    """Interpolate at `times` by cubics with the values and speeds of the samples, at least two; return values and speeds."""
+    k, h, s = _find_steps(time, times, values.ndim)
     secant = (values[k + 1] - values[k]) / h
     rates = (1 - s) * (1 - 3 * s) * speeds[k] + s * (3 * s - 2) * speeds[k + 1] + 6 * s * (1 - s) * secant
     return cubics(time, values, speeds, times), np.asarray(rates)
@@ -57,21 +57,24 @@ BLOCK = 2048
 
 
 def cubics(time: Array, values: Array, speeds: Array, times: Array) -> Array:
-    """Values between samples, two at least, of the cubics with the samples' values and speeds."""
+    """Interpolate at `times` by cubics with the values and speeds of the samples, at least two; return values."""
     found = np.empty(np.shape(times) + values.shape[1:])
     if np.ndim(times) == 1 and len(times) > BLOCK:
         for first in range(0, len(times), BLOCK):
             found[first : first + BLOCK] = cubics(time, values, speeds, times[first : first + BLOCK])
         return found
-    k, h, s = _steps(time, times, values.ndim)
+    k, h, s = _find_steps(time, times, values.ndim)
     r, start = 1 - s, values.take(k, 0)
     rise = values.take(k + 1, 0) - start
     found[...] = start + s * s * (1 + 2 * r) * rise + h * s * r * r * speeds.take(k, 0) - h * s * s * r * speeds.take(k + 1, 0)
     return found
 
 
-def _steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
-    """Numbers of the steps in which times lie, their lengths, and fractions of them, in arrays of a number of dimensions."""
+def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
+    """Return the index k of the step in which each of `times` lies, its length h, and the fraction s of it that has passed.
+
+    h and s have trailing axes of length 1, so that they multiply samples of a number of dimensions.
+    """
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     h, passed = time[k + 1] - time[k], times - time[k]
     shape = np.shape(k) + (1,) * (dimensions - 1)
@@ -81,19 +84,18 @@ def _steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Ar
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
     """Interpolate by quintic Hermite polynomials: values, and rates times h, at the fraction s of steps of length h.
 
-    `ends` are (values, rates, second rates) at both ends of the steps.
+    `ends` are (values, rates, second rates) at both ends. The polynomial is q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
     v, a, change = h * q_t, 0.5 * h**2 * q_tt, end - q
-    # q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5 with value, rate and second rate at s = 1
-    d0, d1, d2 = change - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a
+    d0, d1, d2 = change - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a  # parts of c3, c4 and c5 at s = 1
     c3, c4, c5 = 10 * d0 - 4 * d1 + 0.5 * d2, -15 * d0 + 7 * d1 - d2, 6 * d0 - 3 * d1 + 0.5 * d2
-    at = q + s * (v + s * (a + s * (c3 + s * (c4 + s * c5))))
-    return at, v + s * (2 * a + s * (3 * c3 + s * (4 * c4 + 5 * s * c5)))
+    values = q + s * (v + s * (a + s * (c3 + s * (c4 + s * c5))))
+    return values, v + s * (2 * a + s * (3 * c3 + s * (4 * c4 + 5 * s * c5)))
 
 
 def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:
-    """Interpolate samples at other times by cubic Hermite polynomials, with given rates or those of `slopes`."""
+    """Interpolate samples at `times` by cubic Hermite polynomials, with given rates or those of `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
     if len(time) == 2 and rates is None:
@@ -109,7 +111,7 @@ EVEN = 10.0
 def trapezoidal(time: Array, rate: Array) -> Array:
     """Integrate from the first time by the trapezoidal rule, each (times,): for motions of a second-order integrator.
 
-    The energy balance of such motions closes better by this rule than by a finer one, as the integrator uses it itself.
+    The energy balance of such motions closes better by this rule, which the integrator uses itself, than by a better one.
     """
     return np.append(0.0, np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2))
 
@@ -117,10 +119,10 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
     """Integrate from the first time, each (..., times), to the fourth order; for values known to rounding.
 
-    The trapezoidal rule corrected by the slopes at both ends: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5). Slopes are
-    those of parabolas through three neighbours; at a kink, of the parabola on the step's own side. Between secants of one sign a
-    slope is at most three times the smaller secant, so that no cubic overshoots where a force becomes constant (C. de Boor,
-    B. Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9).
+    The trapezoidal rule is corrected by slopes at both ends of a step: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5).
+    A slope is that of the parabola through three neighbours; at a kink, of the parabola on the same side. Between secants of one
+    sign a slope is at most three times the smaller secant, and no cubic overshoots where a force becomes constant: C. de Boor,
+    B. Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9.
     """
     steps = np.diff(time)
     areas = steps * (rate[..., 1:] + rate[..., :-1]) / 2
@@ -130,12 +132,13 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
         slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
         most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
         slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
-        first, last = np.zeros_like(secant), np.zeros_like(secant)  # slopes at the start and at the end of each step
+        first, last = np.zeros_like(secant), np.zeros_like(secant)  # slopes f0' and f1' of each step
         first[..., 1:], last[..., :-1] = slope, slope
-        bend, starts, ends = first - last, np.append(True, ~even), np.append(~even, True)  # at kinks
-        bend[..., starts] = 2 * (secant[..., starts] - last[..., starts])
-        bend[..., ends] = np.where(starts[ends], 0.0, 2 * (first[..., ends] - secant[..., ends]))
-        areas += bend * steps**2 / 12
+        difference, after_kink, before_kink = first - last, np.append(True, ~even), np.append(~even, True)
+        difference[..., after_kink] = 2 * (secant[..., after_kink] - last[..., after_kink])
+        one_sided = 2 * (first[..., before_kink] - secant[..., before_kink])
+        difference[..., before_kink] = np.where(after_kink[before_kink], 0.0, one_sided)
+        areas += difference * steps**2 / 12
     found = np.zeros(rate.shape)
     np.cumsum(areas, axis=-1, out=found[..., 1:])
     return found

@@ -1,6 +1,7 @@
-"""Record of a run, plain arrays over time from a solver: motions of rigid links, blocks and strips, and channels of elements.
+"""Record of a run: arrays over time from a solver, of motions of links and blocks, and channels of elements.
 
-Signals, energies, checks and files are computed from it alone. Motions of strips are in `strips`.
+Signals, energies, checks and files are computed from the record alone. In motions q, q_t and q_tt are coordinates, velocities
+and accelerations. The motion of a strip is in `strips`; a channel is a named array that only its element can interpret.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class RigidMotion:
 
     @cached_property
     def _rotation(self) -> tuple[Array, Array]:
-        """Cosine and sine of the angle turned, each (times,)."""
+        """Cosine and sine of the angle since t = 0, each (times,)."""
         return np.cos(self.q[:, 2]), np.sin(self.q[:, 2])
 
     def point(self, name: str) -> tuple[Array, Array]:
@@ -61,7 +62,7 @@ class RigidMotion:
 
 @dataclass(frozen=True, eq=False)
 class BlockMotion:
-    """Motion of a guide's block: mass [kg], place at t = 0 [m], direction, and travel along the guide with its rates."""
+    """Motion of a guide's block: mass [kg], place at t = 0 [m], direction of the guide, travel q along it [m], (times,)."""
 
     mass: float
     origin: tuple[float, float]
@@ -103,7 +104,7 @@ def select(motion: Any, rows: Any) -> Any:
 
 
 def between(motion: Any, time: Array, times: Array) -> Any:
-    """Return the same motion at other times [s] within its own, by cubic Hermite interpolation; accelerations are left out."""
+    """Interpolate a motion at other times [s] by cubic Hermite polynomials; accelerations become zero."""
     q, q_t = hermite(time, motion.q, motion.q_t, times)
     return replace(motion, q=q, q_t=q_t, q_tt=np.zeros_like(q))
 
@@ -112,8 +113,8 @@ def between(motion: Any, time: Array, times: Array) -> Any:
 class Record(Recorded):
     """Arrays of a run, with the fields of `Recorded`; motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`.
 
-    `rule` integrates over time to the order of the solver; see `lookup`. The forces of `undetermined` elements are redundant:
-    no equation determines them.
+    `rule` is the function of `lookup` that integrates over time to the order of the solver. The forces of `undetermined`
+    elements are redundant: no equation determines them.
     """
 
     mechanism: Mechanism
@@ -122,23 +123,23 @@ class Record(Recorded):
     undetermined: Sequence[str] = ()
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work, J, of a power, W, since t = 0, each (times,); `sides` are the power just before and after samples."""
+        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples."""
         if sides is None:
             return self.rule(self.time, power)
         before, after = sides
-        jumped = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
-        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumped)])
+        of_jumps = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
+        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(of_jumps)])
 
     def user_functions(self) -> Iterator[tuple[str, Called]]:
-        """Yield the user's functions of states, with their arguments, by element."""
+        """Yield the user's functions of states with their arguments over the run, each with the name of its element."""
         for name, element in Scene.of(self.mechanism).elements.items():
             for called in element.user_functions(name, self):
                 yield name, called
 
     def at(self, times: Array) -> Record:
-        """Interpolate places and velocities at other times [s] within the run, without channels; ValueError for one sample."""
+        """Interpolate the motions at other times [s] within the run, without channels; raise a ValueError for one sample."""
         if len(self.time) < 2:
-            raise ValueError(f"a record of {len(self.time)} times has nothing between them")
+            raise ValueError(f"a record of {len(self.time)} times cannot be interpolated; two are needed")
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}
         blocks = {name: between(motion, self.time, times) for name, motion in self.blocks.items()}
         return Record(self.mechanism, times, links, blocks)

@@ -1,4 +1,4 @@
-"""Result of a run: plain arrays with names and units, status, work, provenance."""
+"""Result of a run: named arrays with units, status, computational work, provenance."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class Result:
     message : str
         Reason, if the status is not OK; for a chaotic motion also the time up to which it is one trajectory.
     time : array, shape (samples,)
-        Times of the accepted steps, s. They are not equidistant: weight by time, or use `at`.
+        Times of the accepted steps [s], not equidistant: `mean` weights by time, `at` interpolates.
     signals : dict of str to array, shape (samples,)
         Values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`.
     units : dict of str to str
         Unit of each signal.
     work : dict
-        wall_s, steps, newton_iterations, jacobians, rejected.
+        Computational work: wall_s, steps, newton_iterations, jacobians, rejected.
     energy : dict of str to array, shape (samples,)
         Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies and their balance.
     shapes : dict of str to Shape
-        Flexible links at the times asked for.
+        Shapes of flexible links at the requested times.
     provenance : dict
         Versions, numbers of elements, settings, solver and notes.
     asked : float
@@ -52,10 +52,10 @@ class Result:
     error : Errors
         Error estimate: `error.motion` of all places, `error["B.contact_force"]` of a signal; unknown after a single run.
     film : Film, optional
-        The motion, for pictures; see `movie`.
+        Motion from which `movie` is made.
     verified : float
-        Largest relative difference of places from the other solver; nan without `verify=True`, or if the other solver failed:
-        `provenance["notes"]` has the reason.
+        Largest relative difference of places from the other solver; nan without `verify=True`, or if the other solver failed,
+        with the reason in `provenance["notes"]`.
     traits : dict of str to Trait
         Properties of each signal.
 
@@ -90,7 +90,7 @@ class Result:
         return self.status is Status.OK
 
     def __getitem__(self, name: str) -> Array:
-        """Return a signal at the accepted steps, (samples,); UnknownSignalError, with similar names, if there is none."""
+        """Return a signal at the accepted steps, (samples,); raise an UnknownSignalError, with similar names, for no signal."""
         if name not in self.signals:
             raise unknown(name, list(self.signals))
         return self.signals[name]
@@ -123,26 +123,25 @@ class Result:
         ValueError
             If a time lies outside the run.
         """
-        values, at = self[name], np.asarray(times, dtype=float)
-        margin = OUTSIDE * (self.time[-1] - self.time[0])
-        wrong = ~((at >= self.time[0] - margin) & (at <= self.time[-1] + margin))
+        values, times = self[name], np.asarray(times, dtype=float)
+        first, last = self.time[[0, -1]]
+        margin, inside = OUTSIDE * (last - first), np.clip(times, first, last)
+        wrong = ~((times >= first - margin) & (times <= last + margin))  # true for nan as well
         if wrong.any() and outside is not None:
-            return np.where(wrong, outside, self.at(name, np.clip(at, self.time[0], self.time[-1])))
+            return np.where(wrong, outside, self.at(name, inside))
         if wrong.any():
-            first, last = self.time[[0, -1]]
-            raise ValueError(f"'{name}' at t = {at[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
+            raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
         trait = self.traits.get(name)
-        at = np.clip(at, self.time[0], self.time[-1])
         if trait is None:
-            return np.asarray(np.interp(at, self.time, values))
-        return between(self.time, values, self.signals.get(trait.rate), at, trait.smooth)
+            return np.asarray(np.interp(inside, self.time, values))
+        return between(self.time, values, self.signals.get(trait.rate), inside, trait.smooth)
 
     def mean(self, name: str) -> float:
         """Return the time-weighted mean of a signal."""
         return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
 
     def reading(self, text: str) -> Any:
-        """Read a formula such as "rms(B.normal_force)" with its error: a `buckler.mbs.sensitivity.measures.Reading`.
+        """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.measures.Reading`.
 
         The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
         interval from batches of the run; the reading's `kind` says which.
@@ -157,12 +156,12 @@ class Result:
         return float(np.abs(self.energy["error"]).max() / max(self.energy["throughput"][-1], np.finfo(float).tiny))
 
     def suspect(self, reason: str) -> Result:
-        """Return the result marked as suspect; a failed one unchanged."""
+        """Return the result with the status SUSPECT and one more reason; a failed result unchanged."""
         if not self.status.finished:
             return self
         return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
 
-    # --- to look at ---------------------------------------------------------------------------------------------------
+    # --- pictures -----------------------------------------------------------------------------------------------------
 
     @property
     def movie(self) -> Any:
@@ -228,7 +227,7 @@ class Result:
         ----------
         path : str or Path
         title : str
-            Heading; by default the file's name, or its folder's where the file is `report.html`.
+            Heading; by default the name of the file, or of its folder if the file is `report.html`.
         """
         return find_offer("write_html")(self, path, title)
 
@@ -236,7 +235,7 @@ class Result:
         """Return the report, in a frame, for notebooks."""
         return find_offer("notebook_frame")(self)
 
-    # --- for other programs -------------------------------------------------------------------------------------------
+    # --- files --------------------------------------------------------------------------------------------------------
 
     def write_paraview(self, path: str | Path, times: ArrayLike | None = None) -> Path:
         """Write the links for ParaView: a mesh and its displacements over time, in XDMF.
@@ -249,7 +248,7 @@ class Result:
         path : str or Path
             File name that ends in `.xdmf`.
         times : array of float, optional
-            Times within the run [s]; by default the evenly spaced ones of the movie. The mesh is that of the first one.
+            Times within the run [s]; by default the evenly spaced times of the movie. The first of them gives the mesh.
 
         Raises
         ------

@@ -1,8 +1,8 @@
 """One run of a solver: record, failure, computational work; signals with units and energies of the record.
 
-A link has the axial stiffness E A/L. With the masses at its ends it vibrates at kilohertz after each jump of an acceleration,
-hardly damped; the phase depends on microseconds of the start or of an impact. Each such force `F` therefore has a signal
-`F.mean`: the mean over an axial period T, taken twice. It multiplies amplitudes at a frequency f by (sin(pi f T)/(pi f T))^2.
+A flexible link and the masses at its ends vibrate axially at kilohertz after each jump of an acceleration, hardly damped. The
+phase depends on microseconds of the start or of an impact. Each reaction and internal force `F` therefore has a signal `F.mean`:
+the mean over an axial period T, taken twice. It multiplies amplitudes at a frequency f by (sin(pi f T)/(pi f T))^2.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from .errors import Status
+from .lookup import OUTSIDE
 from .record import Record, between
 
 
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     """Return all signals by name: places and velocities of points, signals of elements, running means of vibrating forces.
 
-    If a text is given, only the points and elements that it mentions have signals.
+    The text `asked`, if not '', restricts them to the points and elements that it mentions.
     """
 
     def is_asked(name: str) -> bool:
@@ -39,16 +40,16 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
         found |= {signal.name: signal for signal in moving(point, *record.point(point))}
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
-            free = name in record.undetermined
-            for signal in element.signals(name, record):  # only reactions of redundant elements are undetermined
-                undetermined = free and signal.kind is Kind.REACTION
+            redundant = name in record.undetermined
+            for signal in element.signals(name, record):
+                undetermined = redundant and signal.kind is Kind.REACTION
                 found[signal.name] = signal._replace(kind=Kind.UNDETERMINED) if undetermined else signal
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A flexible link at chosen times [s]: positions along it [m], (times, stations, 2), and its thickness in the plane [m]."""
+    """Shape of a flexible link at some times [s]: positions along it [m], (times, stations, 2), and its thickness [m]."""
 
     times: Array
     points: Array
@@ -56,26 +57,27 @@ class Shape:
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
-    """Interpolate flexible links at chosen times, by cubic Hermite polynomials of recorded coordinates and rates."""
+    """Interpolate the shapes of flexible links at some times [s], by cubic Hermite polynomials of coordinates and rates."""
     last = record.time[-1]
-    times = np.minimum(times[times <= last * (1 + 1e-9)], last)  # a failed run ends earlier
+    times = np.minimum(times[times <= last * (1 + OUTSIDE)], last)  # a failed run ends earlier
     if len(record.time) < 2:
         return {}
-    bent = {name: motion for name, motion in record.links.items() if record.mechanism.link(name).body.flexible}
     found = {}
-    for name, motion in bent.items():
-        section = record.mechanism.link(name).body.section
-        found[name] = Shape(times, between(motion, record.time, times).line(), section.thickness)
+    for name, motion in record.links.items():
+        body = record.mechanism.link(name).body
+        if body.flexible:
+            found[name] = Shape(times, between(motion, record.time, times).line(), body.section.thickness)
     return found
 
 
 VIBRATING = (Kind.REACTION, Kind.INTERNAL)
+"""Kinds of the signals that have a running mean."""
 STEPS_PER_PERIOD = 4
 """Least number of steps in a period of axial vibration with which a run resolves it."""
 
 
 def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
-    """Yield the running means of vibrating forces; none without flexible links."""
+    """Yield the signals `F.mean` of vibrating forces and moments; none without flexible links."""
     period = Scene.of(mechanism).axial_period
     if not period > 0 or len(time) < 3:
         return
@@ -93,17 +95,20 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
 
     def integral(t: Array) -> Array:
-        """Return the integral up to times, of values linear between instants."""
+        """Return the integral from the start to times t, of values that are linear between samples."""
         k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
-        s = t - time[k]
+        since = t - time[k]
         slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])
-        return np.asarray(total[k] + s * (values[k] + s * slope / 2))
+        return np.asarray(total[k] + since * (values[k] + since * slope / 2))
 
     return (integral(middle + period / 2) - integral(middle - period / 2)) / period
 
 
 def resolves(time: Array, period: float) -> bool:
-    """Return True if steps resolve a vibration: long steps, which damp it, cover less than one of its periods."""
+    """Return True if steps resolve a vibration of a period [s].
+
+    Steps longer than a quarter of the period damp the vibration; in sum they may cover one period at most.
+    """
     steps = np.diff(time)
     return not float(steps[STEPS_PER_PERIOD * steps > period].sum()) > period
 
@@ -111,59 +116,55 @@ def resolves(time: Array, period: float) -> bool:
 BALANCE = 1e-2
 """Error of the energy balance, relative to the throughput, beyond which a run is suspect."""
 AT_REST = 1e-6
-"""Displacement, over the longest link, below which a mechanism counts as at rest in the whole run."""
+"""Displacement in a run, over the longest link, below which a mechanism counts as at rest."""
 STRETCH = 1e-5
-"""Axial strain of a strip below which steps need not resolve its vibration. Its energy may be missing in the balance."""
+"""Axial strain of a strip below which steps need not resolve its axial vibration, whose energy the balance may then lack."""
 BRISTLE = 1e-4
 """Amplitude of a slider on the bristles of its friction, over the longest link, below which steps need not resolve it."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
-    """Compute the energies over the run, J, each of shape (times,).
+    """Compute the energies over the run [J], each (times,).
 
     Returns
     -------
     dict
         Stored: `kinetic`, `strain`, `contact`, `weight`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
         `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy.
-        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. Each joint with
-        clearance has `<point>.taken_contact` and `<point>.taken_friction`.
+        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. Potentials count from
+        their minimum. Each joint with clearance has `<point>.taken_contact` and `<point>.taken_friction`.
     """
     zero = np.zeros_like(record.time)
-    held = {"kinetic": zero, "strain": zero}
-    taken = {"taken_damping": zero}
-    given = {"given_drive": zero}
-    single: dict[str, Array] = {}
+    stored = {"kinetic": zero, "strain": zero}
+    dissipated = {"taken_damping": zero}
+    supplied = {"given_drive": zero}
+    of_joints: dict[str, Array] = {}
     for name, element in Scene.of(record.mechanism).elements.items():
         for kind, what, values in element.energies(name, record):
             if kind == "single":
-                single[what] = values
+                of_joints[what] = values
                 continue
-            column, key = {"held": (held, what), "taken": (taken, f"taken_{what}"), "given": (given, f"given_{what}")}[kind]
-            column[key] = column.get(key, zero) + values
-    total, lost = sum(held.values(), zero), sum(taken.values(), zero)
-    error = total - total[0] + lost - sum(given.values(), zero)
-    active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in held.items())
+            key = what if kind == "held" else f"{kind}_{what}"
+            energies = {"held": stored, "taken": dissipated, "given": supplied}[kind]
+            energies[key] = energies.get(key, zero) + values
+    total, lost = sum(stored.values(), zero), sum(dissipated.values(), zero)
+    error = total - total[0] + lost - sum(supplied.values(), zero)
+    active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in stored.items())
     throughput = np.maximum.accumulate(active + lost)
-    return {**held, **taken, **given, "error": error, "throughput": throughput, **single}
+    return {**stored, **dissipated, **supplied, "error": error, "throughput": throughput, **of_joints}
 
 
 def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
-    """Return the throughput of energy, J, and the share of it that unresolved stiff vibrations may store."""
+    """Return the throughput [J] of a run and the error of the balance, over it, that unresolved stiff vibrations may cause."""
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
-    at_rest = mass * (AT_REST * size_of(record) / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
-    through = max(float(energy["throughput"][-1]), at_rest)
-    return through, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / through
-
-
-def size_of(record: Record) -> float:
-    """Return the length of the longest link, m."""
-    return max(record.mechanism.length(link.name) for link in record.mechanism.links)
+    least = mass * (AT_REST * Scene.of(mechanism).size / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
+    throughput = max(float(energy["throughput"][-1]), least)
+    return throughput, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / throughput
 
 
 def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest axial strain energy, J, of strips whose strain is negligible or whose vibration is not resolved."""
+    """Return the largest axial strain energy [J] of strips whose strain is negligible or whose vibration is not resolved."""
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:
@@ -175,25 +176,25 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energy, J, that bristles of sliders store at a negligible deflection."""
+    """Return the largest energy [J] that bristles of sliders store at a negligible deflection, 2 energy / force."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
             stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("held", "contact"))
-            drags = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
-            force = max(float(np.abs(drag).max()) for drag in drags)
-            if 2 * stored < BRISTLE * size_of(record) * force:
+            frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
+            force = max(float(np.abs(friction).max()) for friction in frictions)
+            if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:
                 total += stored
     return total
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a solver: record, failure, computational work, numbers of elements.
+    """One run of a solver: record, status and message of a failure, computational work, numbers of elements.
 
-    `notes` are remarks on the mechanism, as redundant constraints left out; `unseen` names edges of a user's function between
-    steps. `asked` is a text that names the signals to compute; '' for all.
+    `notes` are remarks on the mechanism, such as redundant constraints left out. `unseen` is a message about edges of a user's
+    function between steps. `asked` is a text that names the signals to compute; '' for all.
     """
 
     solver: Any
@@ -212,7 +213,7 @@ class Run:
 
     @cached_property
     def ledger(self) -> dict[str, Array]:
-        """Energies over the run [J], as `ledger` makes them."""
+        """Energies over the run [J], by the function `ledger`."""
         return ledger(self.record)
 
     @property

@@ -1,7 +1,8 @@
-"""Strains, velocities and shapes of flexible links from recorded nodal coordinates, in numpy.
+"""Strains, velocities and shapes of flexible links of finite elements, from the nodal coordinates of a record.
 
-They are computed from the element formulations, independently of the engine, so that the energy ledger checks the engine. The
-integration points of the strains are those of the elements, as a run conserves the discrete energy.
+The formulas of the elements are written here anew, independently of the engine, so that the energy ledger checks the engine.
+Strains have the engine's integration points, as a run conserves the discrete energy. In an element the natural coordinate xi
+goes from -1 to 1. Indices in `einsum` are: t times, e elements, g integration points, k nodes of an element, c coordinates.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from ..elements.section import Profile, Section
 from ..geometry import Array, cross
 
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
+"""Points and weights of the Gauss quadrature on [-1, 1], by the number of points."""
 LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)
+"""Points and weights of the Lobatto quadrature with three points, for the stretch of cables."""
 
 
 class Strain(NamedTuple):
-    """A generalised strain at its integration points: energy is 1/2 stiffness sum(weights strain^2).
+    """Generalised strain at its integration points; its energy is 1/2 stiffness sum(weights strain^2).
 
     `value` and `rate` have the shape (times, elements, points), `weights` (elements, points) holds lengths in m.
     """
@@ -44,7 +47,7 @@ class Strain(NamedTuple):
 
 
 def _lagrange(count: int, natural: Array) -> tuple[Array, Array]:
-    """Lagrange shape functions on [-1, 1] and their derivatives, shape (points, count)."""
+    """Evaluate two or three Lagrange shape functions and their derivatives at xi, each (points, count)."""
     natural = np.asarray(natural)[:, None]
     if count == 2:
         return np.hstack([1 - natural, 1 + natural]) / 2, np.hstack([-np.ones_like(natural), np.ones_like(natural)]) / 2
@@ -53,21 +56,25 @@ def _lagrange(count: int, natural: Array) -> tuple[Array, Array]:
 
 
 def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
-    """Cubic Hermite functions of (r, r') at both nodes, with first and second derivatives in s, shape (elements, points, 4)."""
+    """Evaluate the cubic Hermite functions of (r, r') at both nodes and their first and second derivatives by arc length at xi.
+
+    Each has the shape (elements, points, 4); `length` is that of the elements [m], (elements, 1).
+    """
     z = np.broadcast_to((np.asarray(natural) + 1) / 2, (len(length), len(natural)))
     n = (1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2))
     d = ((6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z)
     dd = ((12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length)
-    value, slope, bend = (np.stack(np.broadcast_arrays(*parts), axis=-1) for parts in (n, d, dd))
-    return value, slope, bend
+    value, first, second = (np.stack(np.broadcast_arrays(*parts), axis=-1) for parts in (n, d, dd))
+    return value, first, second
 
 
 @dataclass(frozen=True, eq=False)
 class StripMotion:
-    """Motion of a flexible link of finite elements, base of those of beams and of cables.
+    """Motion of a flexible link of finite elements; base class for beams and cables.
 
-    `pieces` are the stress-free lengths of the elements [m], `nodes` those of the link's points. `reference` has the stress-free
-    coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q` holds them over time, (times, nodes, n).
+    `pieces` are the stress-free lengths of the elements [m], `nodes` the node numbers of the link's points. `reference` has the
+    stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` are the
+    coordinates, velocities and accelerations over time, (times, nodes, coordinates).
     """
 
     body: Flexible
@@ -94,7 +101,7 @@ class StripMotion:
         return self.section.mass_per_length * self.length
 
     def by_element(self, nodal: Array) -> Array:
-        """Arrange nodal values (..., nodes, columns) by element: (..., elements, nodes of the element, columns)."""
+        """Arrange nodal values (..., nodes, coordinates) by element: (..., elements, nodes of the element, coordinates)."""
         step = self.body.step
         return nodal[..., np.arange(len(self.pieces))[:, None] * step + np.arange(step + 1), :]
 
@@ -104,7 +111,7 @@ class StripMotion:
         return self.q[:, node, :2], self.q_t[:, node, :2]
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
+        """Compute place, velocity and acceleration of the centre of mass, each (times, 2)."""
         weights = centre_weights(self.body, self.pieces)
         place, velocity, acceleration = (
             np.stack([(values[:, :, axis::2][:, :, : weights.shape[1]] * weights).sum(axis=(1, 2)) for axis in (0, 1)], axis=1)
@@ -113,44 +120,44 @@ class StripMotion:
         return place, velocity, acceleration
 
     def lengths(self, weights: Array) -> Array:
-        """Quadrature weights on [-1, 1] as lengths, shape (elements, points), m."""
+        """Scale quadrature weights on [-1, 1] to lengths [m], shape (elements, points)."""
         return np.outer(self.pieces / 2, weights)
 
     def axial_force(self) -> Array:
-        """Mean elastic normal force along the strip, N, tension positive, shape (times,)."""
+        """Compute the mean elastic normal force along the strip [N], tension positive, shape (times,)."""
         axial = self.strains()[0]
         return axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length
 
     def strains(self) -> list[Strain]:
-        """Axial, shear (beams only) and bending strains with their rates."""
+        """Compute the axial, shear (beams only) and bending strains with their rates."""
         raise NotImplementedError
 
     def places(self, natural: Array) -> Array:
-        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
         raise NotImplementedError
 
     def line(self, per_element: int = 4) -> Array:
-        """Positions along the link, shape (times, elements * per_element + 1, 2)."""
+        """Compute positions along the link, shape (times, elements * per_element + 1, 2)."""
         place = self.places(np.linspace(-1, 1, per_element + 1))
         inner = place[:, :, :-1].reshape(len(place), -1, 2)
         return np.concatenate([inner, place[:, -1:, -1]], axis=1)
 
     def middle(self) -> Array:
-        """Position of mid-length, shape (times, 2), which is within an element where points divide the link unevenly."""
+        """Compute the position of mid-length, shape (times, 2); it lies in an element if points divide the link unevenly."""
         ends = np.cumsum(self.pieces)
         k = int(np.searchsorted(ends, self.length / 2))
-        within = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
-        return self.places(np.array([within]))[:, k, 0]
+        natural = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
+        return self.places(np.array([natural]))[:, k, 0]
 
     def arcs(self, per_element: int = 4) -> Array:
-        """Stress-free arc length, m, at each place of `line`."""
+        """Compute the stress-free arc length [m] of each place of `line`."""
         edges = np.concatenate([[0.0], np.cumsum(self.pieces)])
         parts = np.outer(self.pieces, np.arange(per_element) / per_element)
         return np.append((edges[:-1, None] + parts).ravel(), edges[-1])
 
 
 class BeamMotion(StripMotion):
-    """A link of geometrically exact beams; nodes have (x, y, theta)."""
+    """Motion of a link of geometrically exact beams; nodes have (x, y, theta)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
         """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
@@ -158,42 +165,43 @@ class BeamMotion(StripMotion):
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
     def stations_of(self) -> tuple[Array, Array, Array]:
-        """Return nodal lengths (k,) for distributed loads; place and angle since t = 0, and their rates, (times, k, 3)."""
+        """Return nodal lengths [m], (nodes,), for distributed loads; place and angle since t = 0, rates, (times, nodes, 3)."""
         return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
-        """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
+        """Interpolate (x, y, theta) and their derivatives by arc length at xi, each (times, elements, points, 3)."""
         n, d = _lagrange(self.body.step + 1, natural)
-        e = self.by_element(nodal)
-        return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d, e) * (2 / self.pieces)[:, None, None]
+        values = self.by_element(nodal)
+        return np.einsum("gk,tekc->tegc", n, values), np.einsum("gk,tekc->tegc", d, values) * (2 / self.pieces)[:, None, None]
 
     def places(self, natural: Array) -> Array:
-        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
         return self._fields(self.q, natural)[0][..., :2]
 
     def strains(self) -> list[Strain]:
-        """Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
+        """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
         section, damping = self.section, self.section.material
         xi, weights = GAUSS[self.body.step]
         weights = self.lengths(weights)
         (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
-        start, line = self._fields(self.reference[None], xi)
-        theta = value[..., 2] - start[..., 2] + np.arctan2(line[..., 1], line[..., 0])  # as in the engine: no initial shear
+        value_0, slope_0 = self._fields(self.reference[None], xi)
+        turn = value[..., 2] - value_0[..., 2]
+        theta = turn + np.arctan2(slope_0[..., 1], slope_0[..., 0])  # as in the engine: no initial shear
         c, s, spin = np.cos(theta), np.sin(theta), rate[..., 2]
         axial, shear = c * slope[..., 0] + s * slope[..., 1], -s * slope[..., 0] + c * slope[..., 1]
         axial_t = c * slope_t[..., 0] + s * slope_t[..., 1] + spin * shear
         shear_t = -s * slope_t[..., 0] + c * slope_t[..., 1] - spin * axial
-        ends = self.by_element(self.reference)[:, [0, -1], 2]
-        bow = ((ends[:, 1] - ends[:, 0]) / self.pieces)[None, :, None]
+        end_angles = self.by_element(self.reference)[:, [0, -1], 2]
+        kappa_0 = ((end_angles[:, 1] - end_angles[:, 0]) / self.pieces)[None, :, None]
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
             Strain(ea, ea * damping.axial_damping, weights, axial - 1, axial_t),
             Strain(section.shear_stiffness, 0.0, weights, shear, shear_t),
-            Strain(bending, bending * damping.bending_damping, weights, slope[..., 2] - bow, slope_t[..., 2]),
+            Strain(bending, bending * damping.bending_damping, weights, slope[..., 2] - kappa_0, slope_t[..., 2]),
         ]
 
     def kinetic(self) -> Array:
-        """Kinetic energy, J, shape (times,)."""
+        """Compute the kinetic energy [J], shape (times,)."""
         section, (xi, weights) = self.section, GAUSS[4]
         rate, _ = self._fields(self.q_t, xi)
         density = np.array([section.mass_per_length, section.mass_per_length, section.inertia_per_length])
@@ -201,28 +209,28 @@ class BeamMotion(StripMotion):
 
 
 class CableMotion(StripMotion):
-    """A link of ANCF cables; nodes have (x, y, dx/ds, dy/ds)."""
+    """Motion of a link of ANCF cables; nodes have (x, y, dx/ds, dy/ds)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
         """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
         node = self.nodes[name]
-        slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
+        slope, rate, slope_0 = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-        return angle - np.arctan2(before[1], before[0]), cross(slope, rate) / (slope**2).sum(axis=1)
+        return angle - np.arctan2(slope_0[1], slope_0[0]), cross(slope, rate) / (slope**2).sum(axis=1)
 
     def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array, Array]:
-        """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
-        e = self.by_element(nodal)  # times, elements, 2 nodes, 4
-        values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
+        """Interpolate position, first and second derivative by arc length at xi, each (times, elements, points, 2)."""
+        values = self.by_element(nodal)  # times, elements, 2 nodes, 4
+        values = values.reshape(*values.shape[:2], 4, 2)  # r and r' of the first node, then of the second
         n, d, dd = _hermite(self.pieces[:, None], natural)
         return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
 
     def places(self, natural: Array) -> Array:
-        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
         return self._fields(self.q, natural)[0]
 
     def strains(self) -> list[Strain]:
-        """Stretch |r'| - 1 and kappa = r' x r''/|r'|^2, both less their reference values (as in the engine's ANCF cable)."""
+        """Compute the stretch |r'| and kappa = r' x r''/|r'|^2, less their reference values, as the engine's ANCF cable does."""
         section, damping = self.section, self.section.material
         _, d, _ = self._fields(self.q, LOBATTO[0])
         _, d0, _ = self._fields(self.reference[None], LOBATTO[0])
@@ -245,14 +253,14 @@ class CableMotion(StripMotion):
         ]  # fmt: skip
 
     def kinetic(self) -> Array:
-        """Kinetic energy, J, shape (times,)."""
+        """Compute the kinetic energy [J], shape (times,)."""
         xi, weights = GAUSS[4]
         velocity, _, _ = self._fields(self.q_t, xi)
         return 0.5 * self.section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, self.lengths(weights))
 
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:
-    """Weights of nodal positions (and, for a cable, slopes) in the centre of mass, shape (nodes, 1 or 2)."""
+    """Return the weights of nodal positions, and of slopes of a cable, in the centre of mass, shape (nodes, 1 or 2)."""
     step = body.step
     local = {1: [[0.5, 1 / 12], [0.5, -1 / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
     weights = np.zeros((len(pieces) * step + 1, 2))
@@ -262,6 +270,6 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
 
 
 def nodal_lengths(body: Flexible, pieces: Array) -> Array:
-    """Integrate the shape functions along a beam: the length, m, of each node in a distributed load, (nodes,)."""
+    """Integrate the shape functions along a beam: lengths [m] that distribute a load over the nodes, (nodes,)."""
     lengths: Array = centre_weights(body, pieces)[:, 0] * pieces.sum()
     return lengths
