@@ -38,8 +38,8 @@ CONFIRMED = 2
 """Refinements in a row that must fail to delay the separation before a motion is chaotic; one where pins rattle, as each costs a
 run. One alone would call stick-slip chaotic, whose first levels miss the bristles."""
 LATER = 0.5
-"""Share of the required delay of the separation that later refinements must reach. The double pendulum in the README reaches 0.84
-of it, and the end with the next refinement; a whipping strip nothing."""
+"""Share of the time left that later refinements must reach at the rate of all before. One alone may delay a separation by less:
+double pendulums reach 0.84 or 0.48 of it, and the end with the next refinement; a whipping strip nothing."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
 """Error of a run without a finer one to compare it with."""
 
@@ -124,6 +124,7 @@ class _Refinement:
         self.before: Mapping[Key, float] | None = None
         self.ratio_before = 1.0
         self.best: Callable[[], CheckedRun] | None = None
+        self.first_separation: tuple[float, float] | None = None  # its time [s], and the tolerance of the finer run
 
     def make(self, level: Level, end: float) -> _Trial:
         """Make a run; _FailedError if it ends early."""
@@ -152,10 +153,11 @@ class _Refinement:
 
     def refine(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
         """Compare the last two runs, and go finer until the error is allowed."""
-        needed, pair = 0.0, _Pair(coarse, fine, self.demand)
+        pair = _Pair(coarse, fine, self.demand)
         if pair.separation.start == inf:
             pair = self.complete(pair)
         if pair.separation.start < inf:
+            self.first_separation = pair.separation.start, pair.fine.level.tolerance
             found = self.look_for_chaos(pair)
             if isinstance(found, CheckedRun):
                 return found
@@ -176,12 +178,10 @@ class _Refinement:
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
             falls = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
-            if start < needed or (intermittent and not falls):
+            if self.is_out_of_reach(pair) or (intermittent and not falls):
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
             ratio = self.find_ratio(beyond, start < inf)
-            required = self.required_start(start, pair.fine.level, ratio)
-            needed = start + LATER * (required - start) if ratio >= self.levels.ratio**CONFIRMED and required else 0.0
             finer = self.make(self.next_level(pair.fine, ratio), self.duration)
             pair = _Pair(pair.fine, finer, self.demand)
 
@@ -196,7 +196,7 @@ class _Refinement:
         """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
         last = reported = pair
         for _ in range(1 if self.levels.rattles else CONFIRMED):
-            required = self.required_start(last.separation.start, last.fine.level, self.levels.ratio)
+            required = self.required_start(last.separation.start, last.fine.level)
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
             if last.separation.start == inf:
@@ -204,11 +204,18 @@ class _Refinement:
             reported = last if last.coarse.end == self.duration else reported
         return self.answer_until(reported, Status.CHAOTIC)
 
-    def required_start(self, start: float, level: Level, ratio: float) -> float:
-        """Return the time [s] to which a refinement must delay a separation, so that those left delay it to the end."""
-        refinements = log(ratio) / log(self.levels.ratio)
-        to_go = max(1.0, self.levels.refinements_to_go(level))
-        return start + refinements * (self.duration - start) / to_go if start < inf else 0.0
+    def required_start(self, start: float, level: Level) -> float:
+        """Return the time [s] to which the next refinement must delay a separation, so that those left delay it to the end."""
+        return start + (self.duration - start) / max(1.0, self.levels.refinements_to_go(level))
+
+    def is_out_of_reach(self, pair: _Pair) -> bool:
+        """True if the refinements left delay the separation by too little, at the rate of those since the first separation."""
+        if pair.separation.start == inf or self.first_separation is None:
+            return False
+        start, tolerance = self.first_separation
+        refinements = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)
+        delay = (pair.separation.start - start) * self.levels.refinements_to_go(pair.fine.level)
+        return refinements > 0 and delay < LATER * (self.duration - pair.separation.start) * refinements
 
     def find_ratio(self, beyond: float, separate: bool) -> float:
         """Find the ratio of tolerances that should reduce the error to the allowed one, `beyond` times smaller."""

@@ -152,6 +152,18 @@ def test_refinements_that_cease_to_delay_the_separation_end_as_chaotic():
     assert 0.3 < answer.errors.until < 0.9 and answer.errors["P.x"] <= 1e-2
 
 
+def test_one_refinement_that_delays_the_separation_by_little_is_no_chaos():
+    """Double pendulums are chaotic for a while only: the refinements before it and after it delay the separation by more."""
+    starts = (0.2, 0.4, 0.5, 0.5, 1.0, 1.0, 1.0)
+
+    def off(tolerance, time):
+        start = np.interp(np.log(FIRST / tolerance) / np.log(8.0), range(len(starts)), starts)
+        return np.where(time > start, 0.3 * np.cos(20 * time + 7 * np.log(tolerance)), 0.0)
+
+    answer, _ = found(off)
+    assert answer.chaos is None and answer.errors.until == 1.0
+
+
 @pytest.mark.parametrize(("order", "chaos"), [(0.0, Status.CHAOTIC), (0.5, None)])
 def test_spells_in_which_runs_part_are_chaos_where_refinements_make_them_no_smaller(monkeypatch, order, chaos):
     """Pins rattle for a third of each tenth of the run, and rest: no parting lasts."""
