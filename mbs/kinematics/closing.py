@@ -1,4 +1,7 @@
-"""Loop closure of a linkage at given times, and the detection of singular poses."""
+"""Loop closure of a linkage at given times by Newton's method, and detection of singular poses.
+
+C(q, t) = 0 are the constraints and J their Jacobian; see `mbs.scene.linkage`. A branch is one of the poses that close the loops.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,13 @@ from ..scene.linkage import Linkage, invert, solve_rates
 MAX_ITERATIONS = 30
 """Largest number of Newton steps."""
 ROUNDING = 2e-15
-"""Residual at which loops are closed to rounding, over the longest link."""
+"""Residual, over the longest link or in rad, at which loops are closed to rounding."""
 CLOSED = 1e-9
-"""Largest residual of redundant rows, over the longest link; beyond it they contradict the others."""
+"""Largest residual of closed loops, over the longest link or in rad; above it redundant rows contradict the others."""
 
 
 class Course(NamedTuple):
-    """Motion of a linkage: start points and directions of links (times, links, 3), Jacobian (times, rows, 3 links)."""
+    """Motion of a linkage: times [s]; coordinates, rates, second rates (times, links, 3); Jacobian (times, rows, 3 links)."""
 
     time: Array
     q: Array
@@ -28,19 +31,22 @@ class Course(NamedTuple):
 
 
 def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
-    """Close the loops at each time by Newton's method from a nearby guess, then find the rates; None if it fails at a time."""
+    """Close the loops at each time by Newton's method from guesses q (times, links, 3), and solve for the rates.
+
+    Return None if this fails at a time. Newton's method ends at rounding, or where a small residual becomes no smaller.
+    """
     zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
-    last = np.inf
+    previous = np.inf
     for _ in range(MAX_ITERATIONS):
         residual, jacobian, _ = linkage.system(q, zero)
         residual = residual - travel
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:
             return None
-        if gap < ROUNDING * scale or (last < 1e-9 * scale and gap >= last):  # no further progress
-            return _rates(linkage, times, q, jacobian) if gap < CLOSED * scale else None
-        last = gap
+        if gap < ROUNDING * scale or (previous < CLOSED * scale and gap >= previous):
+            return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
+        previous = gap
         try:
             q = q - solve_rates(jacobian, residual).reshape(q.shape)
         except np.linalg.LinAlgError:
@@ -48,7 +54,7 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     return None
 
 
-def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
+def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
     try:
         inverse = invert(jacobian)
     except np.linalg.LinAlgError:
@@ -60,11 +66,11 @@ def _rates(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course 
 
 
 def choose_independent_rows(jacobian: Array) -> Array:
-    """Choose a well conditioned square set of rows, by QR with column pivoting (Businger and Golub, 1965)."""
+    """Choose as many rows as columns, well conditioned, by QR with column pivoting (doi 10.1007/BF01436084)."""
     rows, columns = jacobian.shape
     if rows == columns:
         return np.arange(rows)
-    from scipy.linalg import qr  # loading it takes longer than a rigid mechanism takes to run
+    from scipy.linalg import qr  # loading takes longer than the run of a rigid mechanism
 
     return np.sort(qr(jacobian.T, mode="r", pivoting=True)[1][:columns])
 
@@ -72,19 +78,20 @@ def choose_independent_rows(jacobian: Array) -> Array:
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose lies between two times, beyond which the motion is not determined.
 
-    The determinant of independent rows changes its sign there. Redundant rows may still determine the motion.
+    There the determinant of independent rows changes its sign. If rows are redundant, another branch must exist as well.
     """
     rows = choose_independent_rows(before.jacobian[0])
-    if np.prod([np.linalg.det(part.jacobian[0][rows]) for part in (before, after)]) > 0:
+    if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
         return False
     distance = float(np.abs(after.q - before.q).max())
     return len(rows) == len(linkage.names) or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
 
 
 def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
-    """Return True if another pose closes the loops near a pose that is at most a distance from a singular one.
+    """Return True if a second pose closes the loops at a time, close to the pose q.
 
-    It is searched in the direction of the least singular value of the Jacobian, from starts up to four distances away.
+    Newton's method searches it from six starts in the direction of the least singular value of the Jacobian. The starts are up to
+    four times as far away as `distance`, that of q from a singular pose.
     """
     jacobian = linkage.system(q, np.zeros_like(q))[1]
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)

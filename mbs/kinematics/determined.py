@@ -1,7 +1,8 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Places at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt; the multipliers mu of the rows
-solve M q_tt = f + J^T mu. The only error is rounding. Steps in time only serve to stay on the branch of the start.
+Coordinates at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt. The multipliers mu of the
+rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the start: each begins
+with a prediction by q, q_t and q_tt. The poses at their ends, called anchors, are interpolated to close loops at other times.
 """
 
 from __future__ import annotations
@@ -26,34 +27,34 @@ from .closing import Course, choose_independent_rows, close_loops, passes_singul
 from .diagnosis import explain_singularity
 
 FIRST_TURN = 0.02
-"""Angle of the fastest link in the first step [rad]."""
+"""Angle by which the fastest link turns in the first step [rad]."""
 LARGEST_ERROR = 0.05
-"""Largest error of a step's prediction, over the longest link; beyond it the step is halved."""
+"""Largest error of the prediction of a step, over the longest link; beyond it the step is halved."""
 SMALL_ERROR = 0.01
-"""Error of a step's prediction, over the longest link, below which the next step is longer."""
+"""Error of the prediction of a step, over the longest link, below which the next step is longer."""
 SPEED_ERROR = 0.3
-"""Largest error of the linear prediction of speeds in a step, relative to the largest speed."""
+"""Largest error of the linear prediction of speeds in a step, relative to the largest speed or to `SLOW`."""
 SLOW = 0.01
-"""Least speed to which that error is relative, in lengths of the longest link per run."""
+"""Speed, in lengths of the longest link per run, below which errors of speeds do not shorten a step."""
 SHORTEST = 1e-9
-"""Shortest step, relative to the run; a motion that needs a shorter one ends there."""
+"""Shortest step, over the duration; a motion that needs a shorter one ends there."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
 LOCKED_GROWTH = 20.0
-"""Last speed over the median from which a pose counts as locked, where speeds grow beyond bounds, not as singular only."""
+"""Last speed over the median speed above which a singular pose counts as locked: there speeds grow beyond bounds."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """Time and reason at which the motion of a linkage ended early."""
+    """Early end of the motion of a linkage: time [s], status, message."""
 
     time: float
     status: Status
-    sentence: str
+    message: str
 
 
 class UnclosedError(Exception):
-    """Loops do not close at a time between two steps at which they do: nearly a singular pose."""
+    """Loops do not close at a time between two anchors: the linkage is close to a singular pose."""
 
     def __init__(self, time: float) -> None:
         super().__init__(f"loops do not close at t = {time:.6g} s, though they do before and after")
@@ -61,7 +62,7 @@ class UnclosedError(Exception):
 
 
 class Follower:
-    """Loop closure of a linkage from its start, step by step; `ended` has the time and reason of an early end."""
+    """Loop closure of a linkage from its start, step by step; `ended` is the early end of the motion, if any."""
 
     def __init__(
         self, mechanism: Mechanism, duration: float,
@@ -78,12 +79,13 @@ class Follower:
     # --- steps in time ----------------------------------------------------------------------------------------------------
 
     def _follow(self, duration: float) -> Course:
+        """Follow the motion from the start to the end or to a singular pose, and return the anchors."""
         linkage = self.linkage
         state = close_loops(self.linkage, np.zeros(1), linkage.reference[None].copy())
         assert state is not None  # the scene has checked the start
-        found, t = [state], 0.0
+        anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
-        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)
+        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)  # step
         slow = SLOW * linkage.size / duration
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -102,26 +104,30 @@ class Follower:
             if after is None or too_long or passes_singularity(linkage, state, after):
                 h /= 2
                 if h < SHORTEST * duration:
-                    self.ended = self._end(state, found)
+                    self.ended = self._diagnose_end(anchors)
                     break
                 continue
             t, state = t + h, after
             if self.progress is not None:
                 self.progress(t / duration)
-            found.append(state)
+            anchors.append(state)
             h *= 2 if error < SMALL_ERROR / 8 else 1.3 if error < SMALL_ERROR else 0.8 if error > LARGEST_ERROR / 2 else 1.0
-        return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
+        return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
     def _needs_shorter_step(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds differ from their linear prediction; shorter steps help unless speeds jump."""
+        """Return True if speeds differ too much from their linear prediction."""
         h = float(after.time[0] - before.time[0])
         error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
-        return error > SPEED_ERROR * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
+        return error > SPEED_ERROR * max(slow, self._largest_speed(before), self._largest_speed(after))
 
-    def _end(self, state: Course, found: list[Course]) -> Ended:
-        """Diagnose the end: a locked pose, where speeds grow beyond bounds, or another singular pose."""
-        speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), explain_singularity(self.linkage, state.q[0], choose_independent_rows(state.jacobian[0]))
+    def _largest_speed(self, course: Course) -> float:
+        """Return the largest speed of the links' start points, and of their angles times lengths [m/s]."""
+        return float(np.abs(course.q_t * self.lengths).max())
+
+    def _diagnose_end(self, anchors: list[Course]) -> Ended:
+        """Diagnose the end at the last anchor: a locked pose, where speeds grow beyond bounds, or another singular pose."""
+        speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
+        t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
         if speeds[-1] > LOCKED_GROWTH * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
@@ -130,11 +136,12 @@ class Follower:
     # --- at many times at once --------------------------------------------------------------------------------------------
 
     def at(self, times: Array) -> Course:
-        """Return the motion at times before the end."""
+        """Return the motion at times before the end [s]."""
         parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _at(self, times: Array) -> Course:
+        """Close the loops at times; where that fails, halve the times to find the one at fault."""
         found = close_loops(self.linkage, times, _quintic(self.anchors, times))
         if found is not None:
             return found
@@ -146,7 +153,7 @@ class Follower:
     # --- record -----------------------------------------------------------------------------------------------------------
 
     def record(self, course: Course) -> Record:
-        """Return the motions of links and blocks."""
+        """Make the record of the motions of links and blocks, without channels."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
@@ -157,11 +164,12 @@ class Follower:
         return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
-        """Compute arm, place, velocity and acceleration of a point of a link, by its arm at t = 0, each (times, 2)."""
-        now = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
-        arms, spin, change = np.column_stack([now.real, now.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+        """Compute arm, place, velocity and acceleration of a point of link i, by its arm at t = 0, each (times, 2)."""
+        turned = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
+        arms, omega, alpha = np.column_stack([turned.real, turned.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         place, velocity, acceleration = (values[:, i, :2] for values in (course.q, course.q_t, course.q_tt))
-        return arms, place + arms, velocity + spin * rotate_left(arms), acceleration + change * rotate_left(arms) - spin**2 * arms
+        across = rotate_left(arms)
+        return arms, place + arms, velocity + omega * across, acceleration + alpha * across - omega**2 * arms
 
     def _motion(self, course: Course, link: Link) -> RigidMotion:
         """Compute the motion of a link's centre of mass."""
@@ -171,21 +179,20 @@ class Follower:
         arm = complex(*centre) * np.exp(1j * start[2])
         _, *places = self._point_motion(course, i, arm)
         turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
-        away = {
-            point: np.subtract(where, start[:2] + np.array([arm.real, arm.imag])) for point, where in mechanism.points.items()
-        }
-        return RigidMotion(mass, inertia, away, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
+        centre_of_mass = start[:2] + np.array([arm.real, arm.imag])
+        arms = {point: np.subtract(position, centre_of_mass) for point, position in mechanism.points.items()}
+        return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Compute the channels of all constraints: the least multipliers mu of J^T mu = M q_tt - f."""
+        """Compute the channels of constrained elements from the least multipliers mu with J^T mu = M q_tt - f."""
         right = self._inertia(course) - self._applied_forces(record)
-        found = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
+        multipliers = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
         for name, element in Scene.of(self.linkage.mechanism).elements.items():
             rows = np.flatnonzero(names == name)
             if len(rows):
-                channels[name] = dict(element.reactions(found[:, rows]) or {})
+                channels[name] = dict(element.reactions(multipliers[:, rows]) or {})
         return channels
 
     def _inertia(self, course: Course) -> Array:
@@ -206,8 +213,8 @@ class Follower:
         total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}
         for name, element in Scene.of(mechanism).elements.items():
-            for at, force, moment in element.pushes(name, record) or ():
-                body, point = place(at)
+            for reference, force, moment in element.pushes(name, record) or ():
+                body, point = place(reference)
                 body = blocks.get(body, body)
                 if body == GROUND:
                     continue

@@ -1,4 +1,4 @@
-"""Diagnosis of a linkage in a singular pose: links in line, or the elements that hold it."""
+"""Diagnosis of a singular pose of a linkage: links in line, or the elements whose constraints are dependent."""
 
 from __future__ import annotations
 
@@ -15,15 +15,20 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value of the constraints below which a pose may be singular."""
+"""Least singular value of the Jacobian by lengths, and by angles times the longest link, below which a pose may be singular."""
 LEAST_RATIO = 0.2
-"""Ratio of that value to the one at the start below which a pose may be singular."""
+"""Least singular value over that at the start below which a pose may be singular."""
 IN_LINE = 0.3
-"""Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
+"""Sine of the angle between two links below which they count as in line: a run ends before it reaches the pose itself."""
+DEPENDENT = 0.05
+"""Weight of a row in the left singular vector of the least singular value, over the largest, above which it is named."""
 
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
-    """Explain a singular pose in words: links in line, a link square to a guide, or the elements that hold it."""
+    """Explain a singular pose in words: links in line, a link square to a guide, or the elements of dependent rows.
+
+    `rows` are indices of independent rows; all by default.
+    """
     mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
     for first, second in combinations([link.name for link in mechanism.links], 2):
@@ -37,15 +42,15 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     if found:
         return min(found)[1]
     matrix = linkage.system(q, np.zeros_like(q))[1]
-    kept = np.arange(len(matrix)) if rows is None else rows
-    weights = np.linalg.svd(matrix[kept])[0][:, -1]
-    large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)
-    names = involved_elements([linkage.names[k] for k in kept], large)
+    rows = np.arange(len(matrix)) if rows is None else rows
+    weights = np.linalg.svd(matrix[rows])[0][:, -1]
+    large = np.where(np.abs(weights) > DEPENDENT * np.abs(weights).max(), weights, 0.0)
+    names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
 def diagnose_stop(record: Record) -> tuple[Status, str] | None:
-    """Diagnose the pose in which a run of rigid links stopped, by the rank of its constraints; None if it is regular."""
+    """Diagnose the pose in which a run of rigid links stopped, by the least singular value; None if the pose is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
@@ -58,14 +63,14 @@ def diagnose_stop(record: Record) -> tuple[Status, str] | None:
     rows = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and row.bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # angles times the longest link are lengths, too
-    before, now = (linkage.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (linkage.reference, q))
-    kept = independent_rows(before)
-    if not len(kept) or not np.isfinite(now).all():
+    first, last = (linkage.system(pose, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
+    independent = independent_rows(first)
+    if not len(independent) or not np.isfinite(last).all():
         return None
-    least = [np.linalg.svd(matrix[kept], compute_uv=False)[-1] for matrix in (before, now)]
-    if least[1] > min(LEAST_SINGULAR_VALUE, LEAST_RATIO * least[0]):
+    at_start, at_end = (np.linalg.svd(matrix[independent], compute_uv=False)[-1] for matrix in (first, last))
+    if at_end > min(LEAST_SINGULAR_VALUE, LEAST_RATIO * at_start):
         return None
-    t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[kept])
+    t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[independent])
     if mechanism.drives:
         return Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})"
     return Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"

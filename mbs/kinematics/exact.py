@@ -1,4 +1,4 @@
-"""Runs of linkages whose constraints alone determine the motion: closure and inverse dynamics at chosen times, no integration."""
+"""Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError
 
 SAMPLES_PER_TURN = 400
-"""Samples in a turn of the drive."""
+"""Number of samples in a turn of the drive."""
 SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the closure, over the resolution of contacts."""
+"""Least number of samples in a step of the `Follower`, over `contact_resolution`."""
 BEFORE_KINK = 1e-12
-"""Time from a sample to the kink of a drive after it, over the duration."""
+"""Time from the sample before a kink of a drive to the kink, over the duration: both sides of a jump are sampled."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
@@ -49,7 +49,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
 
 
 def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
-    """Sample the motion of a linkage, up to its end."""
+    """Sample the motion of a linkage, up to its early end if it has one, and make the run."""
     mechanism = follower.linkage.mechanism
     grid = sample_times(mechanism, duration, solver.steps)
     ended = follower.ended
@@ -63,15 +63,15 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         grid = _refine_short_steps(follower.anchors.time, grid, ceil(SAMPLES_PER_STEP * solver.steps.contact_resolution))
     course = follower.at(grid)
     record = follower.record(course)
-    failed = _find_failed_load(record)
-    if failed is not None:
-        ended, grid = failed, grid[grid < failed.time]
+    failed_load = _find_failed_load(record)
+    if failed_load is not None:
+        ended, grid = failed_load, grid[grid < failed_load.time]
         course = follower.at(grid)
         record = follower.record(course)
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
-    failure = None if ended is None else (ended.status, ended.sentence)
+    failure = None if ended is None else (ended.status, ended.message)
     return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=Scene.of(mechanism).remarks)
 
 
@@ -88,9 +88,9 @@ def _find_failed_load(record: Record) -> Ended | None:
     for name, load in Scene.of(record.mechanism).elements.items():
         if isinstance(load, Load):
             for push in load.pushes(name, record):
-                lost = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
-                k = int(np.argmax(lost))
-                if lost[k] and k > 0 and (found is None or record.time[k] < found.time):
+                fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
+                k = int(np.argmax(fails))
+                if fails[k] and k > 0 and (found is None or record.time[k] < found.time):
                     t = float(record.time[k])
                     reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
                     found = Ended(t, Status.FUNCTION_FAILED, reason)
@@ -98,34 +98,35 @@ def _find_failed_load(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Return the times of samples, s: equal steps, or 400 in each turn and both sides of each kink of a drive or load.
+    """Return the times of samples [s]: equal steps, or 400 in each turn and both sides of each kink of a drive or load.
 
-    Their number ends one above the limit of steps, which shows that the limit was passed.
+    If more steps are needed than allowed, one too many is returned.
     """
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.number(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), SAMPLES_PER_TURN * turns))
-    even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
+    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
     if count <= steps.max_steps:
-        even[-1] = duration
+        equidistant[-1] = duration
     kinks = np.array(Scene.of(mechanism).kinks(duration))
-    kinks = kinks[kinks <= even[-1]]
-    times = np.unique(np.concatenate([even, kinks, kinks - BEFORE_KINK * duration]))
-    keep = np.append(np.diff(times) > BEFORE_KINK * duration / 2, True)
-    return times[keep]
+    kinks = kinks[kinks <= equidistant[-1]]
+    times = np.unique(np.concatenate([equidistant, kinks, kinks - BEFORE_KINK * duration]))
+    is_distinct = np.append(np.diff(times) > BEFORE_KINK * duration / 2, True)
+    return times[is_distinct]
 
 
 def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
-    """Replace the samples in short steps of the closure by finer ones: near a dead centre, or where the drive reverses.
+    """Replace the samples in a step of the closure with fewer than the least number of them by equidistant ones.
 
-    Samples of both kinds together would be uneven and spoil the energy balance; pairs of samples at kinks stay.
+    Steps are short near a dead centre, or where the drive reverses. Old and new samples together would be uneven, which spoils
+    the energy balance. Pairs of samples at kinks stay.
     """
-    reached = np.append(anchors[anchors < grid[-1]], grid[-1])
-    short = np.diff(np.searchsorted(grid, reached)) < least
-    extra = [np.linspace(reached[k], reached[k + 1], least + 1) for k in np.flatnonzero(short)]
-    close = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]
-    kept = np.append(close, False) | np.append(False, close)
-    kept[[0, -1]] = True
-    kept |= ~np.append(short, False)[np.clip(np.searchsorted(reached, grid, side="right") - 1, 0, len(short))]
-    return np.unique(np.concatenate([grid[kept], *extra]))
+    ends = np.append(anchors[anchors < grid[-1]], grid[-1])
+    is_short = np.diff(np.searchsorted(grid, ends)) < least
+    finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(is_short)]
+    is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]
+    stays = np.append(is_pair, False) | np.append(False, is_pair)
+    stays[[0, -1]] = True
+    stays |= ~np.append(is_short, False)[np.clip(np.searchsorted(ends, grid, side="right") - 1, 0, len(is_short))]
+    return np.unique(np.concatenate([grid[stays], *finer]))

@@ -1,4 +1,4 @@
-"""The slider-crank in closed form; its places are tested against the general loop closure."""
+"""Slider-crank in closed form; tests compare its places with the general loop closure."""
 
 from __future__ import annotations
 
@@ -11,52 +11,53 @@ from ..laws.pieces import Reals
 
 
 class SliderCrank(NamedTuple):
-    """The slider on the far side of the crank pivot: crank pin r (cos, sin) theta, slider on the x axis at negative x.
+    """Slider-crank with a crank of length r and a coupler of length L [m], its slider at negative x.
 
-    theta = pi is the outer dead centre (Demirel et al. 2008, eqs 1-5, doi 10.1115/IMECE2008-68796).
+    The crank pin is at r (cos theta, sin theta), the slider on the x axis. At theta = pi the slider is farthest from the crank
+    pivot. Equations are those of Demirel et al. 2008, doi 10.1115/IMECE2008-68796.
     """
 
     crank: float
     coupler: float
 
     def slider(self, theta: Reals) -> Reals:
-        """Slider position x = r cos theta - sqrt(L^2 - r^2 sin^2 theta), m."""
+        """Compute the slider position x = r cos theta - sqrt(L^2 - r^2 sin^2 theta) [m] (eqs 1-5)."""
         return self.crank * np.cos(theta) - np.sqrt(self.coupler**2 - (self.crank * np.sin(theta)) ** 2)
 
     def slider_rate(self, theta: Reals) -> Reals:
-        """dx/dtheta, m/rad; times the crank speed it is the slider's velocity."""
+        """Compute dx/dtheta [m/rad], the slider's velocity over the crank speed."""
         s, c = np.sin(theta), np.cos(theta)
         return -self.crank * s + self.crank**2 * s * c / np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
 
     def slider_second_rate(self, theta: Reals) -> Reals:
-        """d2x/dtheta2, m/rad^2; times the speed squared it is the slider's acceleration at constant speed."""
+        """Compute d2x/dtheta2 [m/rad^2], the slider's acceleration over the square of a constant crank speed."""
         s, c = np.sin(theta), np.cos(theta)
         q = np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
         return -self.crank * c + self.crank**2 * (c**2 - s**2) / q + (self.crank**2 * s * c) ** 2 / q**3
 
     def chord(self, theta: Reals, stop: Reals) -> Reals:
-        """Distance of the crank pin from a slider fixed at x = stop, m (eq. 8)."""
+        """Compute the distance of the crank pin from a slider fixed at x = stop [m] (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 
     def shortening(self, theta: Reals, stop: Reals) -> Reals:
-        """End shortening over length, u = 1 - chord/L, of a coupler whose slider is fixed at x = stop (eqs 7-9)."""
+        """Compute the end shortening over length, u = 1 - chord/L, of a coupler whose slider is fixed at x = stop (eqs 7-9)."""
         return 1 - self.chord(theta, stop) / self.coupler
 
     def lean_cosine(self, theta: Reals, stop: Reals) -> Reals:
-        """cos(phi), phi the angle between the chord and the slider's line (eq. 10)."""
+        """Compute cos(phi), phi the angle between the chord and the slider's line (eq. 10)."""
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
     def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
-        """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider fixed at x = stop, along its line, N (eqs 7-13).
+        """Compute the force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider fixed at x = stop, along its line [N].
 
-        The function `load` is P L^2/(E I) of the end shortening over the length, as `buckler.elastica.pinned.load`; `rigidity` is
-        E I [N m^2], `theta` the crank angle [rad], `stop` in m. A coupler that is not shortened carries the Euler load.
+        Equations 7-13: `load` is a function from the end shortening over length to p = P L^2/(E I), `rigidity` is E I [N m^2],
+        `theta` the crank angle [rad], `stop` in m. A coupler without shortening has the Euler load.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)
 
     def contact_angle(self, stop: float) -> float:
-        """Crank angle in (0, pi) at which the rigid slider reaches x = stop, by the cosine rule; ValueError if it never does."""
+        """Compute the crank angle in (0, pi) at which x = stop is reached, by the cosine rule; raise a ValueError if never."""
         inner, outer = self.slider(0.0), self.slider(np.pi)
         if not outer <= stop <= inner:
             raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")

@@ -1,8 +1,8 @@
 """Kinematics and masses of the mechanism with every link rigid, at one time or many.
 
-Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0 (see
-`buckler.mbs.elements.rows`); then J q_t = -C_t and J q_tt = gamma - C_tt, J the Jacobian dC/dq and gamma what is quadratic in the
-velocities (e.g. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3). A place is a complex number x + i y here.
+Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0, see
+`buckler.mbs.elements.rows`. Rates solve J q_t = -C_t, second rates J q_tt = gamma - C_tt. Here J is the Jacobian dC/dq, and the
+convective term gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ class KinematicsError(ValueError):
 
 
 ROUNDING = 1e-9
-"""Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
-
+"""Singular value of a constraint Jacobian, over the largest one, below which it counts as zero."""
 DISPLACEMENT = 1e-2
-"""Distance of the pose in general position from the drawn one, over the longest link or in rad: far above rounding."""
+"""Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
 POSES = 4
-"""Number of random poses of which the one with the largest rank is taken: a single one could be special, too."""
+"""Number of random poses, of which the one with the largest rank is in general position: a single pose could be singular."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Linkage:
     last: float = np.inf
 
     def until(self, last: float) -> Linkage:
-        """Return the linkage with drives that are evaluated up to a time [s]."""
+        """Return a copy of the linkage whose drives are evaluated up to a time [s]."""
         found = copy(self)
         object.__setattr__(found, "last", last)
         return found
@@ -87,7 +86,7 @@ class Linkage:
         return len(self.index) if place.body == GROUND else self.index[place.body]
 
     def _arm(self, place: Place) -> complex:
-        """Return the arm from a body's start, or the origin, to its point at t = 0."""
+        """Return the arm from a link's start, or from the origin for the ground, to a point at t = 0 [m], as a complex number."""
         if not place.point:
             return 0j
         point = complex(*self.mechanism.points[place.point])
@@ -95,11 +94,11 @@ class Linkage:
 
     @cached_property
     def _forms(self) -> Forms:
-        """All rows as equations of the links."""
+        """Equations of all rows."""
         ends = Ends(self._number, self._arm, lambda place: complex(*self.mechanism.points[place.point]))
         return Forms([row for _, row in self.named_rows], len(self.index), ends)
 
-    # --- places and velocities --------------------------------------------------------------------------------------------
+    # --- positions and velocities -----------------------------------------------------------------------------------------
 
     def position(self, link: str, point: str, q: Array) -> Array:
         """Return the position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
@@ -120,9 +119,9 @@ class Linkage:
     # --- constraints ------------------------------------------------------------------------------------------------------
 
     def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
-        """Compute residual C, Jacobian J and convective term gamma, without the travel of drives.
+        """Compute residuals C (..., rows), Jacobian J (..., rows, 3 links) and convective term gamma (..., rows).
 
-        For coordinates and rates (..., links, 3) they have the shapes (..., rows), (..., rows, 3 links), (..., rows).
+        Coordinates and rates are (..., links, 3); the travel of drives is left out.
         """
         residual, jacobian = self._forms.system(q - self._directions)
         return residual, jacobian, self.convective(q, q_t)
@@ -133,11 +132,11 @@ class Linkage:
 
     @cached_property
     def _directions(self) -> Array:
-        """Coordinates with the links' directions at t = 0 and zero places."""
+        """Directions of the links at t = 0 as coordinates (0, 0, theta), (links, 3)."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
     def travel(self, time: ArrayLike) -> Array:
-        """Return the travel of the drives in each row, m or rad, shape (..., rows)."""
+        """Return the travel of the drive in each row [m or rad], shape (..., rows); 0 in rows without a drive."""
         return self._drive_values(time, lambda motion, t: motion.position(t))
 
     def speed(self, time: ArrayLike) -> Array:
@@ -149,7 +148,7 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
-        """Evaluate the drives, 0 in rows without one."""
+
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.drive_rows:
@@ -158,34 +157,37 @@ class Linkage:
 
     @cached_property
     def lasting(self) -> Array:
-        """Rows that hold all along a run, not at its start alone."""
+        """Indices of the rows that hold throughout a run, not only at its start."""
         return np.flatnonzero([not row.start_only for _, row in self.named_rows])
 
     @cached_property
     def general_pose(self) -> Array:
-        """Pose in general position, shape (links, 3): close to the drawn one, with closed loops and moved drives.
+        """Pose in general position, shape (links, 3): close to the pose at t = 0, with closed loops and other places of drives.
 
-        Rows that are dependent in the drawn pose only, as for a parallelogram drawn in one line, are independent here. Rows that
-        are redundant in every pose stay so. A linkage that cannot move has the drawn pose.
+        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Rows that are
+        redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
         """
-        drawn = self.reference
+        reference = self.reference
         rows = self.lasting[[self.named_rows[k][1].motion is None for k in self.lasting]]
         unit = np.tile([self.size, self.size, 1.0], len(self.index))
         if not len(rows):
-            return drawn
-        _, values, right = np.linalg.svd(self.system(drawn, np.zeros_like(drawn))[1][rows] * unit)
-        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T
-        best, most = drawn, -1
-        for mix in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
-            direction = free @ mix
+            return reference
+        _, values, right = np.linalg.svd(self.system(reference, np.zeros_like(reference))[1][rows] * unit)
+        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # motions that the rows allow
+        best, largest_rank = reference, -1
+        for weights in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
+            direction = free @ weights
             step = DISPLACEMENT * direction / np.abs(direction).max() * unit
-            pose = self._close(drawn + step.reshape(drawn.shape), rows, unit)
-            if pose is not None and (found := rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])) > most:
-                best, most = pose, found
+            pose = self._close(reference + step.reshape(reference.shape), rows, unit)
+            if pose is None:
+                continue
+            of_pose = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])
+            if of_pose > largest_rank:
+                best, largest_rank = pose, of_pose
         return best
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
-        """Close loops by the Gauss-Newton method from a nearby pose; None if that fails."""
+        """Close loops by the Gauss-Newton method from a nearby pose; return None if it does not converge or goes far away."""
         for _ in range(20):
             residual, jacobian, _ = self.system(q, np.zeros_like(q))
             if np.abs(residual[rows]).max() < 1e-13 * max(1.0, self.size):
@@ -201,7 +203,7 @@ class Linkage:
 
 
 def solve_rates(jacobian: Array, right: Array) -> Array:
-    """Solve the rows for rates, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
+    """Solve J x = right for rates x, (times, n), with J of shape (times, rows, n) and right of (times, rows)."""
     if jacobian.shape[-2] == jacobian.shape[-1]:
         found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
         return found
@@ -210,32 +212,32 @@ def solve_rates(jacobian: Array, right: Array) -> Array:
 
 
 def invert(matrix: Array) -> Array:
-    """Invert matrices, shape (..., m, n); by the Moore-Penrose inverse if they are not square."""
+    """Invert matrices, shape (..., m, n); if they are not square, by the Moore-Penrose inverse."""
     square = matrix.shape[-2] == matrix.shape[-1]
     return np.linalg.inv(matrix) if square else np.linalg.pinv(matrix, rcond=ROUNDING)
 
 
 def rank(jacobian: Array) -> int:
-    """Return the number of independent rows."""
+    """Return the number of independent rows of a Jacobian."""
     least = ROUNDING * max(1.0, np.abs(jacobian).max(initial=0.0))
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements whose rows have a weight, each once."""
-    big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
-    return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
+    """Return the elements of rows, each once, whose weights are not negligible."""
+    weighty = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
+    return list(dict.fromkeys(name for name, counts in zip(names, weighty, strict=True) if counts))
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
-    """Return the largest speed of a driven link within a duration [s], rad/s; 0 if no link is driven."""
+    """Return the largest speed of a driven link within a duration [s], at 101 times [rad/s]; 0 if no link is driven."""
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
 
 
 class LinkMass(NamedTuple):
-    """A mass [kg] with its inertia [kg m^2] on a link, given by number, at an arm from the link's start at t = 0 [m]."""
+    """Mass [kg] with its inertia [kg m^2] on a link, given by its number; the arm leads from the link's start, at t = 0 [m]."""
 
     link: int
     mass: float
@@ -244,24 +246,24 @@ class LinkMass(NamedTuple):
 
 
 def carried_masses(linkage: Linkage) -> Iterator[LinkMass]:
-    """Yield the masses of links, of blocks of guides, and of elements on links."""
+    """Yield the masses of links, blocks of guides, and elements on links."""
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
         mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
         yield LinkMass(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
     blocks = {guide.point: guide.link for guide in mechanism.guides}
-    extra = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
+    burdens = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
     for element in mechanism.elements().values():
-        extra += element.burdens(mechanism)
-    for at, mass, inertia in extra:
-        body, point = place(at)
+        burdens += element.burdens(mechanism)
+    for reference, mass, inertia in burdens:
+        body, point = place(reference)
         i = linkage.index[blocks.get(body, body)]
         yield LinkMass(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
 
 
 def mass_matrix(linkage: Linkage, q: Array) -> Array:
-    """Compute the mass matrix for the coordinates of the links' start points, q (..., links, 3) -> (..., 3 links, 3 links)."""
+    """Compute the mass matrix of the links, (..., 3 links, 3 links), at coordinates q (..., links, 3) of their start points."""
     n = len(linkage.index)
     matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
     for part in carried_masses(linkage):

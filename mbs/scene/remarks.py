@@ -1,4 +1,4 @@
-"""Remarks on a mechanism: redundant constraints, undetermined forces, too many drives, joints and loads that seem forgotten."""
+"""Remarks on a mechanism: redundant constraints, undetermined forces, too many drives, and joints that seem to be missing."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .linkage import ROUNDING, Linkage, rank
 from .start import jacobian, name_surplus_drives
 
 UNDETERMINED = 1e-6
-"""Component of a row in a null vector of the transposed Jacobian above which its multiplier is undetermined."""
+"""Component of a null vector of the transposed Jacobian above which the multiplier of its row is undetermined."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
-    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and seeming omissions."""
+    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what seems to be missing."""
     mechanism, found = linkage.mechanism, []
     if redundant:
         shared = ", ".join(map(repr, undetermined))
@@ -45,17 +45,17 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 
 def _free_links(linkage: Linkage) -> Iterator[str]:
-    """Yield links that nothing joins to the rest, and those that can move although the drives are fixed."""
+    """Yield remarks on links that nothing joins to the rest, and on links that can move although the drives are fixed."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
-    texts = " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
+    acting = " ".join(repr(part) for part in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
-        mentioned = any(f"{mark}{name}'" in texts for name in (*link.points, link.name) for mark in "':")
+        mentioned = any(f"{mark}{name}'" in acting for name in (*link.points, link.name) for mark in "':")
         if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
-        ties = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]
+        joints = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]
         guides = [guide.point for guide in mechanism.guides if guide.link == link.name]
-        if guides and len({*ties, *guides}) == 1 and not mentioned:
+        if guides and len({*joints, *guides}) == 1 and not mentioned:
             yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
@@ -65,15 +65,13 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
         motion = np.abs(np.linalg.svd(rows)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, size in zip(mechanism.links, motion, strict=True) if size > ROUNDING]
         count = "1 way" if free == 1 else f"{free} ways"
-        driven = len(mechanism.drives)
-        yield (
-            f"mobility {free + driven}, {driven} driven: with the drives held the linkage can move in {count} "
-            f"({', '.join(f'links.{name}' for name in moving)}); forces decide how"
-        )
+        driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
+        can_move = f"with the drives held the linkage can move in {count} ({names})"
+        yield f"mobility {free + driven}, {driven} driven: {can_move}; forces decide how"
 
 
 def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:
-    """Return for each body the set of bodies connected to it by joints and guides, by those at one point if it is given."""
+    """Return for each body the bodies that joints and guides connect to it; with a point, joints at that point only."""
     groups = {name: {name} for name in (GROUND, *(link.name for link in mechanism.links))}
     ties = [(joint.first, joint.second) for joint in mechanism.joints if point in (None, joint.point)]
     ties += [(guide.link, GROUND) for guide in mechanism.guides if point is None]
@@ -85,23 +83,23 @@ def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str
 
 
 def find_redundant(linkage: Linkage) -> list[str]:
-    """Find the elements whose rows depend on those of others in general position; flexible links may deform."""
+    """Find the elements whose rows depend on other rows in a pose in general position; flexible links may deform."""
     names, matrix = _constraints(linkage)
     independent = independent_rows(matrix)
     return list(dict.fromkeys(name for k, name in enumerate(names) if k not in independent))
 
 
 def find_undetermined(linkage: Linkage) -> list[str]:
-    """Find the elements whose forces no equation determines, as rows are redundant in general position."""
+    """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    null = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
-    free = np.abs(null).max(axis=1, initial=0.0) > UNDETERMINED
-    return list(dict.fromkeys(name for name, each in zip(names, free, strict=True) if each))
+    null_vectors = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
+    undetermined = np.abs(null_vectors).max(axis=1, initial=0.0) > UNDETERMINED
+    return list(dict.fromkeys(name for name, is_free in zip(names, undetermined, strict=True) if is_free))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return names and derivatives of the rows that hold during a run, in general position; rows of drives come first."""
+    """Return the elements and the scaled derivatives of lasting rows, in general position; rows of drives come first."""
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
     order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
@@ -110,13 +108,13 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
 
 
 def independent_rows(matrix: Array) -> list[int]:
-    """Find the rows that do not depend on those before them, by Gram-Schmidt orthogonalisation, twice for rounding."""
-    kept: list[int] = []
+    """Find the rows that do not depend on rows before them, by Gram-Schmidt orthogonalisation, done twice against rounding."""
+    independent: list[int] = []
     basis = np.empty((0, matrix.shape[1]))
     for k, row in enumerate(matrix):
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
         if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, float(np.linalg.norm(row))):
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
-            kept.append(k)
-    return kept
+            independent.append(k)
+    return independent

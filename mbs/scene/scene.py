@@ -1,4 +1,4 @@
-"""Scene: properties derived from a mechanism, computed once for solvers, statics, checks and signals."""
+"""Scene: properties that follow from a mechanism, computed once for solvers, statics, checks and signals."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .start import Start, start
 STIFF_RATE = 1e5
 """Decay rate of contact damping from which the implicit integrator is the faster one [1/s]."""
 DEPTH = 1e-5
-"""Depth at which contact damping is evaluated [m]: between those of light and of hard impacts."""
+"""Depth at which contact damping is evaluated [m]: between the depths of light and hard impacts."""
 SPEED = 1e-3
-"""Difference of speed with which the slope of the contact force is taken [m/s]: laws are linear below it."""
+"""Speed at which the damping force is evaluated [m/s]: contact laws are linear in the speed up to it."""
 ONSET_SPEED = 0.1
-"""Speed at the onset of the impact in which contact damping is evaluated [m/s]."""
+"""Onset speed with which contact damping is evaluated [m/s], that of a moderate impact."""
 
 
 class Scene:
     """Mechanism with derived properties: constraints, start, redundant constraints, sizes, times.
 
-    Each is computed at first use and kept, as a mechanism never changes.
+    A property is computed at first use and kept, as a mechanism never changes.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -54,7 +54,7 @@ class Scene:
 
     @cached_property
     def linkage(self) -> Linkage:
-        """Rows of the constraints, every link rigid."""
+        """Linkage of the mechanism with every link rigid."""
         return Linkage(self.mechanism)
 
     @cached_property
@@ -83,7 +83,7 @@ class Scene:
 
     @cached_property
     def redundant(self) -> list[str]:
-        """Elements whose rows depend on those of others in general position, where flexible links may deform."""
+        """Elements whose rows depend on other rows in general position, where flexible links may deform."""
         return find_redundant(self.linkage)
 
     @cached_property
@@ -93,7 +93,7 @@ class Scene:
 
     @cached_property
     def remarks(self) -> list[str]:
-        """Remarks in sentences: redundant constraints, too many drives, and seeming omissions."""
+        """Remarks in sentences: redundant constraints, too many drives, and what seems to be missing."""
         return remarks(self.linkage, self.redundant, self.undetermined)
 
     @cached_property
@@ -108,7 +108,7 @@ class Scene:
 
     @cached_property
     def why_not_kinematic(self) -> str:
-        """Reason why constraints do not determine the motion, or an element not its force in a known motion; '' if they do."""
+        """Reason why constraints do not determine the motion, or the motion does not determine all forces; '' if both do."""
         mechanism = self.mechanism
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
@@ -118,16 +118,15 @@ class Scene:
         rubbing = [guide.key for guide in mechanism.guides if guide.rubs_on_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
-        no_rows = np.empty((0, 3))
-        constraints = set(self.linkage.names)
+        constrained, no_multipliers = set(self.linkage.names), np.empty((0, 3))
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
-            if name in constraints and element.reactions(no_rows) is None:
+            if name in constrained and element.reactions(no_multipliers) is None:
                 return f"'{name}' does not tell its reaction"
-        acting = [each for each in (*mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
-        silent = [each.key for each in acting if type(each).pushes is Element.pushes]
-        return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
+        acting = [element for element in (*mechanism.loads, *mechanism.couplings) if not any(element.rows(mechanism))]
+        without_force = [element.key for element in acting if type(element).pushes is Element.pushes]
+        return f"'{without_force[0]}' does not tell its force in a known motion" if without_force else ""
 
     @property
     def is_kinematic(self) -> bool:
@@ -149,15 +148,15 @@ class Scene:
 
     @cached_property
     def axial_period(self) -> float:
-        """Bound of the periods of axial vibration [s]: a flexible link as a spring with all mass; 0 without flexible links."""
+        """Upper bound of the periods of axial vibration [s]: the whole mass on a flexible link as a spring; 0 without any."""
         bodies: list[tuple[Any, float]] = [(link.body, self.mechanism.length(link.name)) for link in self.mechanism.links]
         springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
         return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
-        known = {t for element in self.elements.values() for t in element.kinks(duration)}
-        return tuple(sorted({*known, *edges_along(duration)}))
+        times = {t for element in self.elements.values() for t in element.kinks(duration)}
+        return tuple(sorted({*times, *edges_along(duration)}))
 
     # --- choice of solvers ------------------------------------------------------------------------------------------------
 
@@ -178,7 +177,7 @@ class Scene:
 
     @cached_property
     def is_loose(self) -> bool:
-        """True if an explicit integrator suits: rigid links, clearance in all joints, constant speed, soft dampers, no states."""
+        """True if an explicit integrator suits: rigid links, clearance in all joints, constant speeds, no stiff damping."""
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

@@ -1,7 +1,7 @@
-"""Velocities at the start: those with the least kinetic energy that satisfy drives, given velocities and constraints.
+"""Velocities at the start: those of least kinetic energy that satisfy drives, given velocities and constraints.
 
-Links move as if rigid if that is possible. If not, as in a truss of strips, points of flexible links have additional velocities,
-which are least in a norm weighted by the stiffness of the link.
+Links move as rigid bodies if that is possible. If not, as in a truss of strips, the points of flexible links have additional
+velocities, called stations' velocities. They are the least ones in a norm weighted by the stiffness of the link.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from ..mechanism import Mechanism
 from .linkage import ROUNDING, KinematicsError, Linkage, involved_elements, mass_matrix, rank
 
 EXACT = 1e-9
-"""Largest residual of an equation that holds, relative to its right-hand side."""
+"""Largest residual of velocities that satisfy their equations, relative to the right-hand side: rounding."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """Velocities at t = 0: `rates` (links, 3) of rigid motions of all links, of the start point [m/s] and the angle [rad/s].
+    """Velocities at t = 0.
 
-    By flexible link and point, `bends` (3,) are additional velocities (x, y, angle); links that move rigidly are left out.
+    `rates` (links, 3) are those of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `bends` has the
+    additional velocities (x, y, angle) by flexible link and point, without the links that move as rigid bodies.
     """
 
     linkage: Linkage
@@ -39,9 +40,9 @@ class Start:
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
     def bending(self, link: Link, at: Mapping[str, float], x: Array) -> Array:
-        """Interpolate the additional velocity of a flexible link at x along its chord, m: (vx, vy, spin), shape (n, 3).
+        """Interpolate the additional velocity (vx, vy, spin) of a flexible link at distances x along its chord [m], (n, 3).
 
-        Between the points, at `at` along the chord, it is linear along the link and cubic across.
+        `at` has the distances of its points [m]. Between them the velocity along the link is linear, that across is cubic.
         """
         if link.name not in self.bends:
             return np.zeros((len(x), 3))
@@ -58,33 +59,36 @@ class Start:
 
 
 class Stations:
-    """Points of flexible links with additional velocities: three columns each, in the link's axes, weighted by stiffness."""
+    """Stations: points of flexible links, each with three additional velocities in the link's axes, weighted by stiffness."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         links = [link for link in mechanism.links if link.body.flexible]
         self.mechanism = mechanism
         self.points = [(link.name, point) for link in links for point in link.points]
-        self.places = {at: k for k, at in enumerate(self.points)}
+        self.numbers = {station: k for k, station in enumerate(self.points)}
         self.axes = np.array([_weighted_axes(mechanism, name) for name, _ in self.points]).reshape(-1, 3, 3)
 
     def columns(self, row: Row) -> Array:
         """Return a row's derivatives by the weighted velocities of all stations."""
         found = np.zeros((len(self.points), 3))
         for end, slope in row.gradient(self.mechanism.points):
-            k = self.places.get((end.body, end.point))
+            k = self.numbers.get((end.body, end.point))
             if k is not None:
                 found[k] += np.array(slope) @ self.axes[k]
         return found.ravel()
 
     def station_row(self, k: int, direction: Array) -> Array:
-        """Return the row of the scalar product of one station's velocity (vx, vy, spin) with a direction."""
+        """Return the derivatives by all stations of the velocity (vx, vy, spin) of station k along a direction, (3 stations,)."""
         found = np.zeros((len(self.points), 3))
         found[k] = direction @ self.axes[k]
         return found.ravel()
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
-    """Return the matrix from weighted velocities along, across and of the angle of a link to (x, y, angle)."""
+    """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (x, y, angle).
+
+    Weights are square roots of stiffnesses: E A/L along, E I/L^3 across and E I/L for the angle.
+    """
     link, length = mechanism.link(name), mechanism.length(name)
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
@@ -95,7 +99,7 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
 
 
 def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
-    """Compute the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
+    """Compute the derivatives of the rows by rigid coordinates, (rows, 3 links), and by stations, (rows, 3 stations)."""
     stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
     rigid = linkage.system(q, np.zeros_like(q))[1]
@@ -123,55 +127,57 @@ def start(linkage: Linkage) -> Start:
     mechanism = linkage.mechanism
     rigid, flexible = jacobian(linkage)
     right, names = linkage.speed(0.0), list(linkage.names)
-    for name, row, own, value in _velocity_rows(mechanism, linkage):
-        rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, own])
+    for name, row, by_stations, value in _velocity_rows(mechanism, linkage):
+        rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
         right, names = np.append(right, value), [*names, name]
-    bend, rest = _solve_flexible(rigid, flexible, right)
+    weighted, residual = _solve_flexible(rigid, flexible, right)
     scale = max(1.0, np.abs(right).max(initial=0.0))
-    gap = float(np.abs(rest).max(initial=0.0))
+    gap = float(np.abs(residual).max(initial=0.0))
     if gap > EXACT * scale:
-        who = ", ".join(f"'{name}'" for name in involved_elements(names, rest))
+        involved = ", ".join(f"'{name}'" for name in involved_elements(names, residual))
+        cause = f"{involved} contradict each other, or the linkage is at a dead centre"
         too_many = name_surplus_drives(linkage)
-        raise KinematicsError(
-            f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
-            + (f"; {too_many}" if too_many else "")
-        )
-    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ bend).reshape(-1, 3)
+        hint = f"; {too_many}" if too_many else ""
+        raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {cause}{hint}")
+    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ weighted).reshape(-1, 3)
     stations = Stations(mechanism)
-    moved = np.einsum("kij,kj->ki", stations.axes, bend.reshape(-1, 3))
+    additional = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
     bends: dict[str, dict[str, Array]] = {}
-    if np.abs(moved).max(initial=0.0) > EXACT * scale:
-        for (link, point), extra in zip(stations.points, moved, strict=True):
-            bends.setdefault(link, {})[point] = extra
+    if np.abs(additional).max(initial=0.0) > EXACT * scale:
+        for (link, point), velocity in zip(stations.points, additional, strict=True):
+            bends.setdefault(link, {})[point] = velocity
     return Start(linkage, rates, bends)
 
 
 def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array, Array]:
-    """Find the least velocities of the stations with which rigid motions can satisfy the rows; return also the residual."""
+    """Return the least weighted velocities of stations with which rigid motions satisfy the rows, and the rows' residual.
+
+    Rigid motions are eliminated by projection on the complement of their columns.
+    """
     scale = max(1.0, np.abs(right).max(initial=0.0))
     missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
     if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(flexible.shape[1]), missing
     projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)
     unit = np.abs(flexible).max()
-    bend = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
-    return bend, missing - projector @ flexible @ bend
+    weighted = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
+    return weighted, missing - projector @ flexible @ weighted
 
 
 def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
-    """Return the rates u with rows u = right and the least u^T mass u."""
+    """Return the rates u with rows u = right and the least u^T mass u, by least squares in Cholesky coordinates."""
     if not right.any():
         return np.zeros(len(mass))
     unit = 1 / np.sqrt(np.diag(mass))
-    half = np.linalg.cholesky(mass * np.outer(unit, unit))
-    back = unit[:, None] * np.linalg.inv(half).T
-    found: Array = back @ np.linalg.lstsq(rows @ back, right, rcond=ROUNDING)[0]
-    rest = right - rows @ found  # rounding, where masses differ by orders
-    return found + back @ np.linalg.lstsq(rows @ back, rest, rcond=ROUNDING)[0]
+    factor = np.linalg.cholesky(mass * np.outer(unit, unit))
+    to_rates = unit[:, None] * np.linalg.inv(factor).T
+    rates: Array = to_rates @ np.linalg.lstsq(rows @ to_rates, right, rcond=ROUNDING)[0]
+    residual = right - rows @ rates  # rounding, which is large if masses differ by orders of magnitude
+    return rates + to_rates @ np.linalg.lstsq(rows @ to_rates, residual, rcond=ROUNDING)[0]
 
 
 def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
-    """Yield the rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
+    """Yield the equations of the given `velocities`: name, derivatives by rates of links and by stations, value."""
     stations, n = Stations(mechanism), len(linkage.index)
     for name, value in mechanism.velocities.items():
         if isinstance(value, float):
@@ -184,14 +190,14 @@ def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str
         for axis, direction in enumerate(np.eye(3)[:2]):
             row = np.zeros((n, 3))
             row[linkage.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
-            k = stations.places.get((link, point))
-            own = np.zeros(3 * len(stations.points)) if k is None else stations.station_row(k, direction)
-            yield f"velocities['{name}']", row.ravel(), own, float(value[axis])
+            k = stations.numbers.get((link, point))
+            by_stations = np.zeros(3 * len(stations.points)) if k is None else stations.station_row(k, direction)
+            yield f"velocities['{name}']", row.ravel(), by_stations, float(value[axis])
 
 
-def carrier(mechanism: Mechanism, at: str) -> tuple[str, str]:
-    """Return link and point of a reference to a point; the first link with the point if none is named."""
-    body, point = place(at)
+def carrier(mechanism: Mechanism, reference: str) -> tuple[str, str]:
+    """Return link and point of a reference to a point; the first link with the point if no link is named."""
+    body, point = place(reference)
     if body and body != GROUND:
         return body, point
     return next(link.name for link in mechanism.links if point in link.points), point
