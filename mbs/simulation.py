@@ -36,7 +36,7 @@ from .scene.scene import Scene
 from .solvers import Closure, Exudyn, Spectral
 from .validate import as_tuple, number, one_of, positive, short
 from .view.movie import Film
-from .view.verdicts import IDLE
+from .view.verdicts import NOT_APPLICABLE
 
 GRAPHICS = (
     "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
@@ -269,7 +269,7 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     result = Result(status, message, record.time, *values, film=Film(record), traits=run.traits)
     if complete is not None:
         result = complete(result)
-    result = replace(result, provenance=result.provenance | {IDLE: idle(run, result)})
+    result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: idle(run, result)})
     for reason in suspicions(run, result):
         result = result.suspect(reason)
     if run.unseen and result.status.finished:

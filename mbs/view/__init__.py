@@ -1,1 +1,1 @@
-"""Pictures, movies, the report page, ParaView files, tables. Slow imports are made in functions."""
+"""Pictures, movies, the report page and ParaView files of a run. Libraries that load slowly are imported inside functions."""

@@ -1,6 +1,7 @@
-"""Marks of a picture of a mechanism, each fixed in a moving frame. All kinds of pictures draw the same marks.
+"""Marks of a picture of a mechanism: lines, discs and labels, each fixed in a frame that moves with a body.
 
-A frame has a place and an angle turned since t = 0. Lengths are in m, in the axes of the ground at t = 0.
+Pictures by matplotlib, the report page and ParaView files draw the same marks. A frame has a position [m] and the
+angle turned since t = 0 [rad]; at t = 0 its axes are those of the ground. Lengths of marks are in m.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Points = tuple[tuple[float, float], ...]
 
 
 class Outline(NamedTuple):
-    """A line, or a filled outline, fixed in a frame; `width` is its size normal to the plane, m, 0 for a symbol."""
+    """A line, or if `closed` a filled outline, fixed in a frame; `width` [m] is normal to the plane, 0 for a symbol."""
 
     frame: str
     ink: str
@@ -37,7 +38,7 @@ class Disc(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A line stretched from one frame to another: (fraction of the distance, m to the left of it)."""
+    """A line stretched between two frames; a point is (fraction of their distance, offset to its left [m])."""
 
     frame: str
     other: str
@@ -46,14 +47,14 @@ class Span(NamedTuple):
 
 
 class StripMark(NamedTuple):
-    """A flexible link, by its name."""
+    """The bent line of a flexible link, by the link's name."""
 
     link: str
     ink: str
 
 
 class Arrow(NamedTuple):
-    """A force at a frame, by its signals: two components, or one along a direction fixed in the frame `within`."""
+    """A force at a frame. `signals` names its two components, or its size along the direction `along` of the frame `within`."""
 
     frame: str
     ink: str
@@ -63,7 +64,7 @@ class Arrow(NamedTuple):
 
 
 class Label(NamedTuple):
-    """A name beside a place fixed in a frame; `what` is 'point', 'link' or 'symbol'."""
+    """A text centred at a place of a frame; `what` is the kind of thing it names: 'point', 'link' or 'symbol'."""
 
     frame: str
     text: str
@@ -75,7 +76,7 @@ Mark = Outline | Disc | Span | StripMark | Arrow | Label
 
 
 class Ink(NamedTuple):
-    """Colour of a line and of what it encloses ('' for none), width of the line, pt."""
+    """Colour of a line, colour of the area it encloses ('' for none), and width of the line [pt]."""
 
     line: str
     fill: str
@@ -90,7 +91,7 @@ LINKS = {
     "link4": Ink("#8A6D00", "#F0E0B0", 1.2),
     "link5": Ink("#2B7DA8", "#CDE6F5", 1.2),
 }
-"""Colours that links take in turn."""
+"""Colours of links: link number k takes number k modulo 6."""
 INKS: dict[str, Ink] = {
     "ground": Ink("#5A6672", "", 1.0),
     "support": Ink("#39434D", "#DDE2E7", 1.0),
@@ -108,23 +109,21 @@ INKS: dict[str, Ink] = {
     "force": Ink("#B3261E", "#B3261E", 1.6),
     **LINKS,
 }
-"""Colours by what a mark represents. Lines have a contrast of at least 3 : 1 to white."""
-
-
+"""Colours by the kind of thing a mark represents. Lines have a contrast of at least 3 : 1 to white."""
 FIXED = "="
-"""Prefix of the name of a frame that follows the point but does not turn."""
+"""Prefix of the name of a frame that follows a point without turning."""
 MIDDLE = "@"
-"""Prefix of the name of the frame of the middle of a flexible link's line."""
+"""Prefix of the name of the frame at the middle of a flexible link."""
 UNIT = 0.027
-"""Size of a symbol, of the mechanism's extent."""
+"""Size of a symbol over the extent of the mechanism."""
 Pair = tuple[float, float]
 
 
 class Sheet:
-    """Sheet of a picture: the mechanism, the size of a symbol, the frames that symbols need.
+    """Input and collected frames of the symbols of a mechanism, whose points move as in `record`.
 
-    The record says where the points are. `frames` has of each frame the point reference it follows and, for a pin drawn off its
-    bush, the pin's and how far it is enlarged.
+    `unit` is the size of a symbol [m]. `frames` maps the name of a frame to the point reference it follows and, for a pin in a
+    bush, the pin's point reference and the factor by which the eccentricity is enlarged.
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:
@@ -136,38 +135,38 @@ class Sheet:
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
     def at(self, body: str, point: str) -> str:
-        """Frame of a point on a body, '' for any body that has it."""
+        """Return the frame of a point on a body; without a body, on any link that has the point."""
         ref = f"{body}:{point}" if body == GROUND or body in self.record.links else point
         return self.frame(ref)
 
     def frame(self, ref: str) -> str:
-        """Frame of a point reference."""
+        """Return the frame of a point reference, such as 'crank:A'."""
         self.frames.setdefault(ref, (ref.removeprefix(FIXED), "", 0.0))
         return ref
 
     def inside(self, bush: str, pin: str, factor: float) -> str:
-        """Frame of a pin whose distance from its bush is drawn enlarged."""
+        """Return the frame of a pin whose distance from the bush is drawn enlarged by a factor."""
         name = f"{bush}~{pin}"
         self.frames[name] = (bush, pin, factor)
         return name
 
     def body(self, name: str) -> str:
-        """Frame of a link, '' for the ground."""
+        """Return the frame of a link, at its start; of the ground, at the origin."""
         return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
 
     def local(self, name: str, point: str) -> Pair:
-        """Return the place of a point in the frame of a link, or of the ground, at t = 0."""
+        """Return the coordinates [m] of a point in the frame of a link or of the ground."""
         points = self.mechanism.points
         (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]
         return x - x0, y - y0
 
     def pivot(self, link: str) -> str:
-        """Point at which a link is pinned to the ground, or its start."""
+        """Return the point at which a link is joined to the ground, or the link's start."""
         grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
         return str(grounded[0]) if grounded else self.mechanism.link(link).start
 
     def shared_point(self, first: str, second: str) -> str:
-        """Return the point that two bodies share: that of their joint, or one on both."""
+        """Return the point of the joint of two bodies; without a joint, the pivot of one of them."""
         for joint in self.mechanism.joints:
             if {joint.first, joint.second} == {first, second}:
                 return str(joint.point)
@@ -175,47 +174,48 @@ class Sheet:
 
 
 def unit(vector: Pair) -> Pair:
-    """Return the unit vector of a vector, downward of zero."""
+    """Return the unit vector of a vector; of the zero vector, one that points down."""
     size = hypot(*vector)
     return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
 
 
 def place_along(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
-    """Rotate the x axis of points onto a unit vector, scale and move them."""
+    """Rotate points so that their x axis falls on a unit vector, scale them, and move them to an origin."""
     (ax, ay), (x0, y0) = along, origin
     return tuple((x0 + scale * (ax * x - ay * y), y0 + scale * (ay * x + ax * y)) for x, y in points)
 
 
 def capsule(start: Pair, end: Pair, radius: float) -> Points:
-    """Outline of a bar with round ends."""
-    lean = atan2(end[1] - start[1], end[0] - start[0])
+    """Return the outline of a bar with round ends."""
+    angle = atan2(end[1] - start[1], end[0] - start[0])
     half = [pi * k / 8 for k in range(9)]
-    there = [(end[0] + radius * cos(lean - pi / 2 + a), end[1] + radius * sin(lean - pi / 2 + a)) for a in half]
-    back = [(start[0] + radius * cos(lean + pi / 2 + a), start[1] + radius * sin(lean + pi / 2 + a)) for a in half]
-    return (*there, *back)
+    end_cap = [(end[0] + radius * cos(angle - pi / 2 + a), end[1] + radius * sin(angle - pi / 2 + a)) for a in half]
+    start_cap = [(start[0] + radius * cos(angle + pi / 2 + a), start[1] + radius * sin(angle + pi / 2 + a)) for a in half]
+    return (*end_cap, *start_cap)
 
 
 def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
-    """Yield a line with a filled head."""
+    """Yield an arrow: a line, and a head of a length [m]."""
     along = unit((tip[0] - tail[0], tip[1] - tail[1]))
     yield Outline(frame, ink, (tail, tip))
     yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
 
 def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
-    """Yield a counterclockwise arrow about a place."""
-    angles = [-0.9 + 4.5 * k / 24 for k in range(25)]
-    (x, y), bend = centre, tuple((radius * cos(a), radius * sin(a)) for a in angles)
-    yield Outline(frame, ink, tuple((x + a, y + b) for a, b in bend))
-    (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
-    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
+    """Yield a counter-clockwise arrow on three quarters of a circle."""
+    first, last = -0.9, 3.6  # rad
+    angles = [first + (last - first) * k / 24 for k in range(25)]
+    arc = tuple((centre[0] + radius * cos(a), centre[1] + radius * sin(a)) for a in angles)
+    yield Outline(frame, ink, arc)
+    tangent = (-sin(last + 0.1), cos(last + 0.1))  # the head is long, so that it leans inwards
+    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), tangent, 0.55 * radius, arc[-1]))
 
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
-    """Yield a line with short strokes on its right: the ground."""
+    """Yield the symbol of the ground: a line with short oblique strokes on its right."""
     length, along = hypot(end[0] - start[0], end[1] - start[1]), unit((end[0] - start[0], end[1] - start[1]))
     count = max(3, min(60, round(length / (0.8 * size))))
-    comb = [(0.0, 0.0)]  # one line: along, down a stroke, back up
+    comb = [(0.0, 0.0)]  # one line that goes down each stroke and back up
     for k in range(count):
         s = length * (k + 0.5) / count
         comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]

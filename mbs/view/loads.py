@@ -1,4 +1,7 @@
-"""Symbols of springs, loads, masses, drives and couplings; belts, ropes and pitch circles to scale."""
+"""Symbols of springs, loads, masses, drives and couplings. Belts, ropes and pitch circles are drawn to scale.
+
+Each function takes the sheet, the name of the element and the element.
+"""
 
 from __future__ import annotations
 
@@ -18,29 +21,28 @@ from .drawing import FIXED, Disc, Label, Mark, Outline, Sheet, Span, arrow, hatc
 
 
 def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
-    """Yield a zigzag between its two places."""
+    """Yield a zigzag between the two ends of a spring."""
     ends = [sheet.at(*place(ref)) for ref in (spring.a, spring.b)]
-    turns, h = 7, 0.5 * sheet.unit
-    inner = [(0.15 + 0.7 * (k + 0.5) / (2 * turns), h if k % 2 else -h) for k in range(2 * turns)]
+    u, half = sheet.unit, 0.5 * sheet.unit
+    inner = [(0.15 + 0.7 * (k + 0.5) / 14, half if k % 2 else -half) for k in range(14)]
     yield Span(ends[0], ends[1], "spring", ((0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)))
     for ref, frame in zip((spring.a, spring.b), ends, strict=True):
         yield Disc(frame, "pin", (0.0, 0.0), 0.2 * sheet.unit)
         if place(ref).body == GROUND:
-            u = sheet.unit
             yield from hatching(frame, (-0.8 * u, -0.3 * u), (0.8 * u, -0.3 * u), 0.7 * u)
 
 
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
-    """Yield a spiral about the point that its two bodies share."""
+    """Yield a spiral about the point that the two bodies of the spring share."""
     frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
-    u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
-    yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
+    polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in (2.25 * 2 * pi * k / 60 for k in range(61))]
+    yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))
 
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
-    """Yield an arrow that ends at its point, in the direction of the force at t = 0."""
+    """Yield an arrow that ends at the loaded point, in the direction of the force at t = 0."""
     along = unit(load.initial_force(sheet.mechanism))
-    follows = load.follows.partition(":")[0] if load.follows else None
+    follows = load.follows.partition(":")[0] if load.follows else None  # the link with which the force turns
     point = place(load.point).point
     frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)
     start = sheet.local(follows, point) if follows else (0.0, 0.0)
@@ -49,7 +51,7 @@ def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
 
 
 def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
-    """Arrows onto a strip's ends, in the direction of the force; a turning arrow for moments."""
+    """Yield arrows onto the ends of a strip for a distributed force, a turning arrow for a distributed moment."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     for point in (link.start, link.end) if any(load.force) else ():
         tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), u, sheet.local(link.name, point))
@@ -59,13 +61,13 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
 
 
 def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
-    """Yield a turning arrow on its link, beside the link's name."""
+    """Yield a turning arrow on the loaded link, beside the link's name."""
     x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
     yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
 def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
-    """Yield a circle with an M about the joint its link turns in."""
+    """Yield a circle with an M and a turning arrow at the joint in which the motor turns a link."""
     frame = sheet.frame(FIXED + sheet.pivot(load.link))
     u = sheet.unit
     yield Disc(frame, "motor", (-1.6 * u, 1.6 * u), 0.85 * u)
@@ -74,7 +76,7 @@ def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
 
 
 def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
-    """Yield a turning arrow about the pivot of a driven link, a straight one at a driven point."""
+    """Yield a turning arrow about the pivot of a driven link, or a straight arrow beside a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
         yield from turning(sheet.frame(FIXED + sheet.pivot(drive.target)), "drive", 1.15 * u)
@@ -85,12 +87,12 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
 
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
-    """Yield a dark disc."""
+    """Yield a dark disc at a point mass."""
     yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
 def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
-    """Both pitch circles."""
+    """Yield the pitch circles of two gears; coaxial gears have none and get two circles of the size of a symbol."""
     apart = distance(sheet.mechanism, gear.first, gear.second)
     radius = gear.ratio * apart / (gear.ratio - 1) if apart else 1.5 * sheet.unit
     yield _circle(sheet, gear.first, abs(radius))
@@ -98,7 +100,7 @@ def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
 
 
 def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
-    """Yield the pinion's pitch circle and a piece of the rack's pitch line."""
+    """Yield the pitch circle of a pinion and a piece of the pitch line of its rack."""
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
     (x, y), (dx, dy) = sheet.local(other, centre), rack.along
@@ -107,20 +109,20 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
 
 
 def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
-    """Both pulleys and the spans between them."""
+    """Yield two pulleys and the two spans of belt between them."""
     yield _circle(sheet, belt.first, belt.radius)
     yield _circle(sheet, belt.second, belt.other_radius)
     ends = [sheet.at(*place(at)) for at in (belt.first, belt.second)]
     for side in (1, -1):
-        across = -side if belt.crossed else side
-        yield Span(ends[0], ends[1], "spring", ((0.0, side * belt.radius), (1.0, across * belt.other_radius)))
+        other_side = -side if belt.crossed else side
+        yield Span(ends[0], ends[1], "spring", ((0.0, side * belt.radius), (1.0, other_side * belt.other_radius)))
 
 
 def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
-    """Yield its parts, and a disc at each pulley."""
-    frames = [sheet.at(*each) for each in rope.path(sheet.mechanism)]
-    for one, two in pairwise(frames):
-        yield Span(one, two, "spring", ((0.0, 0.0), (1.0, 0.0)))
+    """Yield the straight parts of a rope, and a disc at each pulley."""
+    frames = [sheet.at(*end) for end in rope.path(sheet.mechanism)]
+    for first, second in pairwise(frames):
+        yield Span(first, second, "spring", ((0.0, 0.0), (1.0, 0.0)))
     for frame in frames[1:-1]:
         yield Disc(frame, "pin", (0.0, 0.0), 0.5 * sheet.unit)
 

@@ -1,13 +1,13 @@
-"""The motion of a run for pictures: frames, bent lines and marks over evenly spaced times, as plain arrays.
+"""The motion of a run for pictures: frames, bent lines and marks at evenly spaced times, as plain arrays.
 
-A `Result` has a `Film`, which holds the run's `Record` and makes the `Movie` at its first use; in files and other
-processes it is the movie alone.
+A `Movie` holds these arrays. A `Result` has a `Film`, which makes the movie from the run's `Record` at its first use; a pickled
+`Film` holds the movie without the record.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache, singledispatch
 from math import pi
 from typing import Any
@@ -26,17 +26,16 @@ from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Outline, Sheet, Span, Str
 from .symbols import draw_marks
 
 STATIONS = 25
-"""Number of places along a massless strip."""
+"""Number of points of the line of a massless strip."""
 Bent = tuple[Array, Array, Array]
-"""Line (times, stations, 2), bending and axial strain (times, stations)."""
+"""Bent line of a flexible link: places [m] (times, stations, 2); bending [1/m] and axial strain [1], each (times, stations).
+
+Bending is the curvature less that of the stress-free line. Stations are the points of the line."""
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A flexible link over time: places [m] (times, stations, 2), curvature less the stress-free one [1/m], axial strain.
-
-    `thickness` and `width` are in m, `modulus` in Pa.
-    """
+    """A flexible link over time: the arrays of a `Bent` line, `thickness` and `width` [m], Young's modulus [Pa]."""
 
     points: Array
     bending: Array
@@ -47,18 +46,21 @@ class Band:
 
     @property
     def stress(self) -> Array:
-        """Largest normal stress over the thickness, Pa, (times, stations)."""
+        """Largest absolute normal stress over the thickness [Pa], shape (times, stations)."""
         return self.modulus * (np.abs(self.bending) * self.thickness / 2 + np.abs(self.axial))
 
     @property
     def axial_force(self) -> Array:
-        """Elastic normal force, N, tension positive, (times, stations)."""
+        """Elastic normal force [N], tension positive, shape (times, stations)."""
         return self.modulus * self.width * self.thickness * self.axial
 
 
 @singledispatch
 def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
-    """Line, bending and axial strain of a flexible link; None of others."""
+    """Return the bent line of a flexible link; None for a rigid link.
+
+    `record` has the times of the pictures, `source` the times of the solver.
+    """
     return None
 
 
@@ -71,28 +73,29 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
-    """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
+    """Compute the line of a strip at the times of the pictures, and interpolate its recorded strains in arc length and time.
 
-    Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
-    of interpolated places would be seen in its axial force.
+    The strains are not computed from interpolated places: a strip is so stiff along its line that small errors of the
+    places would make large axial forces.
     """
-    per = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))
-    line = motion.line(per)
+    per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # some 32 stations in all
+    line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
-    rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
-    strains = select(recorded, rows).strains()
-    stations = motion.arcs(per)
+    rows, positions = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
+    before, after = positions[: len(k)], positions[len(k) :]
+    axial, *_, bending = select(recorded, rows).strains()
+    stations = motion.arcs(per_element)
 
-    def spread(strain: Any) -> Array:
-        """Return the strain at the stations, linear in arc and time."""
+    def interpolate(strain: Any) -> Array:
+        """Interpolate a strain at integration points linearly to the stations and times."""
         weights = strain.weights.ravel()
-        middles = np.cumsum(weights) - weights / 2
-        unit = np.array([np.interp(stations, middles, row) for row in np.eye(len(middles))])
-        values = strain.value.reshape(len(rows), -1) @ unit
-        return np.asarray((1 - share) * values[where[: len(k)]] + share * values[where[len(k) :]])
+        arcs = np.cumsum(weights) - weights / 2
+        matrix = np.array([np.interp(stations, arcs, row) for row in np.eye(len(arcs))])
+        values = strain.value.reshape(len(rows), -1) @ matrix
+        return np.asarray((1 - share) * values[before] + share * values[after])
 
-    return line, spread(strains[-1]), spread(strains[0])
+    return line, interpolate(bending), interpolate(axial)
 
 
 @bent_line.register
@@ -100,17 +103,18 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is None:
         return _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
-    line = motion.line()  # its curvature follows by differences along the line
+    line = motion.line()
     undeformed = motion.model.line[:, 0]
-    c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]
+    c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]  # of the floating frame's angle
     x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
-    bending = np.gradient(np.gradient(c * y - s * x, undeformed, axis=1), undeformed, axis=1)
+    deflection = c * y - s * x
+    bending = np.gradient(np.gradient(deflection, undeformed, axis=1), undeformed, axis=1)
     bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided second differences are inaccurate
     return line, bending, np.zeros_like(bending)
 
 
 def _rest(record: Record, link: Link, local: Array) -> Bent:
-    """Return a link's stress-free line between its ends at t = 0."""
+    """Return a line (stations, 2) in axes of a link, placed between the link's ends at t = 0, without strain."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / np.hypot(*(end - start))
     line = start + local[:, :1] * along + local[:, 1:] * np.array([-along[1], along[0]])
@@ -120,7 +124,10 @@ def _rest(record: Record, link: Link, local: Array) -> Bent:
 
 @lru_cache
 def _elasticas() -> tuple[Array, Array]:
-    """Roots of end shortenings over the length; x, y, curvature times length of the exact elastica, (cases, stations, 3)."""
+    """Tabulate x/L, y/L and curvature times L of the elastica, (41, stations, 3), over the root of end shortening/L, (41,).
+
+    The deflection grows with the root, so that linear interpolation in the root is accurate.
+    """
     roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
     x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
     return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
@@ -128,7 +135,7 @@ def _elasticas() -> tuple[Array, Array]:
 
 @bent_line.register
 def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
-    # A massless strip between its ends: the exact elastica, drawn on the left of its chord, as the model has no side.
+    # The exact elastica between the ends. The model does not know on which side the strip bends: it is drawn on the left.
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start
@@ -139,29 +146,30 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     k = np.minimum((root * (len(roots) - 1)).astype(int), len(roots) - 2)
     share = (root * (len(roots) - 1) - k)[:, None, None]
     x, y, bend = np.moveaxis((1 - share) * shapes[k] + share * shapes[k + 1], -1, 0)
-    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # to its end
+    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # end on the chord's end
     left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
     axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
     return line, bend / length, axial
 
 
-FEWEST = 240
+LEAST_PICTURES = 240
 """Least number of pictures of a movie."""
 MOST_PICTURES = 1440
 """Largest number of pictures of a movie."""
-A_TURN = 180
-"""Pictures for each turn of the link that turns most."""
-ROUND = np.exp(2j * pi * np.arange(48) / 48)
-"""Points of a unit circle."""
+PICTURES_PER_TURN = 180
+"""Number of pictures for each revolution of the link that turns most."""
+CIRCLE = np.exp(2j * pi * np.arange(48) / 48)
+"""Points of the unit circle, as complex numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Movie:
     """Frames, bent lines and marks of a mechanism over time.
 
-    `frames` has place [m] and angle turned since t = 0 [rad], (times, 3), of each frame; `bands` the flexible links, `marks`
-    what is drawn in which frame, `unit` the size of a symbol [m]. Each of the mechanism's `points` is a frame, too.
+    `frames` maps the name of a frame to x, y [m] and the angle turned since t = 0 [rad], (times, 3); `bands` maps the name of a
+    flexible link to its band. `marks` are drawn from first to last; `unit` is the size of a symbol [m]. `points` names those
+    frames that are points of the mechanism.
     """
 
     time: Array
@@ -173,7 +181,7 @@ class Movie:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Least and largest x, then y, of all that moves, m."""
+        """Least and largest x, then y [m], of frames, bent lines and outlines, outlines at their first picture."""
         places = [frame[:, :2] for name, frame in self.frames.items() if name]
         places += [band.points.reshape(-1, 2) for band in self.bands.values()]
         places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Outline)]
@@ -182,13 +190,13 @@ class Movie:
 
 
 def to_ground(frame: Array, points: ArrayLike) -> Array:
-    """Transform points of a frame (x, y, turn) to the ground's axes, (n, 2)."""
+    """Transform points (n, 2) of a frame (x, y, angle) to the axes of the ground, (n, 2)."""
     c, s = np.cos(frame[2]), np.sin(frame[2])
     return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
 
 
 def corners(movie: Movie, mark: Mark, k: int) -> Array:
-    """Corners of a mark's line or outline in picture k, (n, 2); of a label its place."""
+    """Return the corners of a mark in picture number k, (n, 2) [m]; of a label, the one place of its text."""
     match mark:
         case StripMark():
             return movie.bands[mark.link].points[k]
@@ -198,7 +206,7 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
             left = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-300)
             return np.asarray(a + points[:, :1] * along + points[:, 1:] * left)
         case Disc():
-            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([ROUND.real, ROUND.imag])
+            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([CIRCLE.real, CIRCLE.imag])
         case Label():
             local = [mark.place]
         case Outline():
@@ -210,24 +218,24 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
 
 @dataclass(eq=False)
 class Film:
-    """The movie of a run, made at its first use."""
+    """The movie of a run, made from the record at its first use; a pickled film has no record."""
 
     record: Record | None = None
-    kept: Movie | None = field(default=None)
+    made: Movie | None = None
 
     def movie(self) -> Movie:
-        """Return the movie at `pictures` times."""
-        if self.kept is None:
+        """Return the movie, with the number of pictures that `pictures` counts."""
+        if self.made is None:
             assert self.record is not None
-            self.kept = make_movie(self.record)
-        return self.kept
+            self.made = make_movie(self.record)
+        return self.made
 
     def __reduce__(self) -> Any:
         return Film, (None, self.movie())
 
 
 def make_movie(record: Record, times: Array | None = None) -> Movie:
-    """Make the movie of a record, at `times` or evenly spaced ones; a run that failed, up to its last finite state."""
+    """Make the movie of a record, at `times` [s] or at evenly spaced times, up to the last finite state."""
     record = _finite(record)
     if len(record.time) < 2:
         return still(record.mechanism)
@@ -238,33 +246,33 @@ def make_movie(record: Record, times: Array | None = None) -> Movie:
 
 def still(mechanism: Mechanism) -> Movie:
     """Return the mechanism at t = 0 as a movie of one picture."""
-    none = Record(mechanism, np.zeros(1), {}, {})
-    return _movie(none, none)
+    motionless = Record(mechanism, np.zeros(1), {}, {})
+    return _movie(motionless, motionless)
 
 
 def pictures(record: Record) -> int:
-    """Count the pictures of a run: `A_TURN` for each turn of the link that turns most, within limits."""
+    """Count the pictures of a run, from the revolutions of the link that turns most, within limits."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
-    return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST_PICTURES)) + 1
+    return int(np.clip(PICTURES_PER_TURN * max(turns, default=0.0), LEAST_PICTURES, MOST_PICTURES)) + 1
 
 
 def _finite(record: Record) -> Record:
     """Return the record up to its last finite state."""
     motions = (*record.links.values(), *record.blocks.values())
-    fine = [np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1) for motion in motions]
-    bad = np.flatnonzero(~np.broadcast_to(np.logical_and.reduce(fine, initial=True), record.time.shape))
-    if not len(bad):
+    finite = [np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1) for motion in motions]
+    not_finite = np.flatnonzero(~np.broadcast_to(np.logical_and.reduce(finite, initial=True), record.time.shape))
+    if not len(not_finite):
         return record
-    if bad[0] < 2:
+    if not_finite[0] < 2:
         return Record(record.mechanism, record.time[:1], {}, {})
-    first = slice(bad[0])
-    links, blocks = ({name: select(each, first) for name, each in some.items()} for some in (record.links, record.blocks))
-    return Record(record.mechanism, record.time[first], links, blocks)
+    kept = slice(not_finite[0])
+    links, blocks = ({name: select(motion, kept) for name, motion in group.items()} for group in (record.links, record.blocks))
+    return Record(record.mechanism, record.time[kept], links, blocks)
 
 
 def _movie(record: Record, source: Record) -> Movie:
-    """Return the movie of a record at the movie's times; `source` has those of the solver."""
+    """Make the movie of a record at the times of the pictures; `source` is the record at the times of the solver."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))
@@ -282,7 +290,7 @@ def _movie(record: Record, source: Record) -> Movie:
 
 
 def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Array:
-    """Place and turn of a frame, (times, 3)."""
+    """Compute x, y [m] and angle [rad] of a frame, (times, 3); the other arguments are the entry of `Sheet.frames`."""
     if not ref:
         return np.zeros((len(record.time), 3))
     at, turn = record.point(ref)[0], record.turn(ref)[0]

@@ -1,6 +1,6 @@
-"""Links over time for ParaView: one mesh at the first picture, and its displacements as an XDMF time series of meshio.
+"""Export of the motion of a run to ParaView: a mesh of all links at the first time and its displacements, as an XDMF time series.
 
-Flexible links are chains of hexahedra across their true width and thickness, rigid links prisms of their outlines.
+A flexible link is a chain of hexahedra of the strip's width and thickness, a rigid link a prism on its outline.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ..record.result import Result
 from .drawing import Outline
 from .movie import Movie, make_movie, to_ground
 
-OF_STRIPS = ("curvature", "axial_force", "stress")
-"""Point data that strips have; all other links have zeros."""
+STRIP_DATA = ("curvature", "axial_force", "stress")
+"""Names of the values at the nodes of flexible links; at nodes of rigid links they are 0."""
 
 
 class MeshSolid(NamedTuple):
-    """Corners (times, n, 3) [m]; kind and corner numbers of the cells; point data by name, each (times, n)."""
+    """Mesh of a link: nodes (times, n, 3) [m], meshio's type and node numbers of its cells, named values (times, n) at nodes."""
 
     corners: Array
     kind: str
@@ -31,7 +31,7 @@ class MeshSolid(NamedTuple):
 
 
 def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = None) -> Path:
-    """Write the motion of a run as an .xdmf file, at its movie's times or others [s]; see `Result.write_paraview`."""
+    """Write the motion of a run as an .xdmf file, at the times of its movie or at others [s]; see `Result.write_paraview`."""
     from meshio.xdmf import TimeSeriesWriter
 
     path = Path(path)
@@ -45,40 +45,40 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
     solids = list(_solids(movie))
     corners = np.concatenate([solid.corners for solid in solids], axis=1)
-    first = np.cumsum([0, *(solid.corners.shape[1] for solid in solids)])
-    owner = np.concatenate([np.full(solid.corners.shape[1], k) for k, solid in enumerate(solids)])
+    counts = [solid.corners.shape[1] for solid in solids]
+    first, link_number = np.cumsum([0, *counts]), np.repeat(np.arange(len(solids)), counts)
     data = {name: np.concatenate([solid.data.get(name, np.zeros(solid.corners.shape[:2])) for solid in solids], axis=1)
-            for name in OF_STRIPS}  # fmt: skip
+            for name in STRIP_DATA}  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     with TimeSeriesWriter(path, data_format="XML") as writer:
-        writer.write_points_cells(corners[0], [(s.kind, s.cells + k) for s, k in zip(solids, first, strict=False)])
+        writer.write_points_cells(corners[0], [(s.kind, s.cells + k) for s, k in zip(solids, first[:-1], strict=True)])
         for k, t in enumerate(movie.time):
             values = {name: column[k].astype(np.float32) for name, column in data.items()}
-            values |= {"displacement": corners[k] - corners[0], "link": owner.astype(np.int32)}
+            values |= {"displacement": corners[k] - corners[0], "link": link_number.astype(np.int32)}
             writer.write_data(float(t), point_data=values)
     return path
 
 
 def _solids(movie: Movie) -> Iterator[MeshSolid]:
-    """Yield all links as solids: rigid ones, then flexible ones."""
+    """Yield the meshes of all links, of rigid links first."""
     for mark in movie.marks:
         if isinstance(mark, Outline) and mark.closed and mark.width > 0:
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
-            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # wedges on triangles with a common corner
+            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles with a common corner
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
             yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():
         along = np.gradient(band.points, axis=1)
         size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
-        left = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
-        sides = [band.points + side * band.thickness / 2 * left for side in (-1.0, 1.0)]
+        normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
+        sides = [band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0)]
         corners = np.stack([_at_height(side, z) for z in (-band.width / 2, band.width / 2) for side in sides], axis=2)
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + np.array([0, 4, 5, 1, 2, 6, 7, 3])
-        values = dict(zip(OF_STRIPS, (band.bending, band.axial_force, band.stress), strict=True))
+        values = dict(zip(STRIP_DATA, (band.bending, band.axial_force, band.stress), strict=True))
         data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
         yield MeshSolid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
 
 
 def _at_height(plane: Array, height: ArrayLike) -> Array:
-    """Add a height [m] to places in the plane (times, n, 2)."""
+    """Add the coordinate normal to the plane [m] to places (times, n, 2)."""
     return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)

@@ -27,11 +27,12 @@ if TYPE_CHECKING:
 
 MARGIN = 4.0
 """Margin around a mechanism, in sizes of a symbol."""
-FRAMES = 120
+MOST_FRAMES = 120
 """Largest number of pictures of an animation."""
 MOST_FIT_ROWS = 12
 """Largest number of rows of a fit's figure."""
-ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+LINE_STYLE: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+"""Round ends and corners of lines."""
 
 
 def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool = True) -> Axes:
@@ -42,41 +43,42 @@ def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool =
 def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> Axes:
     """Draw picture number k of a movie on axes, by default new ones, with or without the names of links and points."""
     with house_style():
-        if axes is None:  # new ones about as high as the mechanism
+        if axes is None:
             import matplotlib.pyplot as plt
 
             wide, high = _extent(movie)
-            height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))
+            height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))  # mm, 15 of them for the text
             axes = plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
         for mark in movie.marks:
             if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
-                _Drawn(axes, mark).move(movie, k)
+                _MarkArtist(axes, mark).move(movie, k)
         _frame_axes(axes, movie)
     return axes
 
 
 def _extent(movie: Movie) -> tuple[float, float]:
-    """Width and height of a mechanism with room for its symbols, m."""
+    """Compute width and height of a mechanism with its margins [m]."""
     left, right, low, high = movie.box
-    room = 2 * MARGIN * movie.unit
-    return right - left + room, high - low + room
+    margins = 2 * MARGIN * movie.unit
+    return right - left + margins, high - low + margins
 
 
 def _frame_axes(axes: Axes, movie: Movie) -> None:
-    """Equal scales, room for symbols, axes in m."""
+    """Set equal scales, limits with a margin, and labels."""
     left, right, low, high = movie.box
-    room = MARGIN * movie.unit
-    axes.set(xlim=(left - room, right + room), ylim=(low - room, high + room), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    gap = MARGIN * movie.unit
+    axes.set(xlim=(left - gap, right + gap), ylim=(low - gap, high + gap), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     axes.grid(False)
 
 
-class _Drawn:
-    """One mark on axes, which can be moved to its place in any picture of a movie."""
+class _MarkArtist:
+    """A mark as an artist of matplotlib, which moves to the mark's place in any picture of a movie."""
 
     def __init__(self, axes: Axes, mark: Mark) -> None:
         from matplotlib.patches import Polygon
 
-        self.mark, ink = mark, INKS.get(getattr(mark, "ink", "other"), INKS["other"])
+        self.mark = mark
+        ink = INKS.get(getattr(mark, "ink", "other"), INKS["other"])
         self.move_to: Callable[[Array], object]
         if isinstance(mark, Label):
             colour, size = ("#1B2733", 9.0) if mark.what == "point" else ("#4B5560", 8.0)
@@ -85,17 +87,17 @@ class _Drawn:
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
             self.move_to = lambda corners: text.set_position(corners[0])
         elif isinstance(mark, Disc) or (isinstance(mark, Outline) and mark.closed):
-            paint: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
-            outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **paint)
+            colours: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
+            outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **colours)
             axes.add_patch(outline)
             self.move_to = outline.set_xy
         else:
             width = 2.0 if isinstance(mark, StripMark) else ink.width
-            (line,) = axes.plot([], [], zorder=2, color=ink.line, linewidth=width, **ROUND)
+            (line,) = axes.plot([], [], zorder=2, color=ink.line, linewidth=width, **LINE_STYLE)
             self.move_to = lambda corners: line.set_data(*corners.T)
 
     def move(self, movie: Movie, k: int) -> None:
-        """Move it to its place in picture k."""
+        """Move the artist to its place in picture number k."""
         self.move_to(corners(movie, self.mark, k))
 
 
@@ -143,16 +145,17 @@ def plot_energy(result: Result, axes: Axes | None = None) -> Axes:
 
 
 def _rows(axes: Axes | Sequence[Axes] | None, count: int) -> list[Axes]:
+    """Return given axes as a list, or make a figure with a column of `count` axes."""
     if axes is not None:
         return list(axes) if isinstance(axes, Iterable) else [axes]
     import matplotlib.pyplot as plt
 
-    size = (WIDTH / 25.4, (30 + 50 * count) / 25.4)
+    size = (WIDTH / 25.4, (30 + 50 * count) / 25.4)  # mm to inches
     return list(plt.subplots(count, 1, figsize=size, sharex=True, squeeze=False, layout="constrained")[1][:, 0])
 
 
 def _warn(axes: Axes, result: Result) -> None:
-    """Write above a picture that its run is not reliable."""
+    """Write a warning above a picture if its run failed or is suspect."""
     if not result.ok:
         axes.set_title(f"\u25b2 {result.status}: do not trust these values", color="#B3261E", loc="left")
 
@@ -161,26 +164,26 @@ def _warn(axes: Axes, result: Result) -> None:
 
 
 def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
-    """Write a moving picture; see `Result.animate`."""
+    """Write a movie as an animated GIF of some seconds, `width` pixels wide; see `Result.animate`."""
     from PIL import Image
 
     path = Path(path)
     if path.suffix != ".gif":
         raise ValueError(f"animate: '{path.name}' must end in .gif")
-    rows = np.unique(np.linspace(0, len(movie.time) - 1, min(FRAMES, len(movie.time))).round().astype(int)).tolist()
+    rows = np.unique(np.linspace(0, len(movie.time) - 1, min(MOST_FRAMES, len(movie.time))).round().astype(int)).tolist()
     rate = max(1, round(len(rows) / seconds))
     path.parent.mkdir(parents=True, exist_ok=True)
     with house_style():
-        draw = _stage(movie, width)
-        whole = [Image.fromarray(draw(k)[..., :3]) for k in rows]
-    palette = whole[len(whole) // 2].quantize(64)  # a common one, so that only changes are stored
-    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
+        draw = _make_renderer(movie, width)
+        images = [Image.fromarray(draw(k)[..., :3]) for k in rows]
+    palette = images[len(images) // 2].quantize(64)  # with a common palette, the file stores only what changes
+    first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
     return path
 
 
-def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
-    """Return a function that draws a picture of a width [pixels] and returns its bytes, (height, width, 4)."""
+def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
+    """Return a function that draws picture number k and returns its pixels as bytes (height, width, 4)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -188,15 +191,14 @@ def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
     height = 2 * round(float(np.clip(width * high / wide, 0.3 * width, 1.2 * width)) / 2)
     figure = Figure(figsize=(width / 100, height / 100), dpi=100)
     canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    drawn = [_Drawn(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
+    artists = [_MarkArtist(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
     _frame_axes(axes, movie)
     axes.set_axis_off()
     clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
 
     def draw(k: int) -> Array:
-        """Draw picture k."""
-        for mark in drawn:
-            mark.move(movie, k)
+        for artist in artists:
+            artist.move(movie, k)
         clock.set_text(f"t = {movie.time[k]:.3f} s")
         canvas.draw()
         return np.array(canvas.buffer_rgba())
@@ -208,7 +210,7 @@ def _stage(movie: Movie, width: float) -> Callable[[int], Array]:
 
 
 def plot_fit(fit: Any) -> Figure:
-    """Draw data and fit, residuals, and profiles; see `Fit.plot`."""
+    """Draw measured and fitted signals, their differences, and profiles of the likelihood; see `Fit.plot`."""
     pairs = zip(fit.experiments, fit.predicted, strict=True)
     rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:MOST_FIT_ROWS]
     count = len(rows) + ceil(len(fit.profiles) / 2)
@@ -231,56 +233,58 @@ def plot_fit(fit: Any) -> Figure:
 
 # --- paths of equilibria ----------------------------------------------------------------------------------------------
 
-MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
+MARKERS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
+"""Markers of critical points, by their kind."""
 DENSE = 200
-"""Points of a curve between critical points."""
+"""Number of points of a curve between two critical points."""
 
 
 def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Axes:
-    """Draw a point's coordinate over the parameter of a path and of its branches: stable parts solid, unstable dashed."""
+    """Draw a coordinate of a point over the parameter of a path and its branches: stable parts solid, unstable parts dashed."""
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
-    column, seen = "xy".index(axis), set[str]()
-    for each in (path, *getattr(path, "branches", ())):
-        heights, criticals, what = each.heights(link, point)
-        for curve, stable in _pieces(each, heights[:, column]):
+    column, in_legend = "xy".index(axis), set[str]()
+    for branch in (path, *getattr(path, "branches", ())):
+        heights, critical_heights, prefix = branch.heights(link, point)
+        for curve, stable in _pieces(branch, heights[:, column]):
             label = "stable" if stable else "unstable"
             style: dict[str, Any] = {"linestyle": "-", "color": "C0"} if stable else {"linestyle": "--", "color": "C3"}
-            ax.plot(*curve, label=None if label in seen else label, **style)
-            seen.add(label)
-        for critical, at in zip(each.points, criticals, strict=True):
-            kind, at_x = critical.kind, critical.rest.parameter
-            ax.plot(at_x, at[column], MARKS[kind], color="k", markersize=5, label=None if kind in seen else kind)
-            seen.add(kind)
-    ax.set(xlabel="parameter", ylabel=f"{what}{axis} of {link}:{point} [m]")
+            ax.plot(*curve, label=None if label in in_legend else label, **style)
+            in_legend.add(label)
+        for critical, height in zip(branch.points, critical_heights, strict=True):
+            kind, parameter = critical.kind, critical.rest.parameter
+            ax.plot(parameter, height[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
+            in_legend.add(kind)
+    ax.set(xlabel="parameter", ylabel=f"{prefix}{axis} of {link}:{point} [m]")
     ax.legend()
     return ax
 
 
 def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
-    """Curves (2, points) between critical points, and whether they are stable.
+    """Cut a path at its critical points into curves of parameter and place, (2, points), each with True if it is stable.
 
-    A critical point lies between the two equilibria to which the way by it is the shortest detour.
+    A critical point C lies between those neighbours A, B of the path for which |AC| + |CB| - |AB| is smallest. Where stability
+    changes without a critical point, the cut is half-way. Curves are cubic splines over the arc length of the path.
     """
     from scipy.interpolate import CubicSpline
 
     span = float(np.ptp(path.parameter)) or 1.0
-    whole = np.column_stack([path.q, path.parameter / span])
-    steps = np.linalg.norm(np.diff(whole, axis=0), axis=1)
-    way, stable = np.concatenate([[0.0], np.cumsum(steps)]), path.stable
-    cuts, crossed = [way[0], way[-1]], set[int]()
+    states = np.column_stack([path.q, path.parameter / span])
+    steps = np.linalg.norm(np.diff(states, axis=0), axis=1)
+    arc, stable = np.concatenate([[0.0], np.cumsum(steps)]), path.stable
+    cuts, cut_steps = [arc[0], arc[-1]], set[int]()
     for critical in path.points:
-        at = np.append(critical.rest.q, critical.rest.parameter / span)
-        away = np.linalg.norm(whole - at, axis=1)
+        state = np.append(critical.rest.q, critical.rest.parameter / span)
+        away = np.linalg.norm(states - state, axis=1)
         k = int(np.argmin(away[:-1] + away[1:] - steps))
-        cuts.append(way[k] + steps[k] * away[k] / (away[k] + away[k + 1]))
-        crossed.add(k)
+        cuts.append(arc[k] + steps[k] * away[k] / (away[k] + away[k + 1]))
+        cut_steps.add(k)
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())
-    cuts += [(way[k] + way[k + 1]) / 2 for k in changes - crossed]
-    curve, pieces = CubicSpline(way, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()
+    cuts += [(arc[k] + arc[k + 1]) / 2 for k in changes - cut_steps]
+    curve, pieces = CubicSpline(arc, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()
     for start, end in pairwise(sorted(cuts)):
-        inside = stable[(way > start) & (way < end)]
-        drawn = curve(np.linspace(start, end, DENSE)).T
-        pieces.append((drawn, bool(inside.all() if len(inside) else not (pieces and pieces[-1][1]))))
+        inside = stable[(arc > start) & (arc < end)]
+        opposite = not (pieces and pieces[-1][1])  # for a piece without equilibria: stability changes at a cut
+        pieces.append((curve(np.linspace(start, end, DENSE)).T, bool(inside.all() if len(inside) else opposite)))
     return pieces

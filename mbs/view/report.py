@@ -1,4 +1,4 @@
-"""The report page of a run: one file, no network. Arrays are quantised to 16 bits and packed in base64."""
+"""The report page of a run: one HTML file that needs no network. Its arrays are quantised to 16 bits and stored in base64."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from .movie import Movie, make_movie
 from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
-"""Largest number of bytes of the motion, to which base64 adds a third."""
+"""Largest size of the quantised motion [bytes]; base64 adds a third."""
 SIGNALS = 180_000
-"""Largest number of bytes of the signals, to which base64 adds a third."""
+"""Largest size of the quantised signals [bytes]; base64 adds a third."""
 BINS = (40, 800)
-"""Least and largest number of bins of a signal."""
+"""Least and largest number of intervals of time in which a signal is shown by its extremes."""
 LONGEST = 20_000
-"""Samples of a run up to which its energy ledger is computed for the page if it was not requested."""
+"""Largest number of samples of a run for which the page computes an energy ledger that the user did not ask for."""
 LEVELS = 65534
-"""Steps of a quantised value over its range; one more represents values that are not finite."""
+"""Largest quantised value; the one above it stands for values that are not finite."""
 
 
 def write_html(result: Result, path: str | Path, title: str = "") -> Path:
-    """Write the report; see `Result.write_html`."""
+    """Write the report page of a run; see `Result.write_html`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page(result, title or (path.stem if path.stem != "report" else path.resolve().parent.name)), encoding="utf-8")
@@ -44,20 +44,20 @@ def write_html(result: Result, path: str | Path, title: str = "") -> Path:
 
 
 def notebook_frame(result: Result) -> str:
-    """Return the report in a frame of a notebook."""
+    """Return the report page as HTML for a notebook."""
     text = html.escape(page(result, "run"))
     return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
 
 
 def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
-    """Write the whole page as text; `texts` are its readings, by default the peaks of forces, torques and deflections."""
+    """Return the report page as text; `texts` are its readings, by default the peaks of forces, torques and deflections."""
     return fill_page(__package__, "report", content(with_ledger(result), title, texts))
 
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
-    """Collect the data of a page for its script."""
-    store, read = ArrayStore(), find_offer("measures")(result, texts)  # `measures` of a higher package, bound by name
-    wanted = [name for each in read for name in each.signals] if texts else []
+    """Collect the data that the script of the page shows."""
+    store, measures = ArrayStore(), find_offer("measures")(result, texts)  # from buckler.mbs.sensitivity, which imports this
+    read_signals = [name for measure in measures for name in measure.signals] if texts else []
     data = {
         "title": title,
         "status": str(result.status),
@@ -66,12 +66,12 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
         "summary": summary(result),
         "finished": result.status.finished,
         "notes": list(result.provenance.get("notes", ())),
-        "measures": [_plain(each) for each in read],
+        "measures": [_to_json(measure) for measure in measures],
         "checks": [row._asdict() for row in verdicts(result)],
         "facts": facts(result),
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
-        "signals": _signals(result, store, first_shown(result, wanted)),
+        "signals": _signals(result, store, first_shown(result, read_signals)),
     }
     return data | {"store": store.text()}
 
@@ -79,11 +79,11 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
 def blank(title: str) -> dict[str, Any]:
     """Collect the data of a page whose run has not begun."""
     lists: dict[str, Any] = {name: [] for name in ("notes", "measures", "checks", "facts")}
-    none = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
-    return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **none}
+    no_run = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
+    return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **no_run}
 
 
-def _plain(measure: Any) -> dict[str, Any]:
+def _to_json(measure: Any) -> dict[str, Any]:
     """Convert a measure for JSON; numbers that are not finite become null."""
     content = measure._asdict() | {"relative": measure.relative}
     return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
@@ -105,26 +105,29 @@ class ArrayStore:
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array; return where it starts (-1 if all values are equal), its least value, the size of a step."""
+        """Append an array, quantised between `low` and `high`, by default its least and largest finite value.
+
+        Return where it starts (-1 for a constant, which is not stored), `low`, and the size of a quantisation step.
+        """
         values = np.asarray(values, dtype=float).ravel()
-        fine = np.isfinite(values)
-        known = values[fine]
-        low = float(known.min(initial=np.inf)) if low is None else low
-        high = float(known.max(initial=-np.inf)) if high is None else high
-        if not len(known):
+        is_finite = np.isfinite(values)
+        finite = values[is_finite]
+        low = float(finite.min(initial=np.inf)) if low is None else low
+        high = float(finite.max(initial=-np.inf)) if high is None else high
+        if not len(finite):
             low = high = 0.0
-        if low == high and fine.all():
+        if low == high and is_finite.all():
             return [-1, low, 0.0]
         step = float(f"{(high - low) / LEVELS or 1.0:.9g}")  # few digits, for a short page
-        whole = np.full(len(values), LEVELS + 1, dtype="<u2")
-        whole[fine] = np.clip(np.rint((known - low) / step), 0, LEVELS)
+        quantised = np.full(len(values), LEVELS + 1, dtype="<u2")
+        quantised[is_finite] = np.clip(np.rint((finite - low) / step), 0, LEVELS)
         start = self.size
-        self.parts.append(whole)
-        self.size += len(whole)
+        self.parts.append(quantised)
+        self.size += len(quantised)
         return [start, low, step]
 
     def text(self) -> str:
-        """Return all of it in base64."""
+        """Return all arrays in base64."""
         return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
 
 
@@ -132,33 +135,29 @@ class ArrayStore:
 
 
 def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
+    """Store the movie of a run; return what the page needs to draw it."""
     if result.film is None:
         return None
-    movie = _short(result)
-    names = list(movie.frames)
-    index = {name: k for k, name in enumerate(names)}
+    movie = _movie_within_size(result)
+    number = {name: k for k, name in enumerate(movie.frames)}
     marks = []
     for mark in movie.marks:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
-        row = [type(mark).__name__, *map(_round, mark)]
-        row[1] = index.get(row[1], row[1])  # frames of a mark, by number
-        if row[0] == "Span":
-            row[2] = index[row[2]]
-        if row[0] == "Arrow":
-            row[5] = index[row[5]]
-        marks.append(row)
+        fields = mark._asdict()
+        frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}
+        marks.append([type(mark).__name__, *map(_round, (fields | frames).values())])
     bands = {}
-    for name, band in movie.bands.items():  # bending and axial strain apart, so that the page can show curvature or stress
-        known = {"stations": band.points.shape[1], "thickness": band.thickness, "modulus": band.modulus}
+    for name, band in movie.bands.items():  # with bending and axial strain the page can show curvature or stress
+        sizes = {"stations": band.points.shape[1], "thickness": band.thickness, "modulus": band.modulus}
         parts = {"x": band.points[..., 0], "y": band.points[..., 1], "bending": band.bending, "axial": band.axial}
-        bands[name] = known | {key: store.add(values) for key, values in parts.items()}
+        bands[name] = sizes | {key: store.add(values) for key, values in parts.items()}
     return {
         "count": len(movie.time),
         "time": store.add(movie.time),
         "unit": movie.unit,
         "box": movie.box,
-        "names": names,
+        "names": list(movie.frames),
         "points": movie.points,
         "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
         "bands": bands,
@@ -166,12 +165,15 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
     }
 
 
-def _short(result: Result) -> Movie:
-    """Return the movie with as many pictures as fit: one has two bytes for the time, each moving axis and 4 values a station."""
+def _movie_within_size(result: Result) -> Movie:
+    """Return the movie, with fewer pictures if its arrays would exceed `MOTION`.
+
+    A picture has two bytes for the time, for each coordinate of a frame that moves, and for x, y and two strains of each station.
+    """
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
-    moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
-    most = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
+    coordinates = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
+    most = max(60, int(MOTION / (2 * (4 * stations + coordinates + 1))))
     if len(movie.time) <= most or result.film.record is None:
         return movie
     return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], most))
@@ -188,37 +190,39 @@ def _round(value: object) -> Any:
 
 
 def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[str, Any]:
-    """Return each signal at the edges of bins, with its least and largest value in each bin."""
+    """Store each signal at the edges of bins, equal intervals of time, with its least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
     time = result.time
     if len(time) < 2 or not rows:
         return {"bins": 0, "rows": []}
-    bins = int(np.clip(SIGNALS / 6 / len(rows), *BINS))  # three numbers of two bytes each
+    bytes_per_bin = 6  # value at the edge, least, largest, of two bytes each
+    bins = int(np.clip(SIGNALS / bytes_per_bin / len(rows), *BINS))
     edges = np.linspace(time[0], time[-1], bins + 1)
-    block = np.array([values for _, values, _ in rows], dtype=float)
-    block[~np.isfinite(block)] = np.nan
-    at, low, high = bin_extremes(time, block, edges)
-    kept = []
+    samples = np.array([values for _, values, _ in rows], dtype=float)
+    samples[~np.isfinite(samples)] = np.nan
+    at, low, high = bin_extremes(time, samples, edges)
+    stored = []
     for k, (name, _, unit) in enumerate(rows):
-        inside = block[k][np.isfinite(block[k])]
-        limits = (float(inside.min(initial=np.inf)), float(inside.max(initial=-np.inf))) if len(inside) else (0.0, 0.0)
+        finite = samples[k][np.isfinite(samples[k])]
+        limits = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
         parts = [store.add(part[k], *limits) for part in (at, low, high)]
-        kept.append({"name": name, "unit": unit, "at": parts[0], "low": parts[1], "high": parts[2], "limits": limits})
-    return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": kept, "first": list(first)}
+        stored.append({"name": name, "unit": unit, "at": parts[0], "low": parts[1], "high": parts[2], "limits": limits})
+    return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": stored, "first": list(first)}
 
 
 def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """Return values (signals, bins + 1) at the edges of bins, and the least and largest (signals, bins), edges among them.
+    """Compute values at the edges of bins, (signals, bins + 1), and least and largest values in the bins, (signals, bins).
 
-    Values are (signals, samples); edges reach from the first to the last time [s].
+    `values` are (signals, samples), linear between samples; `edges` reach from the first to the last time [s]. The values at the
+    two edges of a bin belong to the bin.
     """
     k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
     share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)
     at = values[:, k] * (1 - share) + values[:, k + 1] * share
     starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
-    full = np.searchsorted(time, edges[1:], side="right") > starts
-    low, high = (np.where(full, spread.reduceat(values, starts, axis=1), np.nan) for spread in (np.fmin, np.fmax))
+    has_samples = np.searchsorted(time, edges[1:], side="right") > starts
+    low, high = (np.where(has_samples, extreme.reduceat(values, starts, axis=1), np.nan) for extreme in (np.fmin, np.fmax))
     low = np.fmin(low, np.fmin(at[:, :-1], at[:, 1:]))
     return at, low, np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
 
@@ -226,45 +230,45 @@ def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array
 FIRST = (
     "contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y", "vx",
 )  # fmt: skip
-"""Last parts of the names of signals worth a first look, best first."""
+"""Quantities whose signals the page shows first, in this order: last parts of the names of signals."""
 
 
-def first_shown(result: Result, wanted: Sequence[str] = ()) -> list[str]:
-    """Name the first three signals of the readings; without readings those that change most, one of each quantity."""
-    if wanted:
-        return list(dict.fromkeys(wanted))[:3]
+def first_shown(result: Result, preferred: Sequence[str] = ()) -> list[str]:
+    """Name three signals to show first: preferred ones or, without them, for each quantity the one of largest range."""
+    if preferred:
+        return list(dict.fromkeys(preferred))[:3]
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
-        ending, inside = name.rpartition(".")[2], values[np.isfinite(values)]
-        if ending in FIRST and len(inside) and np.ptp(inside) > best.get(ending, (0.0, ""))[0]:
-            best[ending] = (float(np.ptp(inside)), name)
-    return ([best[ending][1] for ending in FIRST if ending in best] or list(result.signals))[:3]
+        quantity, finite = name.rpartition(".")[2], values[np.isfinite(values)]
+        if quantity in FIRST and len(finite) and np.ptp(finite) > best.get(quantity, (0.0, ""))[0]:
+            best[quantity] = (float(np.ptp(finite)), name)
+    return ([best[quantity][1] for quantity in FIRST if quantity in best] or list(result.signals))[:3]
 
 
 # --- pages ------------------------------------------------------------------------------------------------------------
 
 
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
-    """Return a page as text, of `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
+    """Fill a template: `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
 
-    Styles and script of the run's report come before those of the page; the report's body replaces `{{report}}` of the page. The
-    title of the window tells the status unless it is OK.
+    Styles and script of the report page come before those of the template; the body of the report replaces `{{report}}`. The
+    title of the window names the status unless it is OK.
     """
-    mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
-    both = dict.fromkeys(((__package__, "report"), (package, name)))
+    warning = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
+    sources = dict.fromkeys(((__package__, "report"), (package, name)))
     parts = {
-        "title": html.escape(mark + content["title"]),
-        "styles": "".join(_part(where, f"{part}.css") for where, part in both),
-        "body": _part(package, f"{name}.html").replace("{{report}}", _part(__package__, "report.html")),
-        "script": "".join(_part(where, f"{part}.js") for where, part in both),
+        "title": html.escape(warning + content["title"]),
+        "styles": "".join(_read(*source, "css") for source in sources),
+        "body": _read(package, name, "html").replace("{{report}}", _read(__package__, "report", "html")),
+        "script": "".join(_read(*source, "js") for source in sources),
         "data": json.dumps(content, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c"),
     }
-    text = _part(__package__, "shell.html")
+    text = _read(__package__, "shell", "html")
     for key, part in parts.items():
         text = text.replace("{{" + key + "}}", part)
     return text
 
 
 @cache
-def _part(package: str, name: str) -> str:
-    return files(package).joinpath("page", name).read_text(encoding="utf-8")
+def _read(package: str, name: str, ending: str) -> str:
+    return files(package).joinpath("page", f"{name}.{ending}").read_text(encoding="utf-8")

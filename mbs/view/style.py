@@ -1,6 +1,6 @@
-"""The style of all figures: for print one column wide, legible to the colour-blind.
+"""The style of all figures: fit for print, legible to the colour-blind.
 
-A figure is a plain `matplotlib.figure.Figure`, never made through pyplot: no window, no backend, no global state.
+Figures of `subplots` are made without pyplot, so that no window opens and no global state of matplotlib changes.
 """
 
 from __future__ import annotations
@@ -12,11 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 160.0
-"""Width of a figure, mm."""
-
-# Okabe and Ito's palette without its yellow, which is lost on white paper. https://jfly.uni-koeln.de/color/
+"""Width of a figure [mm]."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-
+"""Palette of Okabe and Ito, https://jfly.uni-koeln.de/color/, without its yellow, which is too pale on white paper."""
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.0,
@@ -52,5 +50,5 @@ def subplots(rows: int = 1, columns: int = 1, height: float = 90.0, **options: A
     from matplotlib.figure import Figure
 
     with house_style():
-        figure = Figure(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")
+        figure = Figure(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")  # mm to inches
         return figure, figure.subplots(rows, columns, **options)

@@ -1,7 +1,7 @@
-"""Symbols of elements, by kind in `SYMBOLS`; other kinds have a neutral mark.
+"""Symbols of links, joints, guides and stops, and the table `SYMBOLS` of the symbols of all elements.
 
-A symbol is a function (sheet, name, element) that yields marks. Kinds are known by the names of their classes: a
-subclass of a known kind is drawn as that one. A kind need not exist to have its line.
+A symbol is a function (sheet, name, element) that yields marks. The table has them by the name of the element's class; a class
+that is not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark.
 """
 
 from __future__ import annotations
@@ -45,37 +45,37 @@ Symbol = Callable[..., Iterator[Mark]]
 
 
 def draw_marks(sheet: Sheet) -> list[Mark]:
-    """Return all marks, from back to front: links, joints, loads, names."""
-    found: list[Mark] = []
+    """Return the marks of a mechanism, from back to front: bodies and symbols, arrows of forces, labels."""
+    marks: list[Mark] = []
     for name, element in Scene.of(sheet.mechanism).elements.items():
-        found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
-        found += _forces(sheet, name, element)
-    found += _gravity(sheet)
+        marks += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
+        marks += _forces(sheet, name, element)
+    marks += _gravity(sheet)
     joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
     for point in sheet.mechanism.points:
         frame = sheet.frame(FIXED + point)
         if point not in joints and any(point in link.points for link in sheet.mechanism.links):
-            found.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
-        found.append(Label(frame, point, _free_side(sheet, point), "point"))
+            marks.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
+        marks.append(Label(frame, point, _free_side(sheet, point), "point"))
     order = {Label: 2, Arrow: 1}
-    return sorted(found, key=lambda mark: order.get(type(mark), 0))
+    return sorted(marks, key=lambda mark: order.get(type(mark), 0))
 
 
 def _free_side(sheet: Sheet, point: str) -> Pair:
-    """Find the direction of a point's name: the middle of the widest angle between its links and supports."""
+    """Find a place for a point's name, from the point [m]: in the widest angle between its links, support and motor."""
     mechanism = sheet.mechanism
     x, y = mechanism.points[point]
     others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
-    taken = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
-    held = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
-    taken += [-pi / 2] if held or any(guide.point == point for guide in mechanism.guides) else []
-    taken += [0.75 * pi for load in mechanism.loads if isinstance(load, Motor) and sheet.pivot(load.link) == point]
-    taken = sorted(taken) or [-0.75 * pi]
-    gaps = [(after - before, before) for before, after in pairwise([*taken, taken[0] + 2 * pi])]
+    occupied = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
+    is_supported = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
+    occupied += [-pi / 2] if is_supported or any(guide.point == point for guide in mechanism.guides) else []
+    occupied += [0.75 * pi for load in mechanism.loads if isinstance(load, Motor) and sheet.pivot(load.link) == point]
+    occupied = sorted(occupied) or [-0.75 * pi]
+    gaps = [(after - before, before) for before, after in pairwise([*occupied, occupied[0] + 2 * pi])]
     width, before = max(gaps)
     angle = before + width / 2
     driven = {mechanism.link(drive.target).start for drive in mechanism.drives if drive.target not in mechanism.points}
-    distance = (2.1 if point in driven else 1.2) * sheet.unit  # the arrow of a drive turns around its pin
+    distance = (2.1 if point in driven else 1.2) * sheet.unit  # outside the arrow of a drive
     return distance * cos(angle), distance * sin(angle)
 
 
@@ -94,13 +94,13 @@ def symbol(element: object) -> Symbol:
 def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a rigid link to scale: a bar through its points, or a plate if they are not in line."""
     section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
-    plain = isinstance(section, Section)
-    thickness, width = (section.thickness, section.width) if plain else (0.5 * sheet.unit, 0.5 * sheet.unit)
+    has_section = isinstance(section, Section)
+    thickness, width = (section.thickness, section.width) if has_section else (0.5 * sheet.unit, 0.5 * sheet.unit)
     local = [sheet.local(name, point) for point in link.points]
     length, along = hypot(*local[1]), unit(local[1])
-    side = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
-    off = [abs(along[0] * y - along[1] * x) for x, y in local]
-    if max(off) > thickness:
+    label = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
+    off_line = [abs(along[0] * y - along[1] * x) for x, y in local]
+    if max(off_line) > thickness:
         from scipy.spatial import ConvexHull  # slow to load
 
         yield Outline(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
@@ -109,15 +109,16 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Outline(frame, ink, outline, True, width)
-        x, y = -along[1], along[0]  # the name is to the left of the middle, half its width away: 0.2 symbols a letter
-        far = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
-        side = (side[0] + far * x, side[1] + far * y)
-    if not plain:
+        left, up = -along[1], along[0]  # the normal of the bar, on which the name stands clear of the bar
+        half_name, half_height = 0.2 * len(name) + 0.25, 0.5  # in symbols
+        offset = 0.5 * thickness + sheet.unit * (half_height * abs(up) + half_name * abs(left))
+        label = (label[0] + offset * left, label[1] + offset * up)
+    if not has_section:
         x, y = link.body.mass_properties(length)[2]
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
         yield Disc(frame, ink, centre, 0.32 * sheet.unit)
         yield Disc(frame, "mass", centre, 0.1 * sheet.unit)
-    yield Label(frame, name, side, "link")
+    yield Label(frame, name, label, "link")
 
 
 def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
@@ -138,13 +139,13 @@ def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
 
 
 def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
-    """Yield an ideal pin."""
+    """Yield the pin of an ideal revolute joint."""
     yield from support(sheet, joint)
-    yield Disc(sheet.at(_moving(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
+    yield Disc(sheet.at(_moving_body(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
 
 
 def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
-    """Yield a pin in a bush, radii not to scale; its eccentricity is enlarged so that pin and bush touch when they do."""
+    """Yield a pin in a bush, radii not to scale; the eccentricity is enlarged so that drawn circles touch in contact."""
     yield from support(sheet, joint)
     outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
@@ -154,8 +155,8 @@ def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
 def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Yield a dark square for two bodies welded together."""
     yield from support(sheet, joint)
-    h = 0.42 * sheet.unit
-    yield Outline(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
+    half, frame = 0.42 * sheet.unit, sheet.at(_moving_body(joint), joint.point)
+    yield Outline(frame, "mass", ((-half, -half), (half, -half), (half, half), (-half, half)), True)
 
 
 def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
@@ -175,11 +176,11 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
-    """Yield a block on a rail as long as its travel."""
+    """Yield a block on a rail that is as long as the block's travel in the run."""
     u, along = sheet.unit, guide.along
-    moved = (sheet.record.point(guide.point)[0] - sheet.mechanism.points[guide.point]) @ np.array(along)
-    moved = moved[np.isfinite(moved)]
-    a, b = float(moved.min(initial=0.0)), float(moved.max(initial=0.0))
+    travel = (sheet.record.point(guide.point)[0] - sheet.mechanism.points[guide.point]) @ np.array(along)
+    travel = travel[np.isfinite(travel)]
+    a, b = float(travel.min(initial=0.0)), float(travel.max(initial=0.0))
     frame = sheet.at(GROUND, guide.point)
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
@@ -189,7 +190,7 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
 
 
 HALF_BLOCK = (0.95, 0.58)
-"""Half length and half height of a block, in symbols."""
+"""Half length and half height of a block, over the size of a symbol."""
 
 
 def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float], ...]:
@@ -198,15 +199,20 @@ def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float]
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield a wall, at a distance for the drawn size of its point, so that they touch when they do."""
+    """Yield the wall of a stop and the arrow of its contact force.
+
+    The wall is moved away by the drawn size of the block or pin, so that the drawings touch in contact.
+    """
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
     frame, start = sheet.at(*place(origin)), mechanism.points[place(origin).point]
     (x, y), (x0, y0) = mechanism.points[stop.point], start
-    clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
-    reach = stop.face(mechanism) + side * clear
-    wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
+    is_block = stop.point in {guide.point for guide in mechanism.guides}
+    clearance, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
+    front = stop.face(mechanism) + side * clearance
+    back = front + side * 0.6 * u
+    wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
     push = (-side * along[0], -side * along[1])
     point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
@@ -217,18 +223,18 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
 
 
 def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield a neutral mark with the element's name, where it names a point or a link."""
+    """Yield a neutral mark and the element's name, at the first point or link that a field of the element names."""
     for field in ("point", "at", "a", "first", "link", "target", "start"):
-        at = getattr(element, field, None)
-        if isinstance(at, str) and place(at).point in sheet.mechanism.points:
-            frame = sheet.at(*place(at))
-        elif isinstance(at, str) and at in sheet.inks:
-            frame = sheet.body(at)
+        reference = getattr(element, field, None)
+        if isinstance(reference, str) and place(reference).point in sheet.mechanism.points:
+            frame = sheet.at(*place(reference))
+        elif isinstance(reference, str) and reference in sheet.inks:
+            frame = sheet.body(reference)
         else:
             continue
-        h = 0.8 * sheet.unit
-        yield Outline(frame, "other", ((-h, 0.0), (0.0, -h), (h, 0.0), (0.0, h)), True)
-        yield Label(frame, name, (1.2 * h, -1.2 * h), "symbol")
+        half = 0.8 * sheet.unit
+        yield Outline(frame, "other", ((-half, 0.0), (0.0, -half), (half, 0.0), (0.0, half)), True)
+        yield Label(frame, name, (1.2 * half, -1.2 * half), "symbol")
         return
 
 
@@ -262,7 +268,7 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow for an element with signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
+    """Yield an arrow at the point of an element, for its signals `NAME.fx` and `NAME.fy`; pages omit it without such signals."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")
@@ -271,6 +277,7 @@ def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
 
 
 def _gravity(sheet: Sheet) -> Iterator[Mark]:
+    """Yield an arrow in the direction of gravity, above and right of all points."""
     if any(sheet.mechanism.gravity):
         gx, gy = unit(sheet.mechanism.gravity)
         places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
@@ -280,6 +287,6 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
         yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
 
 
-def _moving(joint: Joint) -> str:
+def _moving_body(joint: Joint) -> str:
     """Return the body of a joint that is not the ground."""
     return str(joint.second if joint.first == GROUND else joint.first)

@@ -1,4 +1,4 @@
-"""Verdicts of the checks of a run, one row each, and tables of its errors, work and settings, for pages."""
+"""Verdicts of the checks of a run, and tables of its errors, work and settings, for pages."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ QUESTIONS = {
     "ACCURACY": "Is the error what was asked for, or what a run without settings may have?",
     "SOLVERS": "Does the other solver say the same?",
 }
-"""Questions of the checks, by the first word of their sentences."""
+"""Questions that the checks answer. The message of a check begins with the name of the check, such as `ENERGY: `."""
 ORDER = ("failed", "no complaint", "not applicable", "not run")
+"""Verdicts in the order in which pages show them."""
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
-IDLE = "not_applicable"
-"""Key of a result's provenance: the checks that did not apply, and why."""
-
-
-BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
-"""Pattern of the beginning of the next check's sentence; sentences may contain semicolons."""
+"""Message of the check of accuracy where no error was estimated."""
+NOT_APPLICABLE = "not_applicable"
+"""Key of a result's provenance: the reasons why checks did not apply, by name."""
+SEPARATOR = re.compile(r"; (?=[A-Z_]{3,}: )")
+"""Pattern between the messages of two checks; a semicolon inside a message is not followed by a name."""
 
 
 class CheckVerdict(NamedTuple):
-    """One check: its name, its question, 'failed', 'no complaint', 'not applicable' or 'not run', and its message."""
+    """Verdict of a check, one of `ORDER`, with the check's name, question and message."""
 
     name: str
     question: str
@@ -44,34 +44,36 @@ class CheckVerdict(NamedTuple):
 
 
 def verdicts(result: Result) -> list[CheckVerdict]:
-    """Return all checks of a result, those that failed first."""
+    """Return the verdicts of all checks of a run, in the order of `ORDER`."""
     reasons: dict[str, list[str]] = {}
-    for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
-        name, _, message = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
+    for reason in SEPARATOR.split(result.message) if result.status == "SUSPECT" and result.message else ():
+        name, _, message = reason.partition(": ") if SEPARATOR.match("; " + reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(message)
-    rows, idle = [], result.provenance.get(IDLE, {})
+    rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
     finished = result.status.finished
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
         if name == "SOLVERS" and not result.verified >= 0:
             continue
         unknown = name == "ACCURACY" and not result.error.known
         verdict = (
-            "failed" if name in reasons else "not run" if unknown or not finished else "not applicable" if name in idle
-            else "no complaint"
+            "failed" if name in reasons else "not run" if unknown or not finished
+            else "not applicable" if name in not_applicable else "no complaint"
         )  # fmt: skip
-        message = idle[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
+        message = (
+            not_applicable[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
+        )
         rows.append(CheckVerdict(name, question, verdict, message))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
 
 
 def summary(result: Result) -> str:
-    """Summarise the run in a line."""
+    """Summarise a run in one line: duration, steps, time of computing."""
     span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
     return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
 
 
 def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Tables of the page: heading, then rows of name and value."""
+    """Return tables of errors, work, settings and versions: for each its heading and its rows of name and value."""
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     if result.asked > 0 or result.error.known:
         error = [("estimated error of the motion", share(result.error.motion))]
@@ -82,29 +84,25 @@ def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
         error.append(("difference from the other solver", share(result.verified)))
     if result.energy:
         error.append(("error of the energy balance", share(result.energy_balance)))
-    spent = {**result.work, "share_of_the_run_shown": result.work["share"]} if "share" in result.work else result.work
-    work = [
-        (name.replace("_", " ").replace("wall s", "wall time [s]"), f"{value:.6g}")
-        for name, value in spent.items()
-        if name != "share"
-    ]
+    words = {"wall_s": "wall time [s]", "share": "share of the run shown"}
+    work = [(words.get(name, name.replace("_", " ")), f"{value:.6g}") for name, value in result.work.items()]
     versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
     groups = [("Error", error), ("Work", work)]
     if notes := result.provenance.get("notes"):
         groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
     for name, value in result.provenance.items():
-        if isinstance(value, dict) and name != IDLE:  # shown with the checks
-            groups.append((name.capitalize(), list(flat(value))))
+        if isinstance(value, dict) and name != NOT_APPLICABLE:  # shown with the checks
+            groups.append((name.capitalize(), list(flatten(value))))
     return [*groups, ("Run on", versions)]
 
 
-def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
-    """Rows of nested settings without those that are not set."""
+def flatten(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the names and values of nested settings, as in `steps.max_step`, without those that are not set."""
     for name, inner in value.items():
         if name == "kind":
             yield before.removesuffix(".") or "solver", str(inner)
         elif isinstance(inner, dict):
-            yield from flat(inner, f"{before}{name}.")
+            yield from flatten(inner, f"{before}{name}.")
         elif inner is not None:
             yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)
 

@@ -69,7 +69,7 @@ def test_the_ledger_is_drawn_with_its_error():
 def test_an_animation_moves(tmp_path, monkeypatch):
     from PIL import Image
 
-    monkeypatch.setattr(plot, "FRAMES", 5)
+    monkeypatch.setattr(plot, "MOST_FRAMES", 5)
     path = run("pendulum").animate(tmp_path / "new" / "run.gif", seconds=1.0, width=200)
     with Image.open(path) as picture:
         assert picture.n_frames == 5 and picture.width == 200 and picture.info["duration"] == 200
