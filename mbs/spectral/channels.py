@@ -1,7 +1,7 @@
-"""Signals read directly from the compiled solver's states, so that statistics need no record of a run.
+"""Signals of ensembles, read from the compiled solver's states where that is possible: statistics then need no record of a run.
 
-Such a signal, a column, is a component of a force's report, of a marker's state or acceleration, or a multiplier. Other signals
-are made from the record of each part of the run, as those of a single run.
+A signal that can be read so is a column: a component of a force's report, of a marker's state or acceleration, or a multiplier,
+times a factor. Other signals are made from a record of each part of the run.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ Transform = IntEnum("Transform", "PLAIN MAGNITUDE POSITIVE", start=0)
 
 @jit
 def evaluate(tables, work, out, columns, scales, values):
-    """Fill values (times, columns) from the rows of a run."""
-    f, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
+    """Fill values (times, columns) from the rows of a run; `columns` and `scales` are those of `Channels`."""
+    unused_forces, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
     for c in range(columns.shape[0]):
         if columns[c, 0] == Source.REPORT:
             needed[columns[c, 1]] = True
@@ -47,7 +47,7 @@ def evaluate(tables, work, out, columns, scales, values):
         place_markers(tables, work, now.q, now.v)
         for k in range(needed.size):
             if needed[k]:
-                add_one(tables, work, k, now, f)
+                add_one(tables, work, k, now, unused_forces)
         for c in range(columns.shape[0]):
             source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
             if source == Source.REPORT:
@@ -70,36 +70,37 @@ def evaluate(tables, work, out, columns, scales, values):
 
 
 Column = tuple[int, int, int, int, float]
+"""Source, index there, component, transform and factor of a signal."""
 
 
 @dataclass(frozen=True)
 class Channels:
-    """Signals by name, read from columns of the compiled solver or from records."""
+    """Signals by name, with the columns of those that have one."""
 
-    names: tuple[str, ...]  # those that are columns come first
+    names: tuple[str, ...]  # those with a column come first
     columns: Array  # source, index, component, transform; (columns, 4)
-    scales: Array  # (columns,)
+    scales: Array  # factors, (columns,)
 
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
-        """Find the columns of signals in a scene; missing markers are added to it."""
+        """Find the columns of signals in a scene, to which missing markers are added."""
         known = {name: column for name in names if (column := _column(scene, name)) is not None}
         order = tuple(sorted(names, key=lambda name: name not in known))
         columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
         return cls(order, columns, np.array([known[name][4] for name in order if name in known]))
 
     def values(self, scene: CompiledScene, out: Output) -> Array:
-        """Values of all signals at the rows of a run, shape (times, signals)."""
-        values, fast = np.empty((len(out.time), len(self.names))), len(self.columns)
-        if fast:
-            found = np.empty((len(out.time), fast))
+        """Compute all signals at the rows of a run, shape (times, signals)."""
+        values, count = np.empty((len(out.time), len(self.names))), len(self.columns)
+        if count:
+            found = np.empty((len(out.time), count))
             rows = Output(*map(np.ascontiguousarray, out))
             evaluate(scene.tables, scene.work, rows, self.columns, self.scales, found)
-            values[:, :fast] = found
-        if fast < len(self.names):
+            values[:, :count] = found
+        if count < len(self.names):
             record = record_of(scene, out)
-            signals = collect(record, " ".join(self.names[fast:]))
-            for k, name in enumerate(self.names[fast:], fast):
+            signals = collect(record, " ".join(self.names[count:]))
+            for k, name in enumerate(self.names[count:], count):
                 if name not in signals:
                     raise unknown(name, list(collect(record)))
                 values[:, k] = signals[name].values
@@ -107,10 +108,10 @@ class Channels:
 
 
 def _column(scene: CompiledScene, name: str) -> Column | None:
-    """Find the column of a signal; None where it is made from records."""
-    owner, _, what = name.rpartition(".")
-    for find in (_of_contact, _of_point, _of_link, _of_drive):
-        if (found := find(scene, owner, what)) is not None:
+    """Find the column of a signal OWNER.QUANTITY; None if it has none."""
+    owner, _, quantity = name.rpartition(".")
+    for find in (_find_contact, _find_point, _find_link, _find_drive):
+        if (found := find(scene, owner, quantity)) is not None:
             return found
     return None
 
@@ -119,38 +120,39 @@ JOINT = {
     "normal_force": (Report.VALUE, Transform.PLAIN), "friction_force": (Report.FRICTION, Transform.PLAIN),
     "penetration": (Report.LENGTH, Transform.POSITIVE), "sliding_speed": (Report.SLIP, Transform.PLAIN),
 }  # fmt: skip
-"""Signals of a joint with clearance, from its report."""
+"""Columns of the report of a joint with clearance, by quantity."""
 STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Report.LENGTH, Transform.POSITIVE)}
-"""Signals of a stop, likewise."""
+"""Columns of the report of a stop, by quantity."""
 
 
-def _of_contact(scene: CompiledScene, owner: str, what: str) -> Column | None:
-    """Find forces, depth and sliding speed of a joint with clearance, force and depth of a stop."""
+def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
+    """Find a force, depth or sliding speed of a joint with clearance, or force or depth of a stop."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
         joint = isinstance(element, Clearance) and element.point == owner
         if joint or (isinstance(element, Stop) and name == owner):
-            found = (JOINT if joint else STOP).get(what)
+            found = (JOINT if joint else STOP).get(quantity)
             return found and (Source.REPORT, k, *found, 1.0)
     return None
 
 
-PLACES = {"x": State.X, "y": State.Y, "vx": State.VX, "vy": State.VY}
+POINT = {"x": State.X, "y": State.Y, "vx": State.VX, "vy": State.VY}
+"""Columns of the state of a marker, by quantity."""
 
 
-def _of_point(scene: CompiledScene, owner: str, what: str) -> Column | None:
+def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find position and velocity of a point, on the first link that has it."""
     links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
-    if owner not in scene.mechanism.points or what not in PLACES or not links:
+    if owner not in scene.mechanism.points or quantity not in POINT or not links:
         return None
-    return (Source.MARKER, scene.marker(links[0].name, owner), PLACES[what], Transform.PLAIN, 1.0)
+    return (Source.MARKER, scene.marker(links[0].name, owner), POINT[quantity], Transform.PLAIN, 1.0)
 
 
-def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
+def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the motion of the centre of mass of a rigid or modal link, and of `LINK.middle`, half-way between its ends."""
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
-    if not isinstance(body, FrameBody) or what not in (*PLACES, "ax", "ay") or station not in ("", "middle"):
+    if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
     if body.model is None:
         length = scene.mechanism.length(name)
@@ -163,13 +165,13 @@ def _of_link(scene: CompiledScene, owner: str, what: str) -> Column | None:
     marker = body.marker_at(scene.builder, place, shape, turned=True)
     if len(scene.builder.markers) > len(scene.tables.markers):
         scene.refresh()
-    if what in PLACES:
-        return (Source.MARKER, marker, PLACES[what], Transform.PLAIN, 1.0)
-    return (Source.ACCELERATION, marker, ("ax", "ay").index(what), Transform.PLAIN, 1.0)
+    if quantity in POINT:
+        return (Source.MARKER, marker, POINT[quantity], Transform.PLAIN, 1.0)
+    return (Source.ACCELERATION, marker, ("ax", "ay").index(quantity), Transform.PLAIN, 1.0)
 
 
-def _of_drive(scene: CompiledScene, owner: str, what: str) -> Column | None:
+def _find_drive(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the torque or force of a drive."""
-    if what not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
+    if quantity not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
         return None
     return (Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.PLAIN, -1.0) if owner in scene.row_names else None

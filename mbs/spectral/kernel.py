@@ -1,6 +1,11 @@
-"""The equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
+"""Equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
 
-K = -df/dq + d(G^T lambda)/dq and C = -df/dv; the mass matrix is constant but for modal links.
+K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Entries of G are stored in the order of the blocks' members, those of constraint r
+from `blocks[r, 0]` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right sides of
+G v = speed and G a = change need markers that are placed.
+
+The mass matrix is constant but for modal links (docs/theory-modal.md): with amplitudes eta the frame's inertia is
+I + 2 h.eta + eta.G eta, and its coupling with the modes C^T eta = -C eta. The numbers h, G, C are radial, gram, gyration.
 """
 
 from __future__ import annotations
@@ -26,21 +31,21 @@ from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Row
 
 
 @inline
-def _numbers(tables, row):
-    """Indices of a modal link: first coordinate, first of its modes, number of modes; where its four integrals begin."""
+def _indices(tables, row):
+    """Return indices of a modal link: first coordinate, first amplitude; number of modes; radial, gram, gyration, stiffness."""
     o, m, d = tables.modal[row, 0], tables.modal[row, 1], tables.modal[row, 2]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
 
 @inline
-def _block(tables, row):
-    """Number of a modal link's block."""
+def _find_block(tables, row):
+    """Return the index of a modal link's block."""
     return tables.rows.shape[0] + tables.forces.shape[0] + tables.strips.shape[0] + row
 
 
 @draft
-def _times(tables, at, i, m, x, first):
-    """Row i of the (m, m) matrix that begins at `at`, times the amplitudes in x from `first`."""
+def _row_product(tables, at, i, m, x, first):
+    """Multiply row i of the (m, m) matrix that begins at `at` by the m values of x from `first`."""
     total = 0.0
     for j in range(m):
         total += tables.data[at + i * m + j] * x[first + j]
@@ -49,55 +54,56 @@ def _times(tables, at, i, m, x, first):
 
 @draft
 def add_modal(tables, q, v, f):
-    """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
+    """Add elastic, damping and gyroscopic forces of modal links to f."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, stiffness = _numbers(tables, row)
-        spin, turning = v[o + 2], 0.0
+        o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
+        spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
-            wide, swirl = tables.data[radial + i], 0.0
+            stretch, coriolis = tables.data[radial + i], 0.0  # h + G eta, C eta'
             for j in range(m):
-                wide += tables.data[gram + i * m + j] * q[e + j]
-                swirl += tables.data[gyration + i * m + j] * v[e + j]
-            turning += wide * v[e + i]
-            f[e + i] += spin * (spin * wide + 2.0 * swirl)
+                stretch += tables.data[gram + i * m + j] * q[e + j]
+                coriolis += tables.data[gyration + i * m + j] * v[e + j]
+            half_inertia_rate += stretch * v[e + i]
+            f[e + i] += spin * (spin * stretch + 2.0 * coriolis)
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
-        f[o + 2] -= 2.0 * spin * turning
+        f[o + 2] -= 2.0 * spin * half_inertia_rate
 
 
 @draft
 def add_modal_tangents(tables, work, q, v, damp, stiff):
-    """Add derivatives of the forces of modal links."""
+    """Add -df/dq to stiff and -df/dv to damp of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, stiffness = _numbers(tables, row)
+        o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
         spin = v[o + 2]
-        clear_block(tables, work, _block(tables, row))
+        clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            wide, swirl = tables.data[radial + i] + _times(tables, gram, i, m, q, e), _times(tables, gyration, i, m, v, e)
+            stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
+            coriolis = _row_product(tables, gyration, i, m, v, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
                 work.block_damping[3 + i, 3 + j] -= 2.0 * spin * tables.data[gyration + i * m + j]
-            work.block_stiffness[2, 3 + i] += 2.0 * spin * _times(tables, gram, i, m, v, e)
-            work.block_damping[2, 2] += 2.0 * wide * v[e + i]
-            work.block_damping[2, 3 + i] += 2.0 * spin * wide
-            work.block_damping[3 + i, 2] -= 2.0 * spin * wide + 2.0 * swirl
+            work.block_stiffness[2, 3 + i] += 2.0 * spin * _row_product(tables, gram, i, m, v, e)
+            work.block_damping[2, 2] += 2.0 * stretch * v[e + i]
+            work.block_damping[2, 3 + i] += 2.0 * spin * stretch
+            work.block_damping[3 + i, 2] -= 2.0 * spin * stretch + 2.0 * coriolis
             work.block_stiffness[3 + i, 3 + i] += tables.data[stiffness + i]
             work.block_damping[3 + i, 3 + i] += tables.data[stiffness + m + i]
-        add_entries(tables, _block(tables, row), work.block_stiffness, stiff)
-        add_entries(tables, _block(tables, row), work.block_damping, damp)
+        add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
+        add_entries(tables, _find_block(tables, row), work.block_damping, damp)
 
 
 @draft
 def fill_mass(tables, work, q, mass):
-    """Fill mass with M(q)."""
+    """Fill mass with the entries of M(q)."""
     copy(tables.mass, mass)
     add_modal_mass(tables, work, q, mass)
 
 
 @draft
 def renew_mass(tables, work, q, jacobian, mass):
-    """Overwrite the variable entries of M(q), G and G^T."""
+    """Overwrite the entries of M(q) that vary, G and G^T in the saddle-point matrix [M G^T; G 0]."""
     for row in range(tables.modal.shape[0]):
-        _, m, slot = tables.blocks[_block(tables, row)]
+        _, m, slot = tables.blocks[_find_block(tables, row)]
         for k in range(slot, slot + m * m):
             mass[tables.slots[k]] = tables.mass[tables.slots[k]]
     add_modal_mass(tables, work, q, mass)
@@ -106,7 +112,7 @@ def renew_mass(tables, work, q, jacobian, mass):
 
 @draft
 def renew_rows(tables, jacobian, mass):
-    """Overwrite G and G^T."""
+    """Overwrite G and G^T in the saddle-point matrix."""
     for r in range(tables.rows.shape[0]):
         _, m, slot = tables.blocks[r]
         for i in range(m - 1):
@@ -117,45 +123,46 @@ def renew_rows(tables, jacobian, mass):
 
 @draft
 def add_modal_mass(tables, work, q, mass):
-    """Add the part of M(q) that depends on q."""
+    """Add the part of M(q) that depends on q, of modal links."""
     for row in range(tables.modal.shape[0]):
-        clear_block(tables, work, _block(tables, row))
+        clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, 0] + 3, tables.modal[row, 1]
         for i in range(m):
-            wide, swirl = _coupling(tables, row, q, i)
-            work.block_stiffness[2, 2] += wide * q[e + i]
-            work.block_stiffness[2, 3 + i] += swirl
-            work.block_stiffness[3 + i, 2] += swirl
-        add_entries(tables, _block(tables, row), work.block_stiffness, mass)
+            inertia, coupling = _modal_mass(tables, row, q, i)
+            work.block_stiffness[2, 2] += inertia * q[e + i]
+            work.block_stiffness[2, 3 + i] += coupling
+            work.block_stiffness[3 + i, 2] += coupling
+        add_entries(tables, _find_block(tables, row), work.block_stiffness, mass)
 
 
 @draft
-def _coupling(tables, row, q, i):
-    """Inertia that mode i of a modal link adds per unit amplitude, and its coupling mass with the frame's angle."""
-    _, e, m, radial, gram, gyration, _ = _numbers(tables, row)
-    wide, swirl = 2.0 * tables.data[radial + i], 0.0
+def _modal_mass(tables, row, q, i):
+    """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (G eta)_i, and its coupling -(C eta)_i."""
+    _, e, m, radial, gram, gyration, _ = _indices(tables, row)
+    inertia, coupling = 2.0 * tables.data[radial + i], 0.0
     for j in range(m):
-        wide += tables.data[gram + i * m + j] * q[e + j]
-        swirl -= tables.data[gyration + i * m + j] * q[e + j]
-    return wide, swirl
+        inertia += tables.data[gram + i * m + j] * q[e + j]
+        coupling -= tables.data[gyration + i * m + j] * q[e + j]
+    return inertia, coupling
 
 
 @draft
 def couple_modes(tables, work, q, a):
-    """Change M_0^-1 f to M(q)^-1 f in the accelerations of modal links that no constraint touches.
+    """Change M_0^-1 f to M(q)^-1 f in the accelerations of modal links that no constraint acts on.
 
-    M(q) differs from the constant M_0 in the frame's inertia and in its row and column of the modes, whose own mass is 1.
+    M(q) differs from the constant M_0 in the frame's inertia and in its coupling with the modes, whose own mass is 1. The angle's
+    acceleration follows from the Schur complement of the modes.
     """
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, 0], tables.modal[row, 0] + 3, tables.modal[row, 1]
-        _, size, slot = tables.blocks[_block(tables, row)]
+        _, size, slot = tables.blocks[_find_block(tables, row)]
         inertia = tables.mass[tables.slots[slot + 2 * size + 2]]
         moment = inertia * a[o + 2]
         for i in range(m):
-            wide, swirl = _coupling(tables, row, q, i)
-            moment -= swirl * a[e + i]
-            inertia += wide * q[e + i] - swirl * swirl
-            work.scratch[i] = swirl
+            added, coupling = _modal_mass(tables, row, q, i)
+            moment -= coupling * a[e + i]
+            inertia += added * q[e + i] - coupling * coupling
+            work.scratch[i] = coupling
         a[o + 2] = moment / inertia
         for i in range(m):
             a[e + i] -= work.scratch[i] * a[o + 2]
@@ -172,28 +179,29 @@ def multiply_mass(tables, q, a, out):
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, 0], tables.modal[row, 0] + 3, tables.modal[row, 1]
         for i in range(m):
-            wide, swirl = _coupling(tables, row, q, i)
-            out[o + 2] += wide * q[e + i] * a[o + 2] + swirl * a[e + i]
-            out[e + i] += swirl * a[o + 2]
+            inertia, coupling = _modal_mass(tables, row, q, i)
+            out[o + 2] += inertia * q[e + i] * a[o + 2] + coupling * a[e + i]
+            out[e + i] += coupling * a[o + 2]
 
 
 @draft
 def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, _ = _numbers(tables, row)
-        clear_block(tables, work, _block(tables, row))
+        o, e, m, radial, gram, gyration, _ = _indices(tables, row)
+        clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            wide, swirl = tables.data[radial + i] + _times(tables, gram, i, m, q, e), _times(tables, gyration, i, m, a, e)
+            stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
+            coriolis = _row_product(tables, gyration, i, m, a, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
-            work.block_stiffness[2, 3 + i] += 2.0 * wide * a[o + 2] + swirl
-        add_entries(tables, _block(tables, row), work.block_stiffness, stiff)
+            work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + coriolis
+        add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
 @draft
 def compute_forces(tables, work, now, f):
-    """Fill f with all forces but the constraints', and place the markers."""
+    """Place the markers, and fill f with all forces but those of constraints."""
     place_markers(tables, work, now.q, now.v)
     gravity = tables.factors[-1]
     for i in range(f.size):
@@ -206,7 +214,7 @@ def compute_forces(tables, work, now, f):
 
 @draft
 def compute_tangents(tables, work, now, mass, damp, stiff):
-    """Compute derivatives of the last computed forces: stiff = -df/dq, damp = -df/dv, and -df/dlambda added to mass."""
+    """Compute stiff = -df/dq, damp = -df/dv of the last `compute_forces`; add -df/dlambda to mass."""
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
@@ -216,12 +224,10 @@ def compute_tangents(tables, work, now, mass, damp, stiff):
 
 @inline
 def compute_row(tables, work, r, t, residual, jacobian, speed):
-    """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
+    """Compute residual, row of G and right side of G v = speed of constraint r at time t."""
     grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
     first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
-    travel, rate = 0.0, 0.0
-    if drive >= 0:
-        travel, rate = evaluate_motion(tables, drive, t)
+    travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
     for k in range(first, first + count):
         value, _ = compute_measure(tables, work, k, grad)
         total += tables.directions[k, Directions.FACTOR] * value
@@ -233,7 +239,7 @@ def compute_row(tables, work, r, t, residual, jacobian, speed):
 
 @inline
 def compute_change(tables, work, r, t, side, change):
-    """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
+    """Compute the right side of G a = change of constraint r at time t; `side` as in `evaluate_acceleration`."""
     first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
     change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
     for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
@@ -243,24 +249,21 @@ def compute_change(tables, work, r, t, side, change):
 
 @draft
 def compute_rows(tables, work, t, residual, jacobian, speed):
-    """Residuals g, Jacobian G and right sides of G v = speed. Markers are placed.
-
-    G's entries are in the order of the blocks' members, those of row r from `blocks[r, 0]`; the last is not used.
-    """
+    """Compute residuals, G and right sides of G v = speed of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
         compute_row(tables, work, r, t, residual, jacobian, speed)
 
 
 @draft
 def compute_changes(tables, work, t, side, change):
-    """Right sides of G a = change. Markers are placed."""
+    """Compute the right sides of G a = change of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
         compute_change(tables, work, r, t, side, change)
 
 
 @draft
 def multiply_row(tables, r, jacobian, v):
-    """Row r of G times v."""
+    """Multiply row r of G by v."""
     first, total = tables.blocks[r, BlockColumn.MEMBERS], 0.0
     for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
         total += jacobian[i] * v[tables.members[i]]
@@ -271,14 +274,14 @@ def multiply_row(tables, r, jacobian, v):
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
-        first, push = tables.blocks[r, BlockColumn.MEMBERS], lam[r]
+        first = tables.blocks[r, BlockColumn.MEMBERS]
         for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
-            out[tables.members[i]] += jacobian[i] * push
+            out[tables.members[i]] += jacobian[i] * lam[r]
 
 
 @draft
 def add_rows(tables, jacobian, values):
-    """Add G and G^T to the entries of a matrix."""
+    """Add G and G^T to the entries of a matrix of all unknowns."""
     for r in range(tables.rows.shape[0]):
         first, m, slot = tables.blocks[r]
         for i in range(m - 1):
@@ -288,7 +291,7 @@ def add_rows(tables, jacobian, values):
 
 @draft
 def add_multiplier_stiffness(tables, work, q, lam, stiff):
-    """Add d(G^T lambda)/dq to stiff. Markers are placed."""
+    """Add d(G^T lambda)/dq to stiff. Markers must be placed."""
     grad, hess = work.grad, work.hess
     for r in range(tables.rows.shape[0]):
         clear_block(tables, work, r)

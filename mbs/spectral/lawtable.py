@@ -189,10 +189,14 @@ def differentiate_along(tables, k, now, value, rate, reaction):
         return 0.0, 0.0
     if kind == ForceKind.FRICTION:
         return 0.0, -differentiate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
-    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)
-    if kind == ForceKind.STRUT or kind == ForceKind.LAW:
-        hv = 1e-6 * max(abs(value), 1e-3) if kind == ForceKind.LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
-        upper = evaluate_along(tables, k, now, value + hv, rate, reaction)
-        by_value = (upper - evaluate_along(tables, k, now, value - hv, rate, reaction)) / (2.0 * hv)
-    upper = evaluate_along(tables, k, now, value, rate + hr, reaction)
-    return by_value, (upper - evaluate_along(tables, k, now, value, rate - hr, reaction)) / (2.0 * hr)
+    by_value, h = 0.0, 0.0
+    if kind == ForceKind.LAW:
+        h = 1e-6 * max(abs(value), 1e-3)
+    elif kind == ForceKind.STRUT:  # relative to the shortening, at least a hundredth of the one at the critical load
+        h = 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
+    if h > 0.0:
+        upper = evaluate_along(tables, k, now, value + h, rate, reaction)
+        by_value = (upper - evaluate_along(tables, k, now, value - h, rate, reaction)) / (2.0 * h)
+    h = 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)  # p[6]: regularisation speed of the motor
+    upper = evaluate_along(tables, k, now, value, rate + h, reaction)
+    return by_value, (upper - evaluate_along(tables, k, now, value, rate - h, reaction)) / (2.0 * h)

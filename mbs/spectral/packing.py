@@ -1,7 +1,7 @@
-"""A builder's lists, packed into the kernel's tables, and the sparsity pattern of a mechanism's matrices.
+"""Packing of a builder's lists into the kernel's tables, with the sparsity pattern of a mechanism's matrices.
 
-Matrices are sums of blocks, of constraints, forces, strips, modes and masses. A slot is a nonzero of the sum: one for each pair
-of unknowns that are in a block together.
+Unknowns are the n coordinates and r multipliers. A matrix is the sum of blocks: small matrices of constraints, forces, strips,
+modal links and masses. A slot is a nonzero of the sum: a pair of unknowns that a block couples. All matrices have the same slots.
 """
 
 from __future__ import annotations
@@ -17,40 +17,40 @@ from .tables import ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
-    """A small matrix: its unknowns, and its parts that may be nonzero, as ranges of rows and columns; all by default."""
+    """Small matrix of a few unknowns."""
 
     unknowns: Sequence[int] | Array
-    parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)
+    parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)  # rows and columns that may be nonzero; all by default
 
 
 def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
-    """First five of `Tables`: blocks, members, slots, row, col. What is never filled has the slot after the last."""
+    """Number the slots; return the first five of `Tables`. Entries that are always zero get the slot after the last."""
     table = np.zeros((len(blocks), 3), dtype=np.int64)
     members: list[Array] = [np.empty(0, dtype=np.int64)]
     pairs: list[Array] = [np.empty(0, dtype=np.int64)]
     member, slot = 0, 0
     for number, block in enumerate(blocks):
-        at = np.asarray(block.unknowns, dtype=np.int64)
-        table[number] = member, len(at), slot
-        pair = at[:, None] * unknowns + at
+        own = np.asarray(block.unknowns, dtype=np.int64)
+        table[number] = member, len(own), slot
+        pair = own[:, None] * unknowns + own  # row and column as one integer
         filled = np.zeros(pair.shape, dtype=bool)
         for rows, columns in block.parts:
             filled[rows, columns] = True
-        members.append(at)
+        members.append(own)
         pairs.append(np.where(filled, pair, -1).ravel())
-        member, slot = member + len(at), slot + len(at) ** 2
+        member, slot = member + len(own), slot + len(own) ** 2
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)
-    if len(found) and found[0] < 0:
+    if len(found) and found[0] < 0:  # -1, the entries that are zero, was sorted to the front
         found, slots = found[1:], np.where(slots == 0, len(found) - 1, slots - 1)
     return table, np.concatenate(members), slots, *np.divmod(found, max(unknowns, 1))
 
 
 def _blocks(builder: Builder) -> list[Block]:
-    """Blocks of constraints, forces, strips, modal links, masses, in this order."""
+    """List the blocks of constraints, forces, strips, modal links, masses, in this order."""
     n = len(builder.q)
     rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = [
-        Block([*_places(builder, a), *_of_force(builder, force, b), *([n + force.row] if force.row >= 0 else [])])
+        Block([*_places(builder, a), *_places_of_force(builder, force, b), *([n + force.row] if force.row >= 0 else [])])
         for force in builder.forces
         for a, b in [builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)]
     ]
@@ -61,34 +61,34 @@ def _blocks(builder: Builder) -> list[Block]:
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
 
 
-def _of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
-    """Coordinates of a force's second marker; of a force with states those of the markers of all."""
+def _places_of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
+    """List the coordinates of a force's marker b; of a force with states, of the markers of all states."""
     count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
     return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
-def _row_block(builder: Builder, row: ConstraintRow, unknown: int) -> Block:
-    """Block of a constraint: its gradient, and second derivatives, which couple both markers if a direction turns."""
+def _row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
+    """Build the block of a constraint: its gradient, and second derivatives, which couple both markers if the direction turns."""
     unknowns: list[int] = []
     parts: list[tuple[slice, slice]] = []
     for number in row.measures:
         kind, a, b = builder.measures[number]
         begin, middle = len(unknowns), len(unknowns) + len(_places(builder, a))
         unknowns += [*_places(builder, a), *_places(builder, b)]
-        whole, one, other = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
-        parts += [(whole, whole)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(one, one), (other, other)]
-    every, last = slice(0, len(unknowns)), slice(len(unknowns), None)
-    return Block([*unknowns, unknown], (*parts, (every, last), (last, every)))
+        both, of_a, of_b = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
+        parts += [(both, both)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(of_a, of_a), (of_b, of_b)]
+    coordinates, last = slice(0, len(unknowns)), slice(len(unknowns), None)
+    return Block([*unknowns, multiplier], (*parts, (coordinates, last), (last, coordinates)))
 
 
 def _places(builder: Builder, marker: int) -> list[int]:
-    """Coordinates that move a marker."""
+    """List the coordinates on which a marker depends."""
     _, _, _, first, count, *_ = builder.markers[marker]
     return builder.places[first : first + count]
 
 
 def pack(builder: Builder) -> Tables:
-    """Pack all into tables; values of rows that are None are left 0 for the scene to fill."""
+    """Pack a builder's lists into tables; values of constraints that are None are 0 until the scene computes them."""
     n = len(builder.q)
     weight = np.zeros(n)
     for at, amount in builder.weights:
@@ -98,7 +98,7 @@ def pack(builder: Builder) -> Tables:
     mass = np.zeros(len(row) + 1)
     for (_, count, first), (_, block) in zip(table[len(blocks) - len(builder.masses) :], builder.masses, strict=True):
         np.add.at(mass, slots[first : first + count**2], np.ravel(block))
-    heavy = np.flatnonzero(mass)
+    nonzero = np.flatnonzero(mass)
     forces = [
         (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.add_numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
         for f in builder.forces
@@ -106,34 +106,34 @@ def pack(builder: Builder) -> Tables:
     return Tables(
         *(table, members, slots, row, col),
         mass=mass,
-        mass_first=np.searchsorted(row[heavy], np.arange(n + 1)),
-        mass_col=col[heavy],
-        mass_value=mass[heavy],
+        mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),
+        mass_col=col[nonzero],
+        mass_value=mass[nonzero],
         weight=weight,
-        modal=_whole(builder.modal, 3),
-        strips=_whole(builder.strips, 5),
-        markers=_whole(builder.markers, 7),
+        modal=_integers(builder.modal, 3),
+        strips=_integers(builder.strips, 5),
+        markers=_integers(builder.markers, 7),
         places=np.array(builder.places, dtype=np.int64),
-        measures=_whole(builder.measures, 3),
-        directions=_real(builder.directions, 3),
-        rows=_whole([(r.measure, r.motion, r.count) for r in builder.rows], 3),
+        measures=_integers(builder.measures, 3),
+        directions=_floats(builder.directions, 3),
+        rows=_integers([(r.measure, r.motion, r.count) for r in builder.rows], 3),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_whole(builder.motions, 3),
-        ramps=_real(builder.ramps, 3),
-        forces=_whole(forces, 7),
+        motions=_integers(builder.motions, 3),
+        ramps=_floats(builder.ramps, 3),
+        forces=_integers(forces, 7),
         factors=np.ones(len(forces) + 1),
         time_factor=np.ones(1),
-        elastic=_whole(builder.elastic, 7),
-        laws=_whole(builder.laws, 4),
-        law_numbers=_real(builder.law_numbers, 8),
+        elastic=_integers(builder.elastic, 7),
+        laws=_integers(builder.laws, 4),
+        law_numbers=_floats(builder.law_numbers, 8),
         edges=np.empty((0, 2)),
         data=np.array(builder.data, dtype=float),
     )
 
 
-def _whole(rows: Sequence[Sequence[float]], columns: int) -> Array:
+def _integers(rows: Sequence[Sequence[float]], columns: int) -> Array:
     return np.array(rows, dtype=np.int64).reshape(-1, columns)
 
 
-def _real(rows: Sequence[Sequence[float]], columns: int) -> Array:
+def _floats(rows: Sequence[Sequence[float]], columns: int) -> Array:
     return np.array(rows, dtype=float).reshape(-1, columns)

@@ -1,4 +1,7 @@
-"""Record of a run of the compiled solver: motions of links and blocks, data of elements."""
+"""Record of a run of the compiled solver: motions of links and blocks, data of elements, as plain arrays.
+
+`times` are the rows of the run. A trace is the motion of a marker: (x, y, angle), their rates and second rates, (3, times, 3).
+"""
 
 from __future__ import annotations
 
@@ -24,16 +27,16 @@ from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
 UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals follow from memories and states alone."""
+"""Kinds of forces whose signals follow from their memories and states, without reports."""
 
 
 @jit
 def follow(tables, work, out, wanted, traces, reports):
-    """Fill traces (wanted, 3, times, 3) with places, rates and second rates of some markers, and reports (times, forces, 8).
+    """Fill the traces of some markers, (wanted, 3, times, 3), and the reports of all forces, (times, forces, 8).
 
-    Reports of forces without columns are not filled.
+    Reports of shape (times, forces, 0) are not filled.
     """
-    f = np.zeros(out.q.shape[1])
+    unused_forces = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
         place_markers(tables, work, out.q[i], out.v[i])
         for k in range(wanted.size):
@@ -46,12 +49,12 @@ def follow(tables, work, out, wanted, traces, reports):
                 traces[k, 0, i, c], traces[k, 1, i, c], traces[k, 2, i, c] = work.state[m, c], work.state[m, 3 + c], total
         if reports.shape[2] > 0:
             since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0
-            add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), f)
+            add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
             copy(work.reports, reports[i])
 
 
 def record_of(scene: CompiledScene, out: Output) -> Record:
-    """Convert the rows of a run to plain arrays of links, blocks and elements."""
+    """Convert the rows of a run to a record."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
     frames = {}
@@ -84,14 +87,14 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
 
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
-    """Places, rates and second rates of some markers, (wanted, 3, times, 3); fill reports of forces, (times, forces, 8 or 0)."""
+    """Compute the traces of some markers, (wanted, 3, times, 3); fill the reports of forces, see `follow`."""
     traces = np.empty((len(wanted), 3, len(out.time), 3))
     follow(scene.tables, scene.work, out, np.array(wanted, int), traces, reports)
     return traces
 
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
-    """Marker at a rigid link's own centre of mass, without attached masses; its mass, inertia, place at t = 0."""
+    """Add a marker at the centre of mass of a rigid link without attached masses; return it, mass, inertia, position at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)
     centre = body.start + np.array([c * x - s * y, s * x + c * y])
@@ -114,17 +117,17 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
 def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
-    travel, rate, second = ((each[:, :2] - zero) @ along for each, zero in zip(trace, (origin, 0.0, 0.0), strict=True))
+    travel, rate, second = ((each[:, :2] - start) @ along for each, start in zip(trace, (origin, 0.0, 0.0), strict=True))
     return BlockMotion(guide.mass, origin, guide.along, travel, rate, second)
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
-    """Data of elements by name: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
+    """Collect data of elements by name: reactions, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
-        found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
-        channels[name] = dict(found or {})
+        reactions = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
+        channels[name] = dict(reactions or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})

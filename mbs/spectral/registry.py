@@ -1,4 +1,7 @@
-"""Functions that add links and elements of each kind to the compiled solver's lists, with tables of them by kind."""
+"""Functions that add a link or an element to the lists of the compiled solver, with tables of them by kind.
+
+A pair of numbers is (x, y) [m], or a direction. The numbers of a force are those that `lawtable` and `forces` read for its kind.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +29,15 @@ from .tables import ForceKind, MeasureKind, State, StripKind
 
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
-    """Add the contact of the first body's pin in the second's bush, concentric at the start."""
+    """Add the contact of the first body's pin in the second's bush, concentric at t = 0."""
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
     builder.add_force(name, ForceKind.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
 
 
 def add_guide(builder: Builder, name: str, guide: Guide) -> None:
-    """Hold a link's point on a line of the ground."""
-    row = len(builder.rows)
+    """Add the constraint of a link's point to a line of the ground, and friction along the line."""
+    row = len(builder.rows)  # of the constraint that follows
     connect(builder, name, guide)
     friction = guide.friction
     if friction is None:
@@ -49,64 +52,64 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
 
 
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
-    """Add the contact of a point with a face, on the side of which it starts."""
+    """Add the contact of a point with a face, and friction along it; the point stays on the side on which it starts."""
     mechanism = builder.mechanism
     side, face, across = stop.side(mechanism), stop.face(mechanism), stop.across(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
     b = marker_of(builder, origin.body, origin.point)
-    before = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
-    start = before[0] * across[0] + before[1] * across[1]
+    arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
+    start = arm[0] * across[0] + arm[1] * across[1]  # distance from the origin across the face at t = 0
 
-    def measure(line: tuple[float, float]) -> int:
-        """Add the distance along a direction that turns with the face."""
+    def add_distance(direction: tuple[float, float]) -> int:
+        """Add the distance from the origin along a direction that turns with the face."""
         if stop.carrier == GROUND:
-            return builder.add_measure(MeasureKind.FIXED, a, b, line)
-        return builder.add_measure(MeasureKind.TURNING, a, b, turned_back(builder, b, line))
+            return builder.add_measure(MeasureKind.FIXED, a, b, direction)
+        return builder.add_measure(MeasureKind.TURNING, a, b, turned_back(builder, b, direction))
 
     law = add_normal(builder, stop.law)
-    contact = builder.add_force(name, ForceKind.CONTACT, measure(across), law=law, numbers=(side, start + face))
+    contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=(side, start + face))
     if stop.rubs:
         friction = add_friction(builder, stop.friction)
-        builder.add_force(name, ForceKind.FRICTION, measure((-across[1], across[0])), contact, friction=friction)
+        builder.add_force(name, ForceKind.FRICTION, add_distance((-across[1], across[0])), contact, friction=friction)
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
-    """Add a force, constant or a function of time; its direction is fixed, or turns with a link."""
+    """Add a force: constant, a function of time, or a law with states; its direction is fixed, or turns with a link."""
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
         builder.add_stateful(name, load, a, State.X, 0.0)
         return
     b = builder.add_ground(NOWHERE) if turns is None else marker_at(builder, turns)
-    line = [] if load.through is None else [1.0, *load.through]
-    law, numbers = -1, [0.0, 0.0]
+    line_of_action = [] if load.through is None else [1.0, *load.through]
+    law, components = -1, [0.0, 0.0]
     if callable(load.value):
         parts = [function_pointer(each, 1) for each in numbers_of(load.value, ["t"], 2)]
         law = builder.add_law(None, ForceKind.PRESCRIBED, (), parts, f"the function of {name}")
     else:
-        numbers = [float(x) for x in load.value]
-    numbers = [*numbers, 0.0 if turns is None else builder.angle_of(b), *line]
+        components = [float(x) for x in load.value]
+    numbers = [*components, 0.0 if turns is None else builder.angle_of(b), *line_of_action]
     builder.add_force(name, ForceKind.POINT_FORCE, a, b, law=law, numbers=numbers)
 
 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
-    """Add a line load: at each Gauss point the load of its part of the length."""
+    """Add a line load by Gauss quadrature: at each point of the strip a force and a moment, times the weight [m]."""
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(NOWHERE)
     for piece, element in enumerate(strip.elements):
         for x, w in zip(*gauss(element.places.shape[1] + 2), strict=True):
-            length = float(w) * element.jacobian
+            weight = float(w) * element.jacobian
             marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
             if any(load.force):
                 b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
-                builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=[*(length * each for each in load.force), turn])
+                builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=[*(weight * each for each in load.force), turn])
             if load.moment:
                 measure = builder.add_measure(MeasureKind.ANGLE, marker, ground)
-                builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(length * load.moment,))
+                builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(weight * load.moment,))
 
 
 def add_torque(builder: Builder, name: str, load: Torque) -> None:
-    """Add a torque: constant, or a function of time, angle since t = 0 and speed, and of states."""
+    """Add a torque: constant, a function of time, angle since t = 0 and speed, or a law with states."""
     marker = marker_at(builder, load.at(builder.mechanism))
     if load.states is not None:
         builder.add_stateful(name, load, marker, State.ANGLE, builder.angle_of(marker))
@@ -126,9 +129,8 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
     law, voltage = -1, 0.0
     if callable(load.voltage):
-        law = builder.add_law(
-            None, ForceKind.PRESCRIBED, (), [function_pointer(numbers_of(load.voltage, ["t"])[0], 1)], f"the voltage of {name}"
-        )
+        pointer = function_pointer(numbers_of(load.voltage, ["t"])[0], 1)
+        law = builder.add_law(None, ForceKind.PRESCRIBED, (), [pointer], f"the voltage of {name}")
     else:
         voltage = float(load.voltage)
     numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
@@ -138,11 +140,11 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
 def add_spring(builder: Builder, name: str, load: Spring) -> None:
     """Add a spring and damper between two points, linear or with a law."""
     a, b = (marker_at(builder, holder_reference(builder.mechanism, at)) for at in (load.a, load.b))
-    add_line(builder, name, load, builder.add_measure(MeasureKind.DISTANCE, a, b), load.free(builder.mechanism))
+    add_spring_force(builder, name, load, builder.add_measure(MeasureKind.DISTANCE, a, b), load.free(builder.mechanism))
 
 
-def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
-    """Add the force of a spring along a measure l: -k (l - l0) - c l', or minus its law's value at (l - l0, l')."""
+def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
+    """Add the force of a spring along a measure l: -k (l - l0) - c l', or minus its law's value at (l - l0, l'), l0 = `free`."""
     if load.law is None:
         builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
@@ -152,20 +154,20 @@ def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure:
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
-    """Add a spring and damper on the angle of `second` from `first`."""
+    """Add a spring and damper on the angle of the second body less that of the first."""
     first, second = (marker_at(builder, at) for at in load.ends(builder.mechanism))
     free = builder.angle_of(second) - builder.angle_of(first) + (load.free_angle or 0.0)
-    add_line(builder, name, load, builder.add_measure(MeasureKind.ANGLE, second, first), free)
+    add_spring_force(builder, name, load, builder.add_measure(MeasureKind.ANGLE, second, first), free)
 
 
-BODIES: dict[str, Callable[[Builder, Link], BuiltBody]] = {
+BODIES: dict[str, Callable[[Builder, Link], BuiltBody]] = {  # by the class of `link.body`
     "Rigid": add_rigid,
     "Beam": partial(add_strip, kind=StripKind.REISSNER),
     "Cable": partial(add_strip, kind=StripKind.KIRCHHOFF),
     "Modal": add_modal,
     "Strut": add_strut,
 }
-ELEMENTS: dict[str, Callable[..., None]] = {
+ELEMENTS: dict[str, Callable[..., None]] = {  # by the element's class; other packages register theirs as entry points
     "Clearance": add_clearance,
     "Guide": add_guide,
     "Stop": add_stop,
@@ -179,7 +181,7 @@ ELEMENTS: dict[str, Callable[..., None]] = {
 
 
 def add_element(builder: Builder, name: str, element: Element) -> None:
-    """Add a joint, guide, stop, load, drive or coupling of this name; kinds not in the table by their rows."""
+    """Add a joint, guide, stop, load, drive or coupling; one of a kind that is not in the table is added by its constraints."""
     kind = type(element).__name__
     add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
     if add is None and not any(element.rows(builder.mechanism)):
@@ -188,7 +190,7 @@ def add_element(builder: Builder, name: str, element: Element) -> None:
 
 
 def add_body(builder: Builder, link: Link) -> BuiltBody:
-    """Add a link."""
+    """Add a link; return its body."""
     kind = type(link.body).__name__
     if kind not in BODIES:
         raise _unknown(kind)

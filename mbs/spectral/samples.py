@@ -12,9 +12,8 @@ from .compiling import copy, draft
 from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
-STRAIGHT = 0.75
-"""Exponent of the tolerance in the error allowed of linear interpolation between rows, of coordinates in their units and of
-contacts' depths."""
+LINE_EXPONENT = 0.75
+"""Exponent of the tolerance in the error allowed of linear interpolation between rows; errors of runs go as tol^(3/4), too."""
 MOST_SAMPLES = 40
 """Largest number of rows in a step."""
 JUMP = 0.1
@@ -82,8 +81,8 @@ def count_parts(state, elastic, h, controls, depth_bending):
     """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))
-    coordinates = measure_change(state, elastic, state.dq[0]) / controls.tolerance**STRAIGHT
-    deviation = max(coordinates, depth_bending / controls.contact_tolerance**STRAIGHT)
+    coordinates = measure_change(state, elastic, state.dq[0]) / controls.tolerance**LINE_EXPONENT
+    deviation = max(coordinates, depth_bending / controls.contact_tolerance**LINE_EXPONENT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 

@@ -1,7 +1,8 @@
-"""Tables of the compiled kernel: whole numbers and floats, one row a thing, and the numbers that stand for its kind.
+"""Tables of the compiled kernel: arrays with one row for each marker, measure, constraint or force, and names of their columns.
 
-Nothing here knows an element of a mechanism. Markers are points of bodies with an angle; measures are lengths and angles between
-two markers; rows are constraints on measures; forces act along measures or at markers.
+A marker is a point of a body with an angle. A measure is a length or an angle between two markers a and b. A row of constraints
+holds a sum of measures to a value. A force acts along a measure or at markers. Elements of a mechanism do not appear here.
+Places are indices of coordinates; numbers of varying count stand in one array, `data`, from an index in the row's last column on.
 """
 
 from __future__ import annotations
@@ -19,31 +20,31 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # linear in a strip's coordinates
-    CURVE = 3  # likewise, but its angle is the direction of the strip's slope
+    LINEAR = 2  # on a Reissner strip: position and angle are linear in the coordinates
+    CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
 MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
-"""Kinds of measures of markers a and b: d.(a - b) with d fixed, or turning with b; angle a - b; distance."""
+"""Kinds of measures: d.(a - b) with a direction d that is fixed, or turns with b; angle of a less that of b; distance."""
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
-"""Kinds of strips: with shear, without."""
+"""Kinds of strips: with shear, and without."""
 MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
-"""Kinds of motions of a drive: zero, a ramp of the speed, two functions by address."""
+"""Kinds of motions of a drive: zero, a ramp of the speed, functions of time for position and speed, by address."""
 
 
 class ForceKind(IntEnum):
     """Kinds of forces: along a measure, and from `JOURNAL` on at markers."""
 
-    SPRING = 0  # spring and damper
-    CONTACT = 1  # against a face
-    FRICTION_FORCE = 2  # friction given as a force
-    FRICTION = 3  # friction of a constraint's reaction or of a contact
-    STRUT = 4  # post-buckled
-    PRESCRIBED = 5  # function of time
+    SPRING = 0  # linear spring and damper
+    CONTACT = 1  # of a point with a face
+    FRICTION_FORCE = 2  # function of the sliding speed alone
+    FRICTION = 3  # coefficient of friction times the normal force of a constraint or of a contact
+    STRUT = 4  # post-buckled strip without mass
+    PRESCRIBED = 5  # constant, or a function of time
     LAW = 6  # function of time, measure and rate
     MOTOR = 7  # DC motor
-    JOURNAL = 8  # pin in a bush
-    POINT_FORCE = 9  # at a marker, direction fixed or turning with another
+    JOURNAL = 8  # contact of a pin in a bush
+    POINT_FORCE = 9  # at marker a, in a fixed direction or one that turns with marker b
     STATEFUL = 10  # force or torque at a marker whose law has states
 
 
@@ -51,58 +52,61 @@ class Markers(IntEnum):
     """Columns of markers."""
 
     KIND = 0
-    OFFSET = 1  # first coordinate
-    SIZE = 2  # modes, or members of the basis
-    FIRST = 3  # where its places begin
+    OFFSET = 1  # place of the first coordinate
+    SIZE = 2  # number of modes, or of members of the basis
+    FIRST = 3  # index of its first place in `places`
     COUNT = 4  # number of its places
-    DATA = 5  # where its numbers begin
-    TWIN = 6  # first marker of the same frame, or -1
+    DATA = 5  # index of its first number
+    TWIN = 6  # first marker on the same frame, whose sine and cosine it copies; -1 if it is the first
 
 
 Measures = IntEnum("Measures", "KIND A B", start=0)
-"""Columns of measures: kind and both markers."""
+"""Columns of measures: kind, markers a and b."""
 RowColumn = IntEnum("RowColumn", "FIRST MOTION TERMS", start=0)
-"""Columns of rows: first measure, motion or -1, number of measures."""
+"""Columns of rows: first measure, motion of a drive or -1, number of measures whose sum is constrained."""
 BlockColumn = IntEnum("BlockColumn", "MEMBERS WIDTH ENTRIES", start=0)
-"""Columns of blocks: where its unknowns begin, how many, where its slots begin."""
+"""Columns of blocks: index of the first unknown in `members`, number of unknowns, index of the first entry in `slots`."""
 
 
 class Forces(IntEnum):
     """Columns of forces."""
 
     KIND = 0
-    A = 1  # measure, or marker
-    B = 2  # marker; contact whose friction it is
-    LAW = 3
-    FRICTION = 4  # friction law
-    ROW = 5  # constraint whose reaction it rubs by
-    NUMBERS = 6  # where its numbers begin
+    A = 1  # measure, or marker a
+    B = 2  # marker b, or the contact whose friction it is
+    LAW = 3  # index of its law, or -1
+    FRICTION = 4  # index of its friction law, or -1
+    ROW = 5  # constraint whose reaction is the normal force of its friction, or -1
+    NUMBERS = 6  # index of its first number
 
 
 Directions = IntEnum("Directions", "X Y FACTOR", start=0)
-"""Columns of directions: of the measure in its second marker's axes, and its coefficient in its constraint."""
+"""Columns of directions: direction d of a measure, and its coefficient in the constraint it is part of."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
-"""Numbers of a force whose law has states: first column of its marker, columns, states, offset of the first column at t = 0."""
+"""Numbers of a force whose law has states: first column of its marker's state on which it acts, number of these columns, number
+of states of its law, value of the first column at t = 0."""
 Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
-"""Columns of `elastic`: coordinate, second one of an (x, y) pair or -1, group, coordinates of both ends of the pair's chord."""
+"""Columns of `elastic`: place; place of y if that is x of a vector, else -1; group that shares a unit; for vectors the places of
+both ends of their chord."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
-"""Columns of the table of modal links: first coordinate, number of modes, index of its first number in `data`."""
+"""Columns of modal links: place of the first coordinate, number of modes, index of the first number."""
 STATE = -2
-"""Mark in place of an inner coordinate's second one: it is the integral of a law's state."""
+"""Mark in the column `Elastic.SECOND`: the coordinate is the integral of a law's state."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
-"""Columns of a marker's state: place, angle, rates, second rates at zero coordinate acceleration, direction of the frame."""
+"""Columns of a marker's state: position, angle; their rates; their second rates where second rates of coordinates are zero;
+cosine and sine of the frame's angle."""
 
 
 class Report(IntEnum):
     """Columns of a force's report."""
 
-    VALUE = 0
-    FRICTION = 1
-    LENGTH = 2  # measure or depth
-    RATE = 3
-    SLIP = 4  # sliding speed
-    BRISTLE = 5  # bristle
-    FX = 6
+    VALUE = 0  # force along the measure or normal force, magnitude of others [N or N m]
+    FRICTION = 1  # friction force of a pin in its bush [N]
+    LENGTH = 2  # measure, or depth of a pin in its bush [m or rad]
+    RATE = 3  # its rate
+    SLIP = 4  # sliding speed [m/s]
+    BRISTLE = 5  # deflection of the bristle [m]
+    FX = 6  # force at a marker [N]; of a pin the direction of the normal
     FY = 7
 
 
@@ -117,82 +121,79 @@ class Memory(IntEnum):
 
 
 class Tables(NamedTuple):
-    """A mechanism for the kernel: n coordinates, r rows of constraints; whole numbers but where floats are named.
+    """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a modal link with m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m). Of a strip: EA,
-    GA, EI, two damping times; weights, stress-free strains (3) of each Gauss point; N, N', N'' at each point. Statics moves
-    values and factors, frequency responses the pace.
+    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m); of a strip EA, GA,
+    EI, damping times (bending, axial); for all Gauss points weights, stress-free strains (3), members N of the basis, N', N''.
+    Statics changes `values` and `factors`, frequency responses the time factor.
     """
 
-    blocks: Array  # where the matrices' entries stand, see `packing`: blocks of constraints, forces, strips, modal links, masses
-    members: Array
-    slots: Array
-    row: Array
-    col: Array
-    mass: Array  # floats (slots + 1,): constant part of the mass matrix; modal links add their own
-    mass_first: Array  # (n + 1,): the same, row by row
-    mass_col: Array
-    mass_value: Array  # floats
+    blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
+    members: Array  # unknowns of all blocks, one block after the other
+    slots: Array  # slot of each entry of all blocks, row by row
+    row: Array  # (slots,): row of each slot in the matrix of all unknowns
+    col: Array  # (slots,): its column
+    mass: Array  # floats (slots + 1,): constant part of the mass matrix
+    mass_first: Array  # (n + 1,): the same as compressed sparse rows: index of each row's first entry
+    mass_col: Array  # columns of the entries
+    mass_value: Array  # floats: entries
     weight: Array  # floats (n,): generalised forces of gravity
-    modal: Array  # (k, 3): first coordinate, number of modes, where its numbers begin
-    strips: Array  # (k, 5): kind, members of the basis, Gauss points, where its places (3 or 2 times members), numbers begin
-    markers: Array  # (k, 7)
-    places: Array  # coordinates of markers and strips
-    measures: Array  # (k, 3): kind, marker a, marker b
-    directions: Array  # floats (k, 3): of measures, and the coefficient of each in the constraint it is part of
-    rows: Array  # (r, 3): first measure, motion or -1, number of measures whose sum it is
-    values: Array  # floats (r,): what that sum is held to, motion aside
-    motions: Array  # (k, 3): kind, address of position, of speed
-    ramps: Array  # floats (k, 3): start, end, duration
-    forces: Array  # (k, 7)
-    factors: Array  # floats (k + 1,): each force is multiplied by its factor, gravity by the last
-    time_factor: Array  # floats (1,): by how much faster all functions of time go
-    elastic: Array
-    """Inner coordinates of strips and modes, (k, 7): one, or two that are a vector (else -1), the group that shares a unit, and
-    for vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform. Integrals of laws' states,
-    with `STATE` in the place of a second coordinate."""
-    laws: Array  # (k, 4): kind, addresses
-    law_numbers: Array  # floats (k, 8)
+    modal: Array  # (k, 3): columns of `Modal`
+    strips: Array  # (k, 5): kind; numbers of members of the basis, of Gauss points; indices of its first place and first number
+    markers: Array  # (k, 7): columns of `Markers`
+    places: Array  # coordinates on which markers and strips depend; of a strip 3 or 2 fields, one after the other
+    measures: Array  # (k, 3): columns of `Measures`
+    directions: Array  # floats (k, 3): columns of `Directions`, one row for each measure
+    rows: Array  # (r, 3): columns of `RowColumn`
+    values: Array  # floats (r,): value of each constrained sum, less the drive's motion
+    motions: Array  # (k, 3): kind, addresses of position and speed
+    ramps: Array  # floats (k, 3): speeds at start and end, duration
+    forces: Array  # (k, 7): columns of `Forces`
+    factors: Array  # floats (k + 1,): factors of the forces, of gravity the last
+    time_factor: Array  # floats (1,): functions of time are taken at time_factor * t
+    elastic: Array  # (k, 7): columns of `Elastic`; inner coordinates of strips and modes, integrals of laws' states
+    laws: Array  # (k, 4): kind, addresses of up to three functions
+    law_numbers: Array  # floats (k, 8): parameters of laws
     edges: Array  # floats (k, 2): force, and a value of its measure at which its law has a jump or kink
-    data: Array  # floats: numbers of strips, markers, forces
+    data: Array  # floats: numbers of strips, modal links, markers, forces
 
 
 class Instant(NamedTuple):
-    """State of which forces are functions."""
+    """Arguments of the forces at one instant."""
 
     time: float  # [s]
-    since: float  # time since the last accepted step, over which bristles bend; negative where they are states [s]
-    q: Array  # (n,)
-    v: Array  # (n,)
-    lam: Array  # (r,): multipliers of the constraints
-    memory: Array  # (forces, 4)
+    since: float  # time since the instant of `memory`, over which bristles deflect further; negative where they are states [s]
+    q: Array  # coordinates, (n,)
+    v: Array  # rates, (n,)
+    lam: Array  # multipliers of the constraints, (r,)
+    memory: Array  # (forces, 4): columns of `Memory`
 
 
 class Work(NamedTuple):
-    """State to work in, one for each thread; what of `slope` is constant is written once."""
+    """Work arrays of the kernel, one set for each thread; constant entries of `jacobian` are written once, by `allocate_work`."""
 
-    state: Array  # (markers, 11)
+    state: Array  # (markers, 11): columns of `State`
     jacobian: Array  # (3, places): derivatives of (x, y, angle) of a marker by its coordinates
     jacobian_rate: Array  # (3, places): derivatives of their rates by the coordinates
-    grad: Array  # (6,): of one measure by (x, y, angle) of two markers
-    hess: Array  # (6, 6)
+    grad: Array  # (6,): gradient of one measure by (x, y, angle) of markers a and b
+    hess: Array  # (6, 6): its Hessian
     hess_rate: Array  # (6,): Hessian times the markers' rates
-    by_place: Array  # (6, 6): derivatives of one force on two markers by their places
-    by_rate: Array  # (6, 6): and by their rates
-    scratch: Array  # one strip's coordinates, rates and forces
-    block_stiffness: Array  # (m, m): one block's entries, m unknowns that the largest has
-    block_damping: Array  # (m, m)
-    strip_form: Array  # (1,): which forces of strips are asked for, see `strips`
-    stress: Array  # (points, 3): stresses at all strips' Gauss points
-    slack: Array  # (points, 3): what these lack
-    b0: Array  # (points, 3, 4): gradients of the strains when tangents were last made
-    arguments: Array  # (points, 4): arguments of the strains, from forces to tangents
-    weighted_stress: Array  # (points, 3): weighted stresses, likewise
+    by_place: Array  # (6, 6): derivatives of one force on two markers by their (x, y, angle)
+    by_rate: Array  # (6, 6): and by the rates of these
+    scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
+    block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
+    block_damping: Array  # (m, m): and of C
+    strip_form: Array  # (1,): form in which strips' forces are computed, a constant of `strips`
+    stress: Array  # (points, 3): stresses that are unknowns, at the Gauss points of all strips
+    slack: Array  # (points, 3): stresses that follow from the strains less these
+    b0: Array  # (points, 3, 4): gradients of the strains by their arguments in the last tangents
+    arguments: Array  # (points, 4): arguments of the strains, kept from forces to tangents
+    weighted_stress: Array  # (points, 3): weights times stresses, kept in the same way
     reports: Array  # (forces, 8): columns of `Report`
 
 
 def allocate_work(tables: Tables) -> Work:
-    """Make room for these tables."""
+    """Allocate the work arrays for these tables."""
     strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
     block = int(tables.blocks[:, 1].max(initial=1))
     markers, places, forces = len(tables.markers), len(tables.places), len(tables.forces)
