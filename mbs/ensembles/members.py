@@ -1,4 +1,7 @@
-"""Numbers and initial states of the members of an ensemble."""
+"""Numbers and initial states of the members of an ensemble, by a scrambled Sobol' sequence and random offsets.
+
+A cell is one combination of a mechanism and listed values; it has many members.
+"""
 
 from __future__ import annotations
 
@@ -27,35 +30,36 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Members:
-    """Numbers of all members."""
+    """Numbers of all members: values at the paths that vary."""
 
     sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or their descriptions if numbers vary
-    paths: tuple[str, ...]  # of the numbers that vary
+    paths: tuple[str, ...]
     numbers: Array  # (members, paths)
-    cells: Array  # number of a member's combination of mechanism and given values, (members,)
-    grid: dict[str, Array]  # given values, by path
+    cells: Array  # index of the member's cell, (members,)
+    grid: dict[str, Array]  # listed values, by path
     seed: int
 
     @classmethod
     def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
-        """Draw numbers for a number of members of each combination of a mechanism and the given values.
+        """Draw the numbers of `members` members in each cell.
 
-        `vary` maps a path to values, or to a frozen distribution of `scipy.stats`, whose `ppf` is taken at a scrambled Sobol'
-        sequence. All combinations of values are run. Raises ValueError if there is no number at a path.
+        `vary` maps a path to a list of values or to a frozen distribution of `scipy.stats`. Quantiles of distributions are the
+        points of a scrambled Sobol' sequence. Raises ValueError if there is no number at a path.
         """
         whole("members", members, 1, 10**8)
-        grid = {path: np.asarray(given, dtype=float) for path, given in vary.items() if not hasattr(given, "ppf")}
+        grid = {path: np.asarray(values, dtype=float) for path, values in vary.items() if not hasattr(values, "ppf")}
         for path, values in grid.items():
             if values.ndim != 1 or not values.size or not np.isfinite(values).all():
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
-        drawn = {path: given for path, given in vary.items() if path not in grid}
+        distributions = {path: distribution for path, distribution in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
             Family.of(mechanism, vary, {})  # raises if there is no number at a path
-        combined = list(product(*grid.values()))
-        cells = np.tile(np.array(combined).reshape(len(combined), len(grid)), (len(mechanisms), 1))
-        shares = _sobol(members * len(cells), len(drawn), seed)
+        combinations = list(product(*grid.values()))
+        cells = np.tile(np.array(combinations).reshape(len(combinations), len(grid)), (len(mechanisms), 1))
+        quantiles = _sobol(members * len(cells), len(distributions), seed)
         columns = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
-        columns |= {path: np.asarray(given.ppf(shares[:, k]), dtype=float) for k, (path, given) in enumerate(drawn.items())}
+        for k, (path, distribution) in enumerate(distributions.items()):
+            columns[path] = np.asarray(distribution.ppf(quantiles[:, k]), dtype=float)
         numbers = np.column_stack([columns[path] for path in vary]) if vary else np.empty((members * len(cells), 0))
         sources = tuple(mechanism.to_dict() if vary else mechanism for mechanism in mechanisms)
         return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
@@ -65,18 +69,18 @@ class Members:
         return len(self.numbers)
 
     def source(self, k: int) -> int:
-        """Return the number of the mechanism that a member is made of."""
+        """Return the index of the mechanism of member k."""
         return int(self.cells[k]) // prod(len(values) for values in self.grid.values())
 
     def mechanism(self, k: int) -> Mechanism:
-        """Make the mechanism of a member."""
+        """Make the mechanism of member k."""
         source = self.sources[self.source(k)]
         if isinstance(source, Mechanism):
             return source
         return Mechanism.from_dict(change(source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
     def shift(self, scene: CompiledScene, k: int) -> Array:
-        """Draw the initial offset of a member's coordinates: random places of journals, or a tiny offset, shape (n,)."""
+        """Draw the initial offset of the coordinates of member k: random places of journals, or a tiny offset, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
         shift = displace_journals(scene, random)
         return offset(scene, TINY, int(random.integers(2**31))) if shift is None else shift
@@ -93,9 +97,9 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
 
 
 def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Array | None:
-    """Draw an initial offset that puts each journal at a random place in its bush; None without clearance.
+    """Draw an offset of coordinates (n,) that puts each journal at a random place in its bush; None without clearance.
 
-    Places are distributed uniformly over the circle. The offset is the least one that satisfies the constraints, to first order.
+    Places are distributed uniformly over the bush. The offset is the least one that satisfies the constraints to first order.
     """
     elements = scene.source.elements
     joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
@@ -113,5 +117,5 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
 
 
 def split(count: int, size: int) -> Sequence[range]:
-    """Split the numbers of members into chunks of a size."""
+    """Split the indices of members into chunks of a size."""
     return [range(first, min(first + size, count)) for first in range(0, count, size)]

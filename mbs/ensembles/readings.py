@@ -24,48 +24,53 @@ from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
 from ..spectral.statistics import Accumulator, Statistic
 
 Reduction = Callable[[Array, Array], Array]
+"""Function from accumulated sums (windows, kinds of sum) and lengths of windows [s] to a statistic, (windows,)."""
 STATISTICS: dict[str, Reduction] = {
-    "max": lambda of, _: of[..., Statistic.LARGEST],
-    "min": lambda of, _: of[..., Statistic.SMALLEST],
-    "mean": lambda of, length: of[..., Statistic.INTEGRAL] / length,
-    "rms": lambda of, length: np.sqrt(of[..., Statistic.SQUARES] / length),
-    "end": lambda of, _: of[..., Statistic.LAST],
-    "impulse": lambda of, _: of[..., Statistic.INTEGRAL],
-    "share": lambda of, length: of[..., Statistic.ABOVE] / length,
-    "onsets": lambda of, _: of[..., Statistic.ONSETS],
-    "variation": lambda of, _: of[..., Statistic.VARIATION],
+    "max": lambda sums, _: sums[..., Statistic.LARGEST],
+    "min": lambda sums, _: sums[..., Statistic.SMALLEST],
+    "mean": lambda sums, length: sums[..., Statistic.INTEGRAL] / length,
+    "rms": lambda sums, length: np.sqrt(sums[..., Statistic.SQUARES] / length),
+    "end": lambda sums, _: sums[..., Statistic.LAST],
+    "impulse": lambda sums, _: sums[..., Statistic.INTEGRAL],
+    "share": lambda sums, length: sums[..., Statistic.ABOVE] / length,
+    "onsets": lambda sums, _: sums[..., Statistic.ONSETS],
+    "variation": lambda sums, _: sums[..., Statistic.VARIATION],
 }
-"""Statistics by name, as functions of the accumulated sums of windows and their lengths [s]."""
+"""Statistics by name."""
 ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *OF_VALUES)}
+"""Functions that the parser accepts, each with one argument."""
 
 
 @dataclass(frozen=True)
 class Formula:
-    """Formula of signals within a statistic."""
+    """Formula of signals, the argument of a statistic; equal formulas have the same text."""
 
-    text: str  # the same for equal formulas
+    text: str
     tree: ast.expr
 
     def values(self, signals: Mapping[str, Array]) -> Array:
-        """Compute the formula at the rows of a run from the signals' values, shape (times,)."""
-        return np.asarray(_value(self.tree, lambda name: signals[name], lambda name, of: OF_VALUES[name](of)))
+        """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
+        return np.asarray(_evaluate(self.tree, lambda name: signals[name], lambda name, values: OF_VALUES[name](values)))
 
 
 @dataclass(frozen=True)
 class StatisticReading:
-    """Formula of statistics."""
+    """Reading: a formula of statistics, as a syntax tree in which signals are names."""
 
     text: str
-    tree: ast.expr  # with signals as names
+    tree: ast.expr
 
     @classmethod
     def of(cls, text: str) -> StatisticReading:
-        """Parse a formula; a ValueError if it is not valid, or has a signal outside of a statistic."""
+        """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic.
+
+        Names of signals such as `B.x` are no Python names: the parser sees `_0`, `_1`, ... in their place.
+        """
         keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
         names = {key: name for name, key in keys.items()}
-        short = TOKEN.sub(lambda match: keys[match[0]], text)
+        python = TOKEN.sub(lambda match: keys[match[0]], text)
         try:
-            tree = parse(short, names, ALLOWED)
+            tree = parse(python, names, ALLOWED)
             for node in ast.walk(tree):
                 if isinstance(node, ast.Name):
                     node.id = names.get(node.id, node.id)
@@ -79,7 +84,7 @@ class StatisticReading:
 
     @cached_property
     def formulas(self) -> tuple[Formula, ...]:
-        """Formulas of signals within the statistics."""
+        """Arguments of the statistics."""
         return tuple(Formula(ast.unparse(call.args[0]), call.args[0]) for call in _statistics(self.tree))
 
     @cached_property
@@ -88,69 +93,71 @@ class StatisticReading:
         return tuple(dict.fromkeys(_signals(self.tree)))
 
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
-        """Compute values in windows of some lengths [s] from their accumulated sums, (windows, formulas in order, 8)."""
+        """Compute the reading in windows of some lengths [s] from sums, (windows, formulas in an order, kinds of sum)."""
 
-        def statistic(name: str, of: Any) -> Any:
-            """Compute a statistic of the sums of a formula, by its number, or a function of values."""
-            return STATISTICS[name](sums[..., of, :], lengths) if name in STATISTICS else OF_VALUES[name](of)
+        def call(name: str, argument: Any) -> Any:
+            """Compute a statistic of the formula with an index, or a function of values."""
+            return STATISTICS[name](sums[..., argument, :], lengths) if name in STATISTICS else OF_VALUES[name](argument)
 
-        def at(node: ast.expr) -> Any:
-            """Replace a formula by its number in the order."""
+        def index(node: ast.expr) -> ast.expr:
+            """Replace a formula by its index in the order."""
             return ast.Constant(order.index(ast.unparse(node)))
 
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(_value(self.tree, str, statistic, at), dtype=float), sums.shape[:-2])
+            return np.broadcast_to(np.asarray(_evaluate(self.tree, str, call, index), dtype=float), sums.shape[:-2])
 
 
 def formulas_of(readings: Iterable[StatisticReading]) -> dict[str, Formula]:
-    """Return the formulas of signals in some readings, by their texts."""
-    return {each.text: each for reading in readings for each in reading.formulas}
+    """Return the formulas of signals in readings, by their texts."""
+    return {formula.text: formula for reading in readings for formula in reading.formulas}
 
 
 def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Array:
-    """Compute the formulas' values at the rows of a run, shape (times, formulas)."""
-    return np.column_stack([each.values(signals) for each in formulas.values()])
+    """Compute the formulas at the rows of a run, shape (times, formulas)."""
+    return np.column_stack([formula.values(signals) for formula in formulas.values()])
 
 
-def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formula], found: Accumulator) -> Array:
+def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formula], sums: Accumulator) -> Array:
     """Compute readings from accumulated sums, shape (windows, readings)."""
-    return np.stack([each.value(found.found, list(formulas), np.diff(found.edges)) for each in readings], axis=-1)
+    return np.stack([reading.value(sums.found, list(formulas), np.diff(sums.edges)) for reading in readings], axis=-1)
 
 
 def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
     """Compute readings of recorded signals in the windows between edges [s], shape (windows, readings)."""
     readings = [StatisticReading.of(text) for text in of]
     formulas = formulas_of(readings)
-    found = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
-    found.add(time, columns(formulas, signals))
-    return values_of(readings, formulas, found)
+    sums = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
+    sums.add(time, columns(formulas, signals))
+    return values_of(readings, formulas, sums)
 
 
-def _value(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], inner: Any = None) -> Any:
-    """Evaluate a formula; `inner` replaces the arguments of statistics first."""
+def _evaluate(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], index: Any = None) -> Any:
+    """Evaluate a syntax tree by functions from names to signals and from names and arguments to values.
 
-    def at(node: ast.expr) -> Any:
-        """Return the value of a node of the syntax tree."""
+    The function `index`, if given, replaces the arguments of statistics before they are evaluated.
+    """
+
+    def value_of(node: ast.expr) -> Any:
         match node:
             case ast.Constant(value=value):
                 return value
             case ast.Name(id=name):
                 return CONSTANTS[name] if name in CONSTANTS else signal(name)
             case ast.UnaryOp(op=sign, operand=operand):
-                return -at(operand) if isinstance(sign, ast.USub) else at(operand)
+                return -value_of(operand) if isinstance(sign, ast.USub) else value_of(operand)
             case ast.BinOp(op=operator, left=left, right=right):
-                return OPERATORS[type(operator)](at(left), at(right))
+                return OPERATORS[type(operator)](value_of(left), value_of(right))
             case ast.Call(func=ast.Name(id=name), args=[argument]):
-                return call(name, at(inner(argument) if inner and name in STATISTICS else argument))
-        raise AssertionError(node)  # `StatisticReading.of` lets nothing else through
+                return call(name, value_of(index(argument) if index and name in STATISTICS else argument))
+        raise AssertionError(node)  # `StatisticReading.of` accepts no other node
 
-    return at(node)
+    return value_of(node)
 
 
 def _statistics(node: ast.AST) -> Iterator[ast.Call]:
     """Yield the statistics in a formula."""
-    found = (call for call in ast.walk(node) if isinstance(call, ast.Call) and isinstance(call.func, ast.Name))
-    return (call for call in found if isinstance(call.func, ast.Name) and call.func.id in STATISTICS)
+    calls = (call for call in ast.walk(node) if isinstance(call, ast.Call))
+    return (call for call in calls if isinstance(call.func, ast.Name) and call.func.id in STATISTICS)
 
 
 def _signals(node: ast.AST) -> Iterator[str]:

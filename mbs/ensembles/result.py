@@ -1,4 +1,4 @@
-"""Results of an ensemble: readings by member and window, their means with standard errors, maps, histograms, sections."""
+"""Result of an ensemble: readings by member and window, means with standard errors, maps, histograms, Poincaré sections."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Cell(NamedTuple):
-    """Mean of a reading over the members with one mechanism and the same given values, with its standard error."""
+    """Mean of a reading over the members with one mechanism and the same listed values, with its standard error."""
 
     mechanism: int
     values: dict[str, float]
@@ -39,18 +39,19 @@ class Ensemble:
         Numbers and initial states of the members.
     readings : tuple of str
     edges : array, shape (windows + 1,) [s]
-        Of the windows.
+        Times between windows.
     skip : int
-        Windows that statistics leave out.
+        Number of windows at the start that statistics leave out.
     values : array, shape (members, windows, readings)
-        nan where a member failed or has not run.
+        Readings; nan if a member failed or has not run.
     done : array of bool, shape (members,)
+        True for members that have run.
     said : list of str
-        Reasons for which members failed; '' for the others.
+        Reasons of failures; '' for members that did not fail.
     interrupted : bool
         True after Ctrl-C.
     timed_out : bool
-        True where the time was over before all members ran.
+        True if the time limit was over before all members had run.
     """
 
     members: Members
@@ -75,8 +76,8 @@ class Ensemble:
 
     @property
     def failed(self) -> Array:
-        """Members that failed, shape (members,)."""
-        return np.array([bool(said) for said in self.said])
+        """True for members that failed, shape (members,)."""
+        return np.array([bool(reason) for reason in self.said])
 
     @property
     def message(self) -> str:
@@ -89,7 +90,7 @@ class Ensemble:
         return found + (" (interrupted)" if self.interrupted else " (TIMED_OUT)" if self.timed_out else "")
 
     def of(self, reading: str, cell: int | None = None) -> Array:
-        """Return values of a reading for the statistics, shape (members, windows): of members that did not fail.
+        """Return values of a reading, of members that did not fail, without skipped windows, shape (members, windows).
 
         Raises
         ------
@@ -108,7 +109,7 @@ class Ensemble:
         return float(self.of(reading).mean())
 
     def error(self, reading: str) -> float:
-        """Compute the standard error of the mean, from the members' means, which are independent; nan for a single member."""
+        """Compute the standard error of the mean from the independent means of members; nan for a single member."""
         return _error(self.of(reading))
 
     def interval(self, reading: str) -> tuple[float, float]:
@@ -122,34 +123,33 @@ class Ensemble:
         return np.asarray(np.quantile(self.of(reading), at))
 
     def cells(self, reading: str) -> list[Cell]:
-        """Compute mean and standard error for each combination of a mechanism and given values."""
+        """Compute mean and standard error for each combination of a mechanism and listed values."""
         paths = list(self.members.grid)
-        places = [self.members.paths.index(path) for path in paths]
+        columns = [self.members.paths.index(path) for path in paths]
         found = []
         for cell in np.unique(self.members.cells):
             values = self.of(reading, int(cell))
             first = int(np.argmax(self.members.cells == cell))
-            numbers, source = self.members.numbers[first, places], self.members.source(first)
+            numbers, source = self.members.numbers[first, columns], self.members.source(first)
             mean = float(values.mean()) if values.size else float("nan")
             found.append(Cell(source, dict(zip(paths, numbers.tolist(), strict=True)), mean, _error(values), len(values)))
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
-        """Draw the mean of a reading over two numbers that were given as lists."""
+        """Draw the mean of a reading over two listed numbers, by their paths."""
         from matplotlib.pyplot import subplots
 
         if {x, y} - set(self.members.grid):
-            raise ValueError(
-                f"{x}, {y}: give both as lists of values in vary; lists are {', '.join(self.members.grid) or 'none'}"
-            )
+            lists = ", ".join(self.members.grid) or "none"
+            raise ValueError(f"{x}, {y}: give both as lists of values in vary; lists are {lists}")
         grid, cells = [self.members.grid[path] for path in (x, y)], self.cells(reading)
-        found = np.full((len(grid[1]), len(grid[0])), np.nan)
+        means = np.full((len(grid[1]), len(grid[0])), np.nan)
         for i, b in enumerate(grid[1]):
             for j, a in enumerate(grid[0]):
-                found[i, j] = np.mean([cell.mean for cell in cells if cell.values[x] == a and cell.values[y] == b])
+                means[i, j] = np.mean([cell.mean for cell in cells if cell.values[x] == a and cell.values[y] == b])
         ax = ax or subplots(layout="constrained")[1]
-        drawn = ax.pcolormesh(grid[0], grid[1], found, shading="nearest")
-        ax.figure.colorbar(drawn, ax=ax, label=f"mean of {reading}")
+        mesh = ax.pcolormesh(grid[0], grid[1], means, shading="nearest")
+        ax.figure.colorbar(mesh, ax=ax, label=f"mean of {reading}")
         ax.set(xlabel=x, ylabel=y)
         ax.ticklabel_format(scilimits=(-3, 4))
         return ax
@@ -196,33 +196,32 @@ class Ensemble:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write everything to one .npz file."""
+        """Write readings, numbers and failures to one .npz file; the file appears when it is complete."""
         target = Path(path)
-        scratch = target.with_name(f".{target.name}.part.npz")
+        incomplete = target.with_name(f".{target.name}.part.npz")
         np.savez_compressed(
-            scratch, values=self.values, done=self.done, said=np.array(self.said), edges=self.edges,
+            incomplete, values=self.values, done=self.done, said=np.array(self.said), edges=self.edges,
             readings=np.array(self.readings),
             paths=np.array(self.members.paths), numbers=self.members.numbers, seed=self.members.seed,
         )  # fmt: skip
-        scratch.replace(target)
+        incomplete.replace(target)
         return target
 
     def resume(self, path: str | Path) -> Ensemble:
-        """Read the members that an interrupted run has saved; a ValueError if the file is of another ensemble."""
+        """Read the members that an interrupted run has saved; raise a ValueError if the file is of another ensemble."""
         with np.load(path) as saved:
-            same = (
+            is_same = (
                 tuple(saved["readings"].tolist()) == self.readings and np.array_equal(saved["edges"], self.edges)
                 and np.array_equal(saved["numbers"], self.members.numbers) and int(saved["seed"]) == self.members.seed
             )  # fmt: skip
-            if not same:
-                raise ValueError(
-                    f"{path}: holds another ensemble (members, numbers, readings or windows differ); name another file"
-                )
+            if not is_same:
+                differ = "members, numbers, readings or windows differ"
+                raise ValueError(f"{path}: holds another ensemble ({differ}); name another file")
             self.values[:], self.done[:], self.said[:] = saved["values"], saved["done"], saved["said"].tolist()
         return self
 
 
 def _error(values: Array) -> float:
-    """Compute the standard error of the mean of independent rows."""
-    rows = values.mean(axis=1) if values.size else np.empty(0)
-    return float(rows.std(ddof=1) / np.sqrt(len(rows))) if len(rows) > 1 else float("nan")
+    """Compute the standard error of the mean of values (members, windows), from the means of the members."""
+    means = values.mean(axis=1) if values.size else np.empty(0)
+    return float(means.std(ddof=1) / np.sqrt(len(means))) if len(means) > 1 else float("nan")
