@@ -15,7 +15,7 @@ from ..declare import Quantity, declared, field, names, part, quantity
 from ..geometry import Array, cross, onsets
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from ..laws.friction import as_bristle_law
-from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, meet
+from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, locate_contact
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
 from .rows import Row, yield_pin
@@ -204,7 +204,7 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.
     """
     place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
-    depth, rate, sliding, nx, ny = meet(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
+    depth, rate, sliding, nx, ny = locate_contact(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
     friction, mean_speed, elapsed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]

@@ -1,4 +1,8 @@
-"""Friction laws with a bristle as memory: LuGre, with which a stuck body creeps, and stiction, with which it does not."""
+"""Friction laws with a bristle as memory: LuGre, with which a stuck body creeps, and stiction, with which it does not.
+
+z is the deflection of the bristle [m], v the sliding speed [m/s]. The coefficient of steady sliding is
+g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_str)^2), plus beta v. Stiffness s0 and damping s1 are per unit of normal force.
+"""
 
 import numpy as np
 
@@ -8,8 +12,8 @@ from .pieces import Reals, saturate
 
 
 @declared
-class _Bristled(Declared):
-    """Base of laws of one bristle: parameters, the Stribeck level, stored energy."""
+class _Bristle(Declared):
+    """Base of laws with one bristle: parameters, g(v) and stored energy."""
 
     static: float = quantity("1", low="dynamic", doc="mu_s")
     dynamic: float = quantity("1", above=0, doc="mu_d")
@@ -19,25 +23,23 @@ class _Bristled(Declared):
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def limit(self, speed: Reals) -> Reals:
-        """Return the coefficient [1] of sliding at a speed [m/s] without the viscous part, the largest of a stuck body."""
+        """Return g(v) [1] at a speed [m/s], which limits the coefficient of a stuck body."""
         return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)
 
     def stored(self, bristle: Reals) -> Reals:
-        """Energy of the bent bristle, s0 z^2 / 2, per unit of normal force [J/N]."""
+        """Return the elastic energy s0 z^2 / 2 per unit of normal force [J/N]."""
         return 0.5 * self.bristle_stiffness * bristle**2
 
     def steady(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] of steady sliding at a speed [m/s]."""
-        level = self.limit(speed)
-        return level * np.sign(speed) + self.viscous * speed
+        """Return the signed coefficient [1] of steady sliding at a speed [m/s]."""
+        return self.limit(speed) * np.sign(speed) + self.viscous * speed
 
 
 @declared
-class LuGre(_Bristled):
-    """Bristles of deflection z: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v; g as in Stribeck.
+class LuGre(_Bristle):
+    """The LuGre law: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v.
 
-    Below mu_s the bristles bend like a spring. The law is a ``BristleLaw`` with one state for each contact. ``steady`` is the
-    coefficient of steady sliding. s0 and s1 are per unit normal force.
+    Below mu_s the bristle bends like a spring. Each contact has one bristle.
 
     References
     ----------
@@ -52,33 +54,31 @@ class LuGre(_Bristled):
     """
 
     def rate(self, bristle: Reals, speed: Reals) -> Reals:
-        """dz/dt [m/s] at bristle deflection z [m] and speed [m/s]."""
-        level = self.limit(speed)
-        return speed - self.bristle_stiffness * abs(speed) * bristle / level
+        """Return dz/dt [m/s] at a deflection [m] and a speed [m/s]."""
+        return speed - self.bristle_stiffness * abs(speed) * bristle / self.limit(speed)
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""
+        """Return the signed coefficient [1] at a speed [m/s] and a deflection [m]."""
         bending = self.bristle_stiffness * bristle + self.bristle_damping * self.rate(bristle, speed)
         return bending + self.viscous * speed
 
     def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
-        """Bristle deflection [m] after a time [s] at constant speed [m/s]: the rate is linear in z, so this is exact."""
-        level = self.limit(speed) / self.bristle_stiffness
-        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
+        """Return the deflection [m] after a time [s] at constant speed [m/s]; exact, as the rate is linear in z."""
+        steady = self.limit(speed) / self.bristle_stiffness  # deflection in steady sliding [m]
+        return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
 
 
 @declared
-class Stiction(_Bristled):
+class Stiction(_Bristle):
     """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v clipped to [-g, g], plus beta v.
 
-    Stuck, the bristle follows the displacement: dz/dt = v exactly, unlike LuGre's. A body at rest therefore does not drift,
-    however long or often the load on it changes below the limit. It slips at g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_str)^2), and
-    comes to rest under any smaller force. A ``BristleLaw``. s0 and s1 are per unit normal force.
+    While |s0 z| < g the bristle follows the displacement, dz/dt = v, unlike that of LuGre. So a body at rest does not drift,
+    however long or often the load on it changes below the limit g. It comes to rest again under any smaller force.
 
     References
     ----------
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
-    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle, here with break-away at the limit.
+    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274; here the elastic range reaches up to the limit g.
 
     Examples
     --------
@@ -90,12 +90,12 @@ class Stiction(_Bristled):
     v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic", default=1e-2)
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""
-        level = self.limit(speed)
+        """Return the signed coefficient [1] at a speed [m/s] and a deflection [m]."""
+        limit = self.limit(speed)
         bending = self.bristle_stiffness * bristle + self.bristle_damping * speed
-        return level * saturate(bending / level) + self.viscous * speed
+        return limit * saturate(bending / limit) + self.viscous * speed
 
     def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
-        """Bristle deflection [m] after a time [s] at constant speed [m/s]."""
-        level = self.limit(speed) / self.bristle_stiffness
-        return level * saturate((bristle + speed * time) / level)
+        """Return the deflection [m] after a time [s] at constant speed [m/s]."""
+        largest = self.limit(speed) / self.bristle_stiffness
+        return largest * saturate((bristle + speed * time) / largest)

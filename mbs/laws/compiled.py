@@ -1,8 +1,8 @@
-"""Compilation of laws: as functions that Numba can call, or as addresses of machine code.
+"""Compilation of users' functions and laws by Numba, to functions or to addresses of machine code.
 
-The compiled solver knows the laws of this package as numbers in a table. A user's law is compiled once, its numbers being
-constants of the code. A law that does more than arithmetic on its arguments and numbers is called back in Python, with
-the same result and some fifty times slower; `Pointer.compiled` is then False.
+The compiled solver has the laws of this package as numbers in a table. A user's law is compiled once, its numbers being
+constants of the machine code. A law that does more than arithmetic on its arguments and numbers is a callback into Python, with
+the same result and some fifty times slower; `Pointer.compiled` is then False. `jit` is the decorator `numba.njit` or one like it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..process import has_compiler
 
 
 class Pointer(NamedTuple):
-    """Address of a C function of a pointer to doubles; True if it is machine code; the object that owns it."""
+    """Address of a C function that takes a pointer to doubles; `compiled` is False for a callback; `owner` keeps it alive."""
 
     address: int
     compiled: bool
@@ -33,30 +33,29 @@ class Pointer(NamedTuple):
 
 
 def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
-    """Compile a law's method by Numba's decorator `jit`: `self` becomes a tuple of the numbers and methods it uses.
+    """Compile a method of a law; its `self` becomes a named tuple of the numbers and methods that it uses.
 
-    A method that does more than arithmetic on its arguments and the law's numbers raises NumbaError, AttributeError, TypeError or
-    RecursionError.
+    A method that does more than arithmetic raises NumbaError, AttributeError, TypeError or RecursionError.
     """
     function = inspect.unwrap(getattr(type(law), name))
     used = [n for n in function.__code__.co_names if hasattr(law, n)]
     values: list[Any] = [compile_method(law, n, jit) if callable(getattr(law, n)) else float(getattr(law, n)) for n in used]
-    me: Any = namedtuple("me", used)  # type: ignore[misc]
-    inner, bound = compile_plain(function, jit), me(*values)
+    law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
+    inner, bound = compile_plain(function, jit), law_type(*values)
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
 def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function, by `outer` where that is given, after the plain functions it calls."""
+    """Compile a plain function after the plain functions that it calls; `outer`, if given, is the decorator of the first."""
     if not isinstance(function, types.FunctionType):
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
     names = function.__code__.co_names
-    calls = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
+    used = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
     cells = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
-    calls["__name__"] = function.__module__
-    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, cells)
+    used["__name__"] = function.__module__
+    plain = types.FunctionType(function.__code__, used, function.__name__, function.__defaults__, cells)
     return (outer or jit)(plain)
 
 
@@ -66,10 +65,10 @@ def stamp_of(*paths: Path) -> str:
 
 
 def compile_cached(function: Callable[..., object], stamp: str, **options: object) -> Any:
-    """Compile a function for the types it is called with; the machine code stays on disk until the stamp changes.
+    """Compile a function for the types it is called with, and keep its machine code on disk until the stamp changes.
 
-    Numba checks only the file of the function itself, although its machine code contains that of the functions it calls.
-    Therefore the stamp is part of the name in the cache.
+    Numba compiles anew if the file of the function has changed, but not if a file of a function that it calls has. Therefore the
+    stamp is a part of the name in the cache, and the code of earlier stamps is deleted.
     """
     import numba
 
@@ -77,7 +76,7 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
     function.__qualname__ = f"{name}_{stamp}"
     try:
         found = numba.njit(cache=True, error_model="numpy", **options)(function)
-    except RuntimeError:  # nowhere to keep it
+    except RuntimeError:  # no folder can be written
         return numba.njit(error_model="numpy", **options)(function)
     module = function.__module__.rpartition(".")[2]
     for old in Path(found.stats.cache_path).glob(f"{module}.{name}[_-]*"):
@@ -87,37 +86,41 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
 
 
 def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Return the address of a function of a number of floats, compiled once for all functions of the same code and values."""
+    """Return the address of a function of floats, compiled once for all functions of the same code and values.
+
+    `arguments` is their number.
+    """
     if isinstance(function, types.MethodType):
         law, name = function.__self__, function.__name__
-        key: tuple[Any, ...] = ("method", type(law), _value(law), name, arguments)
-        made_by = partial(compile_method, law, name)
+        key: tuple[Any, ...] = ("method", type(law), _identify(law), name, arguments)
+        compile_with = partial(compile_method, law, name)
     else:
-        key, made_by = (_value(function), arguments), partial(compile_plain, function)
+        key, compile_with = (_identify(function), arguments), partial(compile_plain, function)
     if None in key:  # code or values are not known
-        return _compile_pointer(made_by, arguments) or _call_back(function, arguments)
+        return _compile_pointer(compile_with, arguments) or _make_callback(function, arguments)
     if key not in _COMPILED:
-        _COMPILED[key] = _compile_pointer(made_by, arguments)
+        _COMPILED[key] = _compile_pointer(compile_with, arguments)
         while len(_COMPILED) > MOST_KEPT:
             del _COMPILED[next(iter(_COMPILED))]
-    return _COMPILED[key] or _call_back(function, arguments)
+    return _COMPILED[key] or _make_callback(function, arguments)
 
 
 MOST_KEPT = 256
-"""Number of functions whose machine code is kept for the next run of a process; some ten kilobytes each."""
+"""Number of functions whose machine code a process keeps for later runs; some ten kilobytes each."""
 _COMPILED: dict[Hashable, Pointer | None] = {}
+"""Machine code by the key of its function; None for a function that Numba does not compile."""
 
 
-def _value(thing: object, depth: int = 0) -> Hashable:
-    """Return a key that is equal for equal machine code: the code of a function and the values it uses; None if unknown."""
+def _identify(thing: object, depth: int = 0) -> Hashable:
+    """Return a key of the code of a function and the values it uses, equal for equal machine code; None if there is none."""
     if isinstance(thing, types.FunctionType):
-        used = {name: thing.__globals__[name] for name in _names(thing.__code__) if name in thing.__globals__}
+        used = {name: thing.__globals__[name] for name in _global_names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
         parts = [*used.items(), *cells, *(thing.__defaults__ or ())]
-        values = tuple(_value(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)
+        values = tuple(_identify(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)
         return None if None in values else (thing.__code__, *values)
     if isinstance(thing, tuple):
-        values = tuple(_value(part, depth) for part in thing)
+        values = tuple(_identify(part, depth) for part in thing)
         return None if None in values else values
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
@@ -128,22 +131,22 @@ def _value(thing: object, depth: int = 0) -> Hashable:
             return None
         return type(thing), thing
     items = getattr(thing, "__dict__", {"": None}).items()
-    values = tuple(_value(each, depth + 1) for each in items) if depth < DEEPEST else (None,)
+    values = tuple(_identify(each, depth + 1) for each in items) if depth < DEEPEST else (None,)
     return None if None in values else (type(thing), *values)
 
 
 DEEPEST = 8
-"""Largest depth of functions that call functions to which code and values are compared."""
+"""Levels of functions that call functions down to which code and values are compared; deeper ones are compiled each time."""
 
 
-def _names(code: types.CodeType) -> set[str]:
-    """Names of globals in a function's code and in that of the functions within it."""
+def _global_names(code: types.CodeType) -> set[str]:
+    """Return the names of globals in the code of a function and of the functions within it."""
     inner = (each for each in code.co_consts if isinstance(each, types.CodeType))
-    return {*code.co_names, *(name for each in inner for name in _names(each))}
+    return {*code.co_names, *(name for each in inner for name in _global_names(each))}
 
 
-def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
-    """Compile the function that `made_by` makes with a decorator; None without a compiler, or if it fails."""
+def _compile_pointer(compile_with: Callable[[Any], Any], arguments: int) -> Pointer | None:
+    """Compile a C function from `compile_with(jit)`; None without a compiler, or if the function cannot be compiled."""
     if not has_compiler():
         return None
     import numba
@@ -152,18 +155,18 @@ def _compile_pointer(made_by: Callable[[Any], Any], arguments: int) -> Pointer |
     errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
     signature = numba.float64(numba.types.CPointer(numba.float64))
     try:
-        inner = made_by(numba.njit)
-        made = numba.cfunc(signature, error_model="numpy")(
-            lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
+        inner = compile_with(numba.njit)
+        c_function = numba.cfunc(signature, error_model="numpy")(
+            lambda doubles: float(inner(*to_fixed_tuple(numba.carray(doubles, (arguments,)), arguments)))
         )
     except errors:
         return None
-    return Pointer(int(made.address), True, made)
+    return Pointer(int(c_function.address), True, c_function)
 
 
 def evaluate_compiled(function: Callable[..., object], columns: Sequence[Array]) -> Array | None:
-    """Evaluate a function at columns of arguments by the machine code that a run has made of it; None where there is none."""
-    known = _COMPILED.get((_value(function), len(columns))) if isinstance(function, types.FunctionType) else None
+    """Evaluate a function for columns of arguments by machine code of an earlier run; None if there is none."""
+    known = _COMPILED.get((_identify(function), len(columns))) if isinstance(function, types.FunctionType) else None
     if known is None:
         return None
     values = np.empty(len(columns[0]))
@@ -173,26 +176,26 @@ def evaluate_compiled(function: Callable[..., object], columns: Sequence[Array])
 
 @cache
 def _row_caller() -> Any:
-    """Compile `call_rows`, once."""
+    """Compile `table.call_rows` once."""
     from . import table  # it loads Numba, which a run of the engine does not need
 
     return compile_cached(table.call_rows, stamp_of(Path(table.__file__)))
 
 
 RAISED: list[BaseException] = []
-"""First exception in a callback since the start of a run, which clears the list."""
+"""The first exception in a callback of a run, which clears the list at its start."""
 
 
-def _call_back(function: Callable[..., Any], arguments: int) -> Pointer:
-    """Return the address of a callback into Python; an exception there becomes nan, which the solver reports."""
+def _make_callback(function: Callable[..., Any], arguments: int) -> Pointer:
+    """Return the address of a callback into Python, which returns nan after an exception; the solver reports it."""
 
-    def safe(given: Any) -> float:
-        """Call the function and store its exception, which ctypes would drop."""
+    def safe(doubles: Any) -> float:
+        """Call the function and store its first exception, which ctypes would print and drop."""
         try:
-            return float(function(*given[:arguments]))
-        except (Exception, SystemExit) as error:  # ctypes would print and drop it
+            return float(function(*doubles[:arguments]))
+        except (Exception, SystemExit) as error:
             RAISED[:] = RAISED or [error]
             return float("nan")
 
-    made = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))(safe)
-    return Pointer(int(ctypes.cast(made, ctypes.c_void_p).value or 0), False, made)
+    callback = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double))(safe)
+    return Pointer(int(ctypes.cast(callback, ctypes.c_void_p).value or 0), False, callback)

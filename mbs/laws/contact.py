@@ -1,7 +1,8 @@
-"""Laws as rows of the compiled table, and the contact kernel of joints with clearance: compiled, or in plain Python.
+"""Laws as rows of the compiled table, and the contact kernel of joints with clearance in Exudyn.
 
-Laws of this package are numbers of a row, so that the kernel is compiled once for all of them. A user's law is compiled
-separately, and the row has its address. A law that does more than arithmetic runs in plain Python.
+The kernel computes the forces of all joints with the same pair of laws. Laws of this package are rows of numbers, so that it is
+compiled once for all of them. A user's law is compiled separately, and its row has the address of the machine code. The kernel of
+a law that does more than arithmetic runs in plain Python.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ from ..process import has_compiler
 from . import journal
 from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
-from .journal import spread
+from .journal import add_forces
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
-Known = Mapping[type, tuple[int, tuple[str, ...]]]
+RowForms = Mapping[type, tuple[int, tuple[str, ...]]]
+"""Kind of the row of a class of laws, and the attributes that are its numbers."""
 
 
 class LawTable(Protocol):
@@ -38,36 +40,37 @@ class LawTable(Protocol):
         """Add a row and return its number, or that of the row with the same key."""
 
 
-NORMAL_KINDS: Known = {
+NORMAL_KINDS: RowForms = {
     laws.HysteresisLaw: (NormalKind.POWER, ("stiffness", "exponent", "chi")),
     laws.Hertz: (NormalKind.POWER, ("stiffness", "exponent")),
     laws.KelvinVoigt: (NormalKind.VOIGT, ("stiffness", "damping")),
     laws.Impact: (NormalKind.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
 }
-RUBBING = ("static", "dynamic", "v_stribeck", "exponent")
-FRICTION_KINDS: Known = {
+STRIBECK = ("static", "dynamic", "v_stribeck", "exponent")
+"""Numbers of `table.stribeck`."""
+FRICTION_KINDS: RowForms = {
     laws.NoFriction: (FrictionKind.SMOOTH, ()),
     laws.Coulomb: (FrictionKind.COULOMB, ("dynamic", "v_reg", "viscous")),
     laws.AdamsFriction: (FrictionKind.ADAMS, ("static", "dynamic", "v_s", "v_d")),
     laws.Ambrosio: (FrictionKind.AMBROSIO, ("dynamic", "v0", "v1")),
     laws.Threlfall: (FrictionKind.THRELFALL, ("dynamic", "v0")),
-    laws.Stribeck: (FrictionKind.STRIBECK, (*RUBBING, "v_reg", "viscous")),
-    laws.LuGre: (FrictionKind.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
+    laws.Stribeck: (FrictionKind.STRIBECK, (*STRIBECK, "v_reg", "viscous")),
+    laws.LuGre: (FrictionKind.LUGRE, (*STRIBECK, "bristle_stiffness", "bristle_damping", "viscous")),
 }
-"""Kind of the row of each law of this package, and names of its numbers; a missing exponent is 2."""
+"""Kind and numbers of the friction laws of this package; a law without an exponent has 2."""
 
 
-def _row_of(law: object, rows: Known) -> tuple[int, list[float]] | None:
+def _row_of(law: object, forms: RowForms) -> tuple[int, list[float]] | None:
     """Return kind and numbers of a law of this package, or of a user's hysteresis law with another chi; None for others."""
-    kind, ours = type(law), type(law).__module__.startswith(laws.__name__)
+    has_form = type(law).__module__.startswith(laws.__name__)
     if isinstance(law, laws.HysteresisLaw):
-        ours = type(law).force is laws.HysteresisLaw.force
-    found = next((rows[each] for each in kind.__mro__ if each in rows), None) if ours else None
-    return found and (found[0], [getattr(law, name, 2.0) for name in found[1]])
+        has_form = type(law).force is laws.HysteresisLaw.force
+    form = next((forms[base] for base in type(law).__mro__ if base in forms), None) if has_form else None
+    return form and (form[0], [getattr(law, name, 2.0) for name in form[1]])
 
 
 def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
-    """Add a normal law to the table."""
+    """Add a normal law to the table, and return its row."""
     row, key = _row_of(law, NORMAL_KINDS), ("normal", type(law), law)
     if row is not None:
         return builder.add_law(key, *row)
@@ -76,7 +79,7 @@ def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
 
 
 def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> int:
-    """Add a friction law to the table."""
+    """Add a friction law to the table, and return its row."""
     row, key = _row_of(law, FRICTION_KINDS), ("friction", type(law), law)
     if row is not None:
         return builder.add_law(key, *row)
@@ -88,21 +91,21 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
 
 
 GEOMETRY = journal.GAP + 1
-"""Numbers of a joint's row before those of its laws: the codes of both as the bits of floats, then the numbers of both."""
+"""Number of columns of geometry in a joint's row; kinds and addresses of its two laws follow, as the bits of floats."""
 FIRST = GEOMETRY + 2 * CODES
+"""First column of the floats of both laws."""
 LAST = FIRST + 2 * NUMBERS
-WIDTH = len(journal.COLUMNS)
-"""Columns of the report."""
+COLUMNS = len(journal.COLUMNS)
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
-"""Rows of a joint's laws."""
+"""Rows of the two laws of a joint in its table."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """Forces and report of joints that share a pair of laws.
+    """Functions that compute forces and report of joints with the same pair of laws; see `journal`.
 
-    Both are functions of time, coordinates, rates, memory, the two tables and the array to fill. `constants` follow the
-    geometry in each joint's row; `owners` keep the machine code of their addresses alive.
+    Both take time, coordinates, rates, memory, offsets, numbers and the array to fill. `constants` are the columns after the
+    geometry in each joint's row of numbers; `owners` keep the machine code at their addresses alive.
     """
 
     forces: Callable[..., None]
@@ -113,37 +116,38 @@ class Kernel:
 
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Build the functions for a normal and a friction law: compiled if Numba can, else in plain Python, twenty times slower."""
-    return (has_compiler() and compile_kernel(law, friction)) or plain(law, friction)  # type: ignore[arg-type]  # laws are frozen
+    """Make the kernel of two laws: compiled if Numba can do that, else in plain Python, which is twenty times slower."""
+    return (has_compiler() and compile_kernel(law, friction)) or make_plain_kernel(law, friction)  # type: ignore[arg-type]  # laws are frozen
 
 
-def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Make the kernel in plain Python."""
+def make_plain_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
+    """Make the kernel of two laws in plain Python."""
 
     def normal(_numbers: Array, depth: float, rate: float, onset: float) -> float:
         """Return the normal force [N]."""
         return law.force(depth, rate, onset)
 
-    rubs = as_bristle_law(friction)
-    functions = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
-    report = journal.report_with(*functions)
-    return Kernel(_bound(_forces, report), report, compiled=False)
+    bristle_law = as_bristle_law(friction)
+    report = journal.make_report(
+        normal, lambda _, *state: bristle_law.coefficient(*state), lambda _, *state: bristle_law.after(*state)
+    )
+    return Kernel(_with_report(_forces, report), report, compiled=False)
 
 
 @lru_cache(maxsize=256)
 def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
-    """Make the compiled kernel; None if a law does more than arithmetic on its arguments and numbers."""
-    rows = _PairTable()
-    add_normal(rows, law)
-    add_friction(rows, friction)
-    if not all(pointer.compiled for pointer in rows.pointers):
+    """Make the compiled kernel of two laws; None if one of them does more than arithmetic on its arguments and numbers."""
+    table = _PairTable()
+    add_normal(table, law)
+    add_friction(table, friction)
+    if not all(pointer.compiled for pointer in table.pointers):
         return None
-    constants = np.concatenate([np.array(rows.codes, dtype=np.int64).ravel().view(float), np.array(rows.numbers).ravel()])
-    return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(rows.pointers))
+    constants = np.concatenate([np.array(table.codes, dtype=np.int64).ravel().view(float), np.array(table.numbers).ravel()])
+    return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
 
 
 class _PairTable:
-    """Table of a normal and a friction law."""
+    """`LawTable` of a normal and a friction law."""
 
     def __init__(self) -> None:
         self.codes: list[list[int]] = []
@@ -178,24 +182,24 @@ def _bristle(numbers: Array, bristle: float, speed: float, time: float) -> float
 
 
 def _report(*_: object) -> None:
-    """Stand for the report of joints, which `_bound` replaces."""
+    """Raise an error: `_with_report` replaces this function by the report of joints."""
     raise NotImplementedError
 
 
-def _rows(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
+def _fill_report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
     _report(t, q, v, memory, places, numbers, out)
 
 
 def _forces(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-    rows = np.empty((places.shape[0], WIDTH))
+    rows = np.empty((places.shape[0], COLUMNS))
     _report(t, q, v, memory, places, numbers, rows)
-    spread(rows, q, v, places, numbers, out)
+    add_forces(rows, q, v, places, numbers, out)
 
 
-def _bound(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy a function of this module with `_report` replaced.
+def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
+    """Copy a function of this module, with a report in the place of `_report`.
 
-    Numba caches functions with globals on disk, but not those with closures or functions as arguments.
+    Numba caches a function on disk if it uses globals, but not if it has a closure or takes functions as arguments.
     """
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 
@@ -207,11 +211,11 @@ def _functions() -> tuple[Any, Any]:
     from numba import float64, int64, void
 
     jit = numba.njit(error_model="numpy")
-    report = compile_plain(journal.report_with(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
+    report = compile_plain(journal.make_report(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
     stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table")))
     vector, table, places = float64[::1], float64[:, ::1], int64[:, ::1]
-    made = []
-    for function, out in ((_forces, vector), (_rows, table)):
-        made.append(compile_plain(_bound(function, report), jit, partial(compile_cached, stamp=stamp)))
-        made[-1].compile(void(float64, vector, vector, table, places, table, out))
-    return made[0], made[1]
+    compiled = []
+    for function, out in ((_forces, vector), (_fill_report, table)):
+        compiled.append(compile_plain(_with_report(function, report), jit, partial(compile_cached, stamp=stamp)))
+        compiled[-1].compile(void(float64, vector, vector, table, places, table, out))
+    return compiled[0], compiled[1]

@@ -1,8 +1,8 @@
 """Friction laws: a signed coefficient of the sliding speed, or of the speed and a bristle state.
 
 ``coefficient(speed)`` is odd in the speed [m/s]. The friction force on the body sliding at that speed is
--coefficient(speed) * N, N the normal force [N]: it opposes the motion. All laws without a bristle are regularised: their force
-at rest is zero, so that a body on a slope creeps.
+-coefficient(speed) * N, with the normal force N [N]: it opposes the motion. All laws without a bristle are regularised: their
+force at rest is zero, so that a body on a slope creeps. mu_s is the static, mu_d the dynamic coefficient, v the speed.
 
 References
 ----------
@@ -24,54 +24,54 @@ class FrictionLaw(Protocol):
     """Protocol of friction laws for stops and clearance joints."""
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed friction coefficient [1], odd in the sliding speed [m/s]; floats or arrays."""
+        """Return the signed friction coefficient [1], odd in the sliding speed [m/s]; floats or arrays."""
 
 
 @runtime_checkable
 class BristleLaw(Protocol):
-    """Protocol of friction laws with a bristle of deflection z [m] as memory, for clearance joints."""
+    """Protocol of friction laws with a state, the deflection z [m] of a bristle, for clearance joints and guides."""
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
-        """Signed friction coefficient [1] at a sliding speed [m/s] and a bristle [m]."""
+        """Return the signed friction coefficient [1] at a sliding speed [m/s] and a deflection [m]."""
 
     def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
-        """Bristle [m] after a time [s] at constant speed [m/s]; the same bristle for time 0."""
+        """Return the deflection [m] after a time [s] at constant speed [m/s]; time 0 does not change it."""
 
     def stored(self, bristle: Reals) -> Reals:
-        """Energy stored in a bristle, per unit of normal force [J/N]."""
+        """Return the energy stored in a bristle, per unit of normal force [J/N]."""
 
 
 class WithoutMemory(NamedTuple):
-    """Friction law of the speed as a `BristleLaw` whose bristle is always 0."""
+    """Friction law of the speed alone in the form of a `BristleLaw`, with a deflection of 0."""
 
     law: FrictionLaw
 
     def coefficient(self, speed: Reals, _bristle: Reals) -> Reals:
-        """Signed friction coefficient [1], a function of the speed alone."""
+        """Return the signed friction coefficient [1] of the speed."""
         return self.law.coefficient(speed)
 
     def after(self, bristle: Reals, _speed: Reals, _time: Reals) -> Reals:
-        """Bristle [m], always 0."""
+        """Return the deflection 0 [m]."""
         return 0.0 * bristle
 
     def stored(self, bristle: Reals) -> Reals:
-        """Energy of the bristle, always 0."""
+        """Return the energy 0 [J/N]."""
         return 0.0 * bristle
 
 
 def as_bristle_law(friction: FrictionLaw | BristleLaw) -> BristleLaw:
-    """Return any friction law as one with a bristle."""
+    """Return a friction law as it is if it has a bristle, and as `WithoutMemory` otherwise."""
     return friction if isinstance(friction, BristleLaw) else WithoutMemory(friction)
 
 
 def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:
-    """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta) [1]: from static at rest down to dynamic."""
+    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta) [1], which falls from static at rest to dynamic friction."""
     return dynamic + (static - dynamic) * np.exp(-((abs(speed) / v_stribeck) ** exponent))
 
 
 @declared
 class NoFriction(Declared):
-    """mu = 0.
+    """No friction, mu = 0.
 
     Examples
     --------
@@ -80,7 +80,7 @@ class NoFriction(Declared):
     """
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Zero, in the shape of speed."""
+        """Return 0 in the shape of speed."""
         return 0.0 * speed
 
 
@@ -103,7 +103,7 @@ class Coulomb(Declared):
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s]."""
+        """Return the signed coefficient [1] at a speed [m/s]."""
         return self.dynamic * saturate(speed / self.v_reg) + self.viscous * speed
 
 
@@ -130,7 +130,7 @@ class AdamsFriction(Declared):
     v_d: float = quantity("m/s", above="v_s", doc="friction transition speed", default=1.0)
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s]."""
+        """Return the signed coefficient [1] at a speed [m/s]."""
         x = saturate(speed / self.v_s)
         direction = 0.5 * x * (3.0 - x * x)  # STEP from -1 at -v_s to 1 at v_s, in a form that is odd to the last bit
         return direction * step(abs(speed), self.v_s, self.static, self.v_d, self.dynamic)
@@ -158,7 +158,7 @@ class Ambrosio(Declared):
     v1: float = quantity("m/s", above="v0", doc="speed from which friction is full")
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s]."""
+        """Return the signed coefficient [1] at a speed [m/s]."""
         beyond = ramp(speed - self.v0) - ramp(-speed - self.v0)
         return self.dynamic * saturate(beyond / (self.v1 - self.v0))
 
@@ -178,10 +178,10 @@ class Threlfall(Declared):
     """
 
     dynamic: float = quantity("1", low=0, doc="mu_d")
-    v0: float = quantity("m/s", above=0, doc="speed at which 1 - exp(-3) of the friction acts")
+    v0: float = quantity("m/s", above=0, doc="speed at which 95 % of the friction acts")
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s]."""
+        """Return the signed coefficient [1] at a speed [m/s]."""
         return -self.dynamic * np.sign(speed) * np.expm1(-3.0 * abs(speed) / self.v0)
 
 
@@ -211,6 +211,6 @@ class Stribeck(Declared):
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Signed coefficient [1] at speed [m/s]."""
+        """Return the signed coefficient [1] at a speed [m/s]."""
         level = stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, self.exponent)
         return level * saturate(speed / self.v_reg) + self.viscous * speed

@@ -35,7 +35,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     @staticmethod
     @abstractmethod
     def hysteresis(e: float) -> float:
-        """Hysteresis factor chi [1] for the required restitution e."""
+        """Return the hysteresis factor chi [1] for the required restitution e."""
 
     @cached_property
     def chi(self) -> float:
@@ -43,11 +43,11 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
         return self.hysteresis(self.restitution)
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] at depth [m], rate [m/s, positive when penetrating] and onset speed [m/s, > 0]."""
+        """Return the contact force [N] at depth [m], rate [m/s], positive when penetrating, and onset speed > 0 [m/s]."""
         return self.stiffness * ramp(depth) ** self.exponent * ramp(1.0 + self.chi * rate / onset)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Restitution delivered [1], the same for every mass and speed."""
+        """Return the restitution delivered [1], the same for every mass and speed."""
         return restitution(self.chi)
 
 

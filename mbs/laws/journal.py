@@ -1,18 +1,19 @@
-"""Contact of a pin in a bush with clearance: kinematics and forces with exact moments, as functions of floats and arrays.
+"""Contact of a pin in a bush with clearance c: kinematics and forces, as functions of floats and arrays.
 
-Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
-bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit. The force on the
-pin is F = -(F_N n + mu F_N t) with t = (-n_y, n_x). The friction coefficient mu belongs to v_t, the speed at which the pin's
-surface slides over the bush's at P.
+The pin of radius R belongs to the first body, the bush to the second. Let r_p and r_b be their centres, e = r_p - r_b,
+n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin, F = -(F_N n + mu F_N t), and its opposite act at
+the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
+at which the surface of the pin slides over that of the bush at P.
 
-A contact has values of the last accepted step as `MEMORY`: a law takes its onset speed and its bristle from there. Since that
-step the bristle has bent at the mean of the sliding speeds then and now.
+`MEMORY` has values of the last accepted step, among them the onset speed and the bristle of the laws. From that step on, the
+bristle bends at the mean of the sliding speeds then and now.
 
-Laws are functions of the joint's row of numbers and of floats: `contact` compiles this module once for all laws.
+Laws are functions of the numbers of a joint and of its state, so that `contact` compiles this module once for all laws.
 """
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -21,28 +22,30 @@ import numpy as np
 from ..geometry import Array
 from .pieces import Reals
 
-Both = tuple[Reals, Reals] | Array
+Pair = tuple[Reals, Reals] | Array
+"""Two components x and y, or two values of pin and bush."""
 Law = Callable[..., float]
 """Function of a joint's row of numbers and of its state."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
-"""Columns of the report of a joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], normal of the contact."""
+"""Columns of the report of a joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], normal n [1]."""
+NORMAL, FX, FY, NX, NY = (COLUMNS.index(name) for name in ("normal", "fx", "fy", "nx", "ny"))
 MEMORY = ("onset", "bristle", "sliding", "since")
-"""Quantities of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
+"""Values of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 PIN = 8
-"""Column of the pin's radius [m] in a joint's row of numbers, after places and arms of both ends."""
+"""Column of the pin's radius [m] in a joint's row of numbers, after place and arm (x, y) of both ends."""
 GAP = PIN + 1
 """Column of the clearance [m] in a joint's row of numbers."""
 TINY = 1e-300
-"""Distance [m] added to that of the centres, so that a pin in the middle of its bush has a normal of 0."""
+"""Distance [m] added to |e|, so that a pin in the middle of its bush has n = 0 and not 0/0."""
 
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: index of its first coordinate, of (x, y, theta), or -1 for ground; reference configuration [m].
+    """One side of a joint: index of the first of the body's coordinates (x, y, theta), -1 for ground; `place` and `arm` at t = 0.
 
-    `place` is that of the body's node, or of the point for ground; `arm` leads from the node to the joint's centre.
+    `place` is that of the body's node, or of the point on the ground [m]; `arm` leads from there to the joint's centre [m].
     """
 
     offset: int
@@ -50,76 +53,77 @@ class End:
     arm: tuple[float, float]
 
 
-def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: Array) -> tuple[float, ...]:
-    """Return centre (x, y), its velocity, arm in the current configuration and angular velocity of one end."""
+EndState = namedtuple("EndState", "x y vx vy arm_x arm_y spin")
+"""State of an end: centre [m] and its velocity [m/s], arm from the node to the centre [m], angular velocity [rad/s]."""
+
+
+def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
+    """Compute the state of an end from its place and arm at t = 0, `numbers` (4,), coordinates q and rates v."""
+    x, y, ax, ay = numbers[0], numbers[1], numbers[2], numbers[3]
     if offset < 0:
-        return x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0
+        return EndState(x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0)
     c, s = np.cos(q[offset + 2]), np.sin(q[offset + 2])
     bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]
-    return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w
+    return EndState(x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w)
 
 
-def meet(radius: float, gap: float, place: Both, speed: Both, spins: Both) -> tuple[Reals, ...]:
-    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (x, y) of the contact, for floats or arrays.
+def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: Pair) -> tuple[Reals, ...]:
+    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays.
 
-    Place [m] and speed [m/s] are those of the pin's centre in the bush, spins [rad/s] those of pin and bush.
+    `place` e [m] and `speed` [m/s] are those of the pin's centre relative to the bush's, `spins` [rad/s] those of pin and bush.
     """
     (ex, ey), (ux, uy) = place, speed
-    e = np.sqrt(ex * ex + ey * ey)
-    size = e + TINY
-    nx, ny = ex / size, ey / size
-    # surface speeds at P: along the normal the pin's arm is R_p, the bush's e + R_p
-    sliding = nx * uy - ny * ux + spins[0] * radius - spins[1] * (e + radius)
-    return e - gap, nx * ux + ny * uy, sliding, nx, ny
+    distance = np.sqrt(ex * ex + ey * ey)
+    divisor = distance + TINY
+    nx, ny = ex / divisor, ey / divisor
+    # speeds of the surfaces at P: its arm along n is R from the centre of the pin and |e| + R from that of the bush
+    sliding = nx * uy - ny * ux + spins[0] * radius - spins[1] * (distance + radius)
+    return distance - gap, nx * ux + ny * uy, sliding, nx, ny
 
 
-def report_with(normal: Law, friction: Law, bend: Law) -> Callable[..., None]:
-    """Make the function that fills out[joint] with the `COLUMNS`, for joints with these laws.
+def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[..., None]:
+    """Make the function that fills row j of an array with the `COLUMNS` of joint j, for joints with these laws.
 
     The laws return normal force [N], friction coefficient and bristle [m] from a joint's row of numbers and its state.
     """
 
-    def contact(numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...], t: float, past: Array) -> tuple[float, ...]:
-        """Compute forces, depth, rates and direction of one contact."""
-        place, speed = (pin[0] - bush[0], pin[1] - bush[1]), (pin[2] - bush[2], pin[3] - bush[3])
-        depth, rate, sliding, nx, ny = meet(numbers[PIN], numbers[GAP], place, speed, (pin[6], bush[6]))
+    def contact(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
+        """Compute the `COLUMNS` of one joint; `past` is its `MEMORY`."""
+        place, speed = (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy)
+        depth, rate, sliding, nx, ny = locate_contact(numbers[PIN], numbers[GAP], place, speed, (pin.spin, bush.spin))
         if depth <= 0.0:
             return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
         force = normal(numbers, depth, rate, past[ONSET])
-        bristle = bend(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+        bristle = bristle_after(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
         drag = friction(numbers, sliding, bristle) * force
         fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
         return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
 
     def report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-        """Write the contact of each joint to a row of `out`."""
+        """Write the `COLUMNS` of each joint to a row of `out`; `places` are the offsets of both ends."""
         for j in range(places.shape[0]):
-            n = numbers[j]
-            pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
-            bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-            out[j] = contact(n, pin, bush, t, memory[j])
+            pin, bush = _state(places[j, 0], numbers[j, :4], q, v), _state(places[j, 1], numbers[j, 4:8], q, v)
+            out[j] = contact(numbers[j], pin, bush, t, memory[j])
 
     return report
 
 
-def spread(rows: Array, q: Array, v: Array, places: Array, numbers: Array, out: Array) -> None:
-    """Compute generalised forces on the coordinates (x, y, theta of each node) from the report of the joints."""
+def add_forces(rows: Array, q: Array, v: Array, places: Array, numbers: Array, out: Array) -> None:
+    """Compute the generalised forces `out` on coordinates (x, y, theta of each node) from the report of the joints."""
     out[:] = 0.0
     for j in range(places.shape[0]):
-        n, c = numbers[j], rows[j]
-        if c[0] == 0.0:
+        radius, row = numbers[j, PIN], rows[j]
+        if row[NORMAL] == 0.0:
             continue
-        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
-        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        fx, fy = c[6], c[7]
-        px, py = pin[0] + n[PIN] * c[8], pin[1] + n[PIN] * c[9]  # the common point P
+        pin, bush = _state(places[j, 0], numbers[j, :4], q, v), _state(places[j, 1], numbers[j, 4:8], q, v)
+        px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
             k = places[j, side]
             if k < 0:
                 continue
-            sign = 1.0 if side == 0 else -1.0
             end = pin if side == 0 else bush
-            lx, ly = px - (end[0] - end[4]), py - (end[1] - end[5])  # from the body's node to P
-            out[k] += sign * fx
-            out[k + 1] += sign * fy
-            out[k + 2] += sign * (lx * fy - ly * fx)
+            fx, fy = (row[FX], row[FY]) if side == 0 else (-row[FX], -row[FY])
+            lx, ly = px - (end.x - end.arm_x), py - (end.y - end.arm_y)  # from the body's node to P
+            out[k] += fx
+            out[k + 1] += fy
+            out[k + 2] += lx * fy - ly * fx

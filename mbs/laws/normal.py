@@ -25,11 +25,11 @@ class PowerLaw:
     exponent: float
 
     def elastic(self, depth: Reals) -> Reals:
-        """K d^n [N], 0 where depth <= 0."""
+        """Return K d^n [N], 0 where depth <= 0."""
         return self.stiffness * ramp(depth) ** self.exponent
 
     def potential(self, depth: Reals) -> Reals:
-        """K d^(n+1) / (n+1) [J], 0 where depth <= 0."""
+        """Return K d^(n+1) / (n+1) [J], 0 where depth <= 0."""
         return self.stiffness * ramp(depth) ** (self.exponent + 1.0) / (self.exponent + 1.0)
 
 
@@ -53,11 +53,11 @@ class Hertz(PowerLaw, Declared):
     exponent: ClassVar[float] = 1.5  # type: ignore[misc]
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N]; independent of rate and onset speed."""
+        """Return the contact force [N]; independent of rate and onset speed."""
         return self.elastic(depth)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Restitution delivered: 1."""
+        """Return the restitution delivered: 1."""
         return 1.0
 
 
@@ -91,11 +91,11 @@ class KelvinVoigt(PowerLaw, Declared):
         return cls(stiffness, 2.0 * damping_ratio(restitution) * math.sqrt(stiffness * mass))
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
+        """Return the contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
         return (depth > 0.0) * ramp(self.stiffness * depth + self.damping * rate)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Restitution delivered [1] to an effective mass [kg], the same for every speed."""
+        """Return the restitution delivered [1] to an effective mass [kg], the same for every speed."""
         mass = require("mass", mass, "kg", self)
         return restitution_linear(0.5 * self.damping / math.sqrt(self.stiffness * mass))
 
@@ -122,7 +122,7 @@ class Impact(PowerLaw, Declared):
     exponent: float = quantity("1", low=1, high=3, doc="n; 1.5 for a Hertzian contact, 1 for a linear stop", default=1.5)
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
+        """Return the contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
         damping = step(depth, 0.0, 0.0, self.damping_depth, self.damping)
         return ramp(self.stiffness * ramp(depth) ** self.exponent + damping * rate)
 

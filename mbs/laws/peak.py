@@ -1,24 +1,25 @@
 """Largest force of an impact on a linear stop with hysteresis, free or with a constant force on the body.
 
-A mass m meets the stop F = K d (1 + chi d'/v0) at speed v0. Units are v0, sqrt(m/K) and S = v0 sqrt(K m); with w = d'/v0,
+A mass m meets the stop F = K d (1 + chi d'/v0) at speed v0. Let S = v0 sqrt(K m), the depth be d = x v0 sqrt(m/K), the speed
+d' = w v0 and the force F = f S. Then
 
-    x dx = -w dw/(1 + chi w),     f = x (1 + chi w),                                (1)
+    x dx = -w dw/(1 + chi w),     f = x (1 + chi w).                                (1)
 
-so that f is largest where w = chi x^2. There x^2 = 2 E(w), with E(w) the integral of s/(1 + chi s) from w to 1. Let y = 1 +
-chi w. The root is
+The force is largest where df = 0, at w = chi x^2. The integral of (1) from w = 1 is x^2 = 2 E(w), with E(w) the integral of
+s/(1 + chi s) ds from w to 1. With y = 1 + chi w both give
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
 
-W is the lower branch of Lambert's function. A constant force q S on the mass adds q/y dx to (1). It increases x^2/2, to first
-order, by q I, with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
+W is the lower branch of Lambert's function. A constant force Q on the mass adds (Q/S)/y dx to (1). To first order in Q it
+increases x^2/2 by I Q/S, with I the integral of s/((1 + chi s)^2 x(s)) ds from w to 1. As f is stationary in w,
 
-    F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
+    F = c0 S + c1 Q,     c0 = x y,     c1 = y I/x.                                  (3)
 
-Equation (2) is exact, and so is F = Q + sqrt(Q^2 + S^2) for chi = 0. The following meets both, and (3) to first order:
+For Q = 0 this is exact; for chi = 0 it is F = Q + sqrt(Q^2 + S^2). Equation (4) has both limits and equals (3) to first order:
 
     F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2].                                           (4)
 
-It is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution from 0.2 up.
+It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, for restitutions of 0.2 and more.
 """
 
 from typing import Any
@@ -29,12 +30,14 @@ from numpy.typing import ArrayLike
 from ..geometry import Array
 
 _ELASTIC = 1e-8
-"""Below this chi the root of (2) is w = chi, to chi^2."""
-_NODES, _WEIGHTS = ((x + 1.0) / 2.0 if i == 0 else x / 2.0 for i, x in enumerate(np.polynomial.legendre.leggauss(12)))
+"""Factor chi below which w = chi is used for the root of (2), with an error of chi^2."""
+_GAUSS = np.polynomial.legendre.leggauss(12)
+_NODES, _WEIGHTS = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
+"""Nodes and weights of Gauss quadrature on [0, 1]."""
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
-    """Return c0 and c1 of the largest force on a linear stop, equation (4), for chi >= 0 [1]; ValueError for others.
+    """Return c0 and c1 of equation (4) for the largest force on a linear stop, for chi >= 0 [1]; ValueError for others.
 
     References
     ----------
@@ -49,12 +52,12 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
     y = -lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
     w = np.where(chi > _ELASTIC, (y - 1.0) / np.maximum(chi, _ELASTIC), chi)
     x = _depth(w, chi)
-    c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _push_integral(w, chi) / x
+    c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _load_integral(w, chi) / x
     return (float(c0), float(c1)) if chi.ndim == 0 else (c0, c1)
 
 
 def _depth(w: Array, chi: Array) -> Array:
-    """Compute the depth x(w) of the free impact: sqrt(2 E), E by Gauss quadrature, which allows chi = 0."""
+    """Compute x(w) = sqrt(2 E(w)) without the force Q, by Gauss quadrature, which allows chi = 0."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = w + (1.0 - w) * node
@@ -62,8 +65,8 @@ def _depth(w: Array, chi: Array) -> Array:
     return np.sqrt(2.0 * (1.0 - w) * total)
 
 
-def _push_integral(w: Array, chi: Array) -> Array:
-    """Compute the integral I, with s = 1 - (1 - w) t^2 to remove the pole of 1/x at s = 1."""
+def _load_integral(w: Array, chi: Array) -> Array:
+    """Compute the integral I by Gauss quadrature in t, with s = 1 - (1 - w) t^2, which removes the pole of 1/x at s = 1."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = 1.0 - (1.0 - w) * node**2

@@ -1,7 +1,7 @@
 """Protocol of normal contact laws, and elementary functions for laws.
 
-``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So one line of a law serves a Python float
-(without the overhead of a NumPy call), an array of any shape, and a compiler.
+``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``, so that a law made of them takes a float or an array
+of any shape, and can be compiled.
 """
 
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -11,17 +11,17 @@ Reals: TypeAlias = Any
 
 
 def ramp(x: Reals) -> Reals:
-    """max(0, x): x where x > 0, otherwise 0."""
+    """Return max(0, x)."""
     return 0.5 * (x + abs(x))
 
 
 def saturate(x: Reals) -> Reals:
-    """Clip x to [-1, 1], to one rounding error: x / max(1, |x|); odd, and x itself for |x| <= 1."""
+    """Return x / max(1, |x|): x clipped to [-1, 1], beyond that range to one rounding error."""
     return x / (1.0 + ramp(abs(x) - 1.0))
 
 
 def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
-    """ADAMS STEP: a cubic from h0 at x0 to h1 at x1, constant outside, with a continuous first derivative.
+    """Return the ADAMS function STEP: a cubic from h0 at x0 to h1 at x1, constant outside, with a continuous derivative.
 
     h0 + (h1 - h0) D^2 (3 - 2 D),  D = (x - x0) / (x1 - x0) clipped to [0, 1].
 
@@ -44,17 +44,17 @@ class NormalLaw(Protocol):
 
     @property
     def stiffness(self) -> float:
-        """K in K d^n [N/m^n]."""
+        """Stiffness K of the elastic part K d^n [N/m^n]."""
 
     @property
     def exponent(self) -> float:
-        """The power n in K d^n [1]."""
+        """Exponent n of the elastic part K d^n [1]."""
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Contact force [N] >= 0, and 0 where depth <= 0."""
+        """Return the contact force [N] >= 0, and 0 where depth <= 0; arguments as in `buckler.mbs.laws.normal`."""
 
     def elastic(self, depth: Reals) -> Reals:
         """Return the elastic part of the force [N]."""
 
     def potential(self, depth: Reals) -> Reals:
-        """Energy stored in the elastic part: the integral of ``elastic`` from 0 to depth [J]."""
+        """Return the energy of the elastic part [J]: the integral of ``elastic`` from 0 to depth."""

@@ -1,7 +1,7 @@
 """Restitution of contact laws, and the damping that gives a prescribed restitution.
 
-A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) the depth drops out of
-m d'' = -F. For all K, n, m and v0
+A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) and depth d, separation of the
+variables d and d' in m d'' = -F gives a relation without K, n, m and v0:
 
     chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
 
@@ -23,15 +23,17 @@ import numpy as np
 from ..validate import non_negative, number, positive
 from .pieces import NormalLaw
 
-_LONGEST = 1e6  # times elastic_depth / speed; a body that is still in contact then does not rebound
+_LONGEST = 1e6
+"""Time over depth/speed after which a body that is still in contact counts as one that does not rebound."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Relative tolerance of roots: four roundings."""
 
 
 def restitution(chi: float) -> float:
-    """Compute the restitution delivered by F = K d^n (1 + chi d'/v0), any n.
+    """Compute the restitution delivered by F = K d^n (1 + chi d'/v0), any n, by Newton's method.
 
-    Solves the exact relation for y = chi e, written without cancellation as g(y) = -ln(1 - y) - y = chi - ln(1 + chi).
-    g is convex and increasing, and the start is above the root: Newton's method converges monotonically.
+    The unknown is y = chi e, and the relation g(y) = -ln(1 - y) - y = chi - ln(1 + chi), written without cancellation. As g is
+    convex and increasing and the start is above the root, the iteration converges monotonically.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def restitution(chi: float) -> float:
     float, restitution e in (0, 1]
     """
     chi = non_negative("chi", chi, "1")
-    if chi < 1e-6:
+    if chi < 1e-6:  # the series, with an error of order chi^3
         return 1.0 - 2.0 / 3.0 * chi * (1.0 - 2.0 / 3.0 * chi)
     target = -_log1p_minus(chi)
     y = min(-math.expm1(-1.0 - target), math.sqrt(2.0 * target))  # g(y) > y^2/2 and g(y) > -ln(1 - y) - 1
@@ -70,9 +72,9 @@ def chi_exact(e: float) -> float:
 
 
 def restitution_linear(damping_ratio: float) -> float:
-    """Compute the restitution of a spring and dashpot that do not pull.
+    """Compute the restitution of a spring k and dashpot c that do not pull, for zeta = c / (2 sqrt(k m)).
 
-    With zeta = c / (2 sqrt(k m)), and contact until the force, not the depth, returns to zero:
+    Contact ends when the force returns to zero, at a positive depth:
     e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
     It differs from exp(-pi zeta / sqrt(1 - zeta^2)), with which the dashpot pulls until the depth is zero.
 
@@ -102,23 +104,23 @@ def damping_ratio(e: float) -> float:
     return _root(lambda zeta: restitution_linear(zeta) - e, highest)
 
 
-def _root(falls: Callable[[float], float], highest: float) -> float:
-    """Find the zero of a function in [0, highest], to rounding."""
+def _root(function: Callable[[float], float], highest: float) -> float:
+    """Find the zero of a decreasing function in [0, highest] by Brent's method, to rounding."""
     from scipy.optimize import brentq  # it takes a while to load, and few laws need it
 
-    return float(brentq(falls, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return float(brentq(function, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
     """Compute the restitution that a law delivers in a free impact.
 
-    It comes from the law's method ``delivered(mass, speed)``; if the law has none, the impact is integrated.
+    The method ``delivered(mass, speed)`` of the law returns it; if the law has none, the impact is integrated.
 
     Parameters
     ----------
     law : NormalLaw
     mass : float > 0, kg, effective mass m1 m2 / (m1 + m2); needed if the restitution depends on it
-    speed : float > 0, m/s, approach speed; likewise
+    speed : float > 0, m/s, approach speed; needed if the restitution depends on it
 
     Raises
     ------
@@ -140,15 +142,13 @@ def require(name: str, value: float | None, unit: str, law: object) -> float:
 
 
 def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
-    """Compute the depth, m, at which the elastic part K d^n stops a mass: K d^(n+1)/(n+1) = m v^2/2.
+    """Compute the depth [m] at which the elastic part K d^n stops a mass: K d^(n+1)/(n+1) = m v^2/2.
 
     Parameters
     ----------
     law : NormalLaw
-    mass : float
-        Effective mass, kg, positive.
-    speed : float
-        Approach speed, m/s.
+    mass : float > 0, kg, effective mass
+    speed : float > 0, m/s, approach speed
     """
     n = law.exponent
     return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
@@ -157,8 +157,8 @@ def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
 def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
-    2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step that
-    resolves an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
+    It is 2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. For n > 1 it falls with
+    the speed, as v0^-((n - 1)/(n + 1)). A step that resolves an impact is a fraction of it.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
 def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the restitution by integrating m d'' = -F from d = 0, d' = speed until the depth is zero again.
 
-    Scaled by ``elastic_depth`` and the speed; accurate to about 1e-8.
+    The equation is scaled by ``elastic_depth`` and the speed, and solved by LSODA; the relative error is about 1e-8.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
 
 
 def _log1p_minus(x: float) -> float:
-    """ln(1 + x) - x without cancellation: ln(1 + x) = 2 artanh(r), r = x / (2 + x), and 2 r - x = -r x."""
+    """Return ln(1 + x) - x without cancellation, from ln(1 + x) = 2 artanh(r), r = x / (2 + x), and 2 r - x = -r x."""
     if abs(x) > 0.5:
         return math.log1p(x) - x
     r = x / (2.0 + x)

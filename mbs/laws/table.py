@@ -1,7 +1,8 @@
 """Laws as rows of a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers.
 
-Each function is the equation of the law's class, which has the source. They are plain functions of floats, compiled by
-`buckler.mbs.laws.contact` for Exudyn's joints and by `buckler.mbs.spectral.lawtable` for the compiled solver.
+Each function has the equation of the law's class, which names the source. The numbers p of a law are in the order of
+`NORMAL_KINDS` and `FRICTION_KINDS` of `buckler.mbs.laws.contact`. That module compiles the functions for Exudyn's joints, and
+`buckler.mbs.spectral.lawtable` compiles them for the other solver.
 """
 
 from __future__ import annotations
@@ -23,58 +24,58 @@ if has_compiler():
     from numba.extending import intrinsic
 
     @intrinsic
-    def call(_typing: Any, address: Any, given: Any) -> Any:
-        """Call the function at this address with the numbers of an array or a tuple."""
+    def call(_typing: Any, address: Any, arguments: Any) -> Any:
+        """Call the machine code at an address with the numbers of an array or a tuple."""
 
         def codegen(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
-            """Emit the call of the function at the address."""
+            """Emit the call of the function at the address, which takes a pointer to doubles."""
             kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType().as_pointer()])
-            if isinstance(given, types.Array):
-                data = context.make_array(given)(context, builder, values[1]).data
+            if isinstance(arguments, types.Array):
+                data = context.make_array(arguments)(context, builder, values[1]).data
             else:
-                data = cgutils.alloca_once(builder, ir.DoubleType(), size=len(given))
-                for i, (each, found) in enumerate(zip(given, cgutils.unpack_tuple(builder, values[1]), strict=True)):
-                    builder.store(context.cast(builder, found, each, float64), cgutils.gep_inbounds(builder, data, i))
+                data = cgutils.alloca_once(builder, ir.DoubleType(), size=len(arguments))
+                for i, (type_, value) in enumerate(zip(arguments, cgutils.unpack_tuple(builder, values[1]), strict=True)):
+                    builder.store(context.cast(builder, value, type_, float64), cgutils.gep_inbounds(builder, data, i))
             return builder.call(builder.inttoptr(values[0], kind.as_pointer()), [data])
 
-        return float64(int64, given), codegen
+        return float64(int64, arguments), codegen
 
 else:
 
-    def call(address: int, given: Sequence[float]) -> float:
-        """Call the function at this address with the numbers of an array or a tuple."""
-        return CFUNCTYPE(c_double, POINTER(c_double))(int(address))((c_double * len(given))(*given))
+    def call(address: int, arguments: Sequence[float]) -> float:
+        """Call the machine code at an address with the numbers of an array or a tuple."""
+        return CFUNCTYPE(c_double, POINTER(c_double))(int(address))((c_double * len(arguments))(*arguments))
 
 
 def call_rows(address: int, rows: Array, values: Array) -> None:
-    """Call the function at an address with each row."""
+    """Call the function at an address with each of the `rows` (n, arguments), and store its `values` (n,)."""
     for i in range(len(values)):
         values[i] = call(address, rows[i])
 
 
 NormalKind = IntEnum("NormalKind", "POWER VOIGT IMPACT CALLED", start=0)
-"""Kinds of normal laws: those of this package, or a function by address."""
+"""Kinds of normal laws: those of this package, and functions given by their address."""
 FrictionKind = IntEnum(
     "FrictionKind", "SMOOTH COULOMB ADAMS AMBROSIO THRELFALL STRIBECK LUGRE COEFFICIENT_CALLED BRISTLE_CALLED", start=0
 )
-"""Kinds of friction laws: those of this package, or functions by address of a coefficient, or of a bristle too."""
+"""Kinds of friction laws: those of this package, and functions given by their address, without or with a bristle."""
 LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
-"""Columns of whole numbers of a law or of a drive's motion: kind, addresses of functions."""
+"""Columns of whole numbers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
 CODES = 4
-"""Columns of whole numbers of a law."""
+"""Number of columns of whole numbers of a law."""
 NUMBERS = 8
-"""Columns of numbers of a law."""
+"""Number of columns of floats of a law, the longest of which has 7."""
 
 
 class Laws(NamedTuple):
-    """A table of laws: whole numbers (laws, `CODES`) and numbers (laws, `NUMBERS`)."""
+    """Table of laws: kinds and addresses (laws, `CODES`), and floats (laws, `NUMBERS`)."""
 
     laws: Array
     law_numbers: Array
 
 
 def power(x: float, n: float) -> float:
-    """Return x^n for x >= 0, fast for the usual exponents."""
+    """Return x^n for x >= 0; quick for n = 1.5 and 1."""
     if n == 1.5:
         return x * np.sqrt(x)
     if n == 1.0:
@@ -83,53 +84,53 @@ def power(x: float, n: float) -> float:
 
 
 def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
-    """Evaluate the ADAMS function STEP."""
+    """Return the ADAMS function STEP; see `buckler.mbs.laws.step`."""
     part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
 
-def normal_force(s: Laws, law: int, depth: float, rate: float, onset: float) -> float:
-    """Return the force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
-    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float) -> float:
+    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its onset speed [m/s]."""
+    kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == NormalKind.POWER:
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
     if kind == NormalKind.VOIGT:
         return max(0.0, p[0] * depth + p[1] * rate)
     if kind == NormalKind.IMPACT:
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call(s.laws[law, LawColumn.CALL], (depth, rate, onset))
+    return call(tables.laws[law, LawColumn.CALL], (depth, rate, onset))
 
 
 def stribeck(speed: float, p: Array) -> float:
-    """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); p: static, dynamic, v_stribeck, exponent."""
+    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta), p being static, dynamic, v_stribeck, exponent, ..."""
     return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
 
 
-def bristle_rate(s: Laws, law: int, bristle: float, speed: float) -> float:
-    """Return dz/dt of a bristle; zero for a law without a bristle."""
-    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
+    """Return dz/dt of a bristle [m/s]; zero for a law without a bristle."""
+    kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.LUGRE:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
-        short = 1e-9
-        return (call(s.laws[law, LawColumn.CALL_TOO], (bristle, speed, short)) - bristle) / short
+        step = 1e-9  # of a forward difference [s], short compared with any motion
+        return (call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, step)) - bristle) / step
     return 0.0
 
 
-def bristle_after(s: Laws, law: int, bristle: float, speed: float, time: float) -> float:
-    """Return the bristle after a time at constant speed."""
-    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: float) -> float:
+    """Return the bristle [m] after a time [s] at constant speed [m/s]."""
+    kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.LUGRE:
-        level = stribeck(speed, p) / p[4]
-        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
+        steady = stribeck(speed, p) / p[4]
+        return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
     if kind == FrictionKind.BRISTLE_CALLED:
-        return call(s.laws[law, LawColumn.CALL_TOO], (bristle, speed, time))
+        return call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, time))
     return 0.0
 
 
-def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
-    """Return the signed friction coefficient."""
-    kind, p = s.laws[law, LawColumn.KIND], s.law_numbers[law]
+def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
+    """Return the signed friction coefficient [1] at a speed [m/s] and a bristle [m]."""
+    kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.SMOOTH:
         return 0.0
     if kind == FrictionKind.COULOMB:
@@ -144,8 +145,7 @@ def friction(s: Laws, law: int, speed: float, bristle: float) -> float:
     if kind == FrictionKind.STRIBECK:
         return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
     if kind == FrictionKind.LUGRE:
-        rate = speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
-        return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
+        return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed
     if kind == FrictionKind.COEFFICIENT_CALLED:
-        return call(s.laws[law, LawColumn.CALL], (speed,))
-    return call(s.laws[law, LawColumn.CALL], (speed, bristle))
+        return call(tables.laws[law, LawColumn.CALL], (speed,))
+    return call(tables.laws[law, LawColumn.CALL], (speed, bristle))
