@@ -19,16 +19,16 @@ class Vector(Spec):
     def __post_init__(self) -> None:
         self.words = f"two numbers (x, y), {self.unit}"
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a list of two quantities."""
-        return is_list(given) and len(given) == 2 and all(Quantity(self.unit).fits(each) for each in given)
+    def fits(self, raw: object) -> bool:
+        """Return True for a list of two quantities."""
+        return is_list(raw) and len(raw) == 2 and all(Quantity(self.unit).fits(each) for each in raw)
 
-    def read(self, name: str, given: object) -> tuple[float, float]:
+    def read(self, name: str, raw: object) -> tuple[float, float]:
         """Return two components in SI units."""
-        if not is_list(given) or len(given) != 2:
-            raise self.refusal(name, given)
+        if not is_list(raw) or len(raw) != 2:
+            raise self.refusal(name, raw)
         part = Quantity(self.unit)
-        return part.read(f"{name}.x", given[0]), part.read(f"{name}.y", given[1])
+        return part.read(f"{name}.x", raw[0]), part.read(f"{name}.y", raw[1])
 
     def write(self, name: str, value: Any) -> list[float]:
         """Return the components as a list."""
@@ -41,18 +41,18 @@ class Vector(Spec):
 
 
 class Direction(Vector):
-    """A direction (x, y), kept as a unit vector."""
+    """A direction (x, y), stored as a unit vector."""
 
-    def read(self, name: str, given: object) -> tuple[float, float]:
+    def read(self, name: str, raw: object) -> tuple[float, float]:
         """Return a unit vector [1]."""
-        x, y = super().read(name, given)
+        x, y = super().read(name, raw)
         length = Quantity("1", 0.0, open_low=True).read(f"{name} (length)", (x * x + y * y) ** 0.5)
-        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # a unit vector is not changed by rounding
+        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # no rounding of unit vectors
 
 
 @dataclass(eq=False, repr=False)
 class Several(Spec):
-    """A list of values with one specification, with at least `least` and at most `most` items."""
+    """A list of `least` to `most` items of one specification, all different if `distinct` is true."""
 
     item: Spec
     least: int = 0
@@ -65,25 +65,25 @@ class Several(Spec):
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        """Length of the list and its items, for messages."""
+        """Text after 'must be' in messages: length of the list, and its items."""
         count = f" of {self.least}" if self.least == self.most else f" of at least {self.least}" if self.least else ""
         return f"a list{count}, each {self.item.words}"
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a list."""
-        return is_list(given)
+    def fits(self, raw: object) -> bool:
+        """Return True for a list."""
+        return is_list(raw)
 
-    def read(self, name: str, given: object) -> tuple[Any, ...]:
+    def read(self, name: str, raw: object) -> tuple[Any, ...]:
         """Return the checked items of a list."""
-        if not is_list(given) or not self.least <= len(given) <= (len(given) if self.most is None else self.most):
-            raise self.refusal(name, given)
-        found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(given))
+        if not is_list(raw) or not self.least <= len(raw) <= (len(raw) if self.most is None else self.most):
+            raise self.refusal(name, raw)
+        found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(raw))
         if self.distinct and len(set(found)) < len(found):
-            raise ValueError(f"{name} = {show(given)}: must be given once each")
+            raise ValueError(f"{name} = {show(raw)}: must be given once each")
         return found
 
     def write(self, name: str, value: Any) -> list[Any]:
-        """Return the items as a file holds them."""
+        """Return the items in the form of documents."""
         return [self.item.write(f"{name}[{k}]", each) for k, each in enumerate(value)]
 
     def schema(self) -> Schema:
@@ -93,7 +93,7 @@ class Several(Spec):
 
 @dataclass(eq=False, repr=False)
 class Named(Spec):
-    """A mapping of names to values with one specification."""
+    """A mapping of names to values of one specification; `of` says in messages what the names are."""
 
     item: Spec
     of: str = "names"
@@ -103,21 +103,21 @@ class Named(Spec):
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        """Items of the table, for messages."""
+        """Text after 'must be' in messages: names and items."""
         return f"a table of {self.of}, each {self.item.words}"
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a table."""
-        return isinstance(given, Mapping)
+    def fits(self, raw: object) -> bool:
+        """Return True for a table."""
+        return isinstance(raw, Mapping)
 
-    def read(self, name: str, given: object) -> dict[str, Any]:
+    def read(self, name: str, raw: object) -> dict[str, Any]:
         """Return the checked items of a table by their names."""
-        if not isinstance(given, Mapping):
-            raise self.refusal(name, given)
-        return {word(f"{name}: a name", key): self.item.read(f"{name}.{key}", each) for key, each in given.items()}
+        if not isinstance(raw, Mapping):
+            raise self.refusal(name, raw)
+        return {word(f"{name}: a name", key): self.item.read(f"{name}.{key}", each) for key, each in raw.items()}
 
     def write(self, name: str, value: Any) -> dict[str, Any]:
-        """Return the items as a file holds them, by their names."""
+        """Return the items in the form of documents, by their names."""
         return {key: self.item.write(f"{name}.{key}", each) for key, each in value.items()}
 
     def schema(self) -> Schema:
@@ -127,7 +127,7 @@ class Named(Spec):
 
 @dataclass(eq=False, repr=False)
 class Either(Spec):
-    """Alternatives: the first specification that fits the value is used."""
+    """Alternatives, of which the first that fits a value reads or writes it."""
 
     specs: tuple[Spec, ...]
 
@@ -138,42 +138,42 @@ class Either(Spec):
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        """Alternatives, for messages."""
+        """Text after 'must be' in messages: all alternatives but None."""
         return " or ".join(dict.fromkeys(spec.words for spec in self.specs if not isinstance(spec, Nothing)))
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input fits one of the alternatives."""
-        return any(spec.fits(given) for spec in self.specs)
+    def fits(self, raw: object) -> bool:
+        """Return True if one of the alternatives fits."""
+        return any(spec.fits(raw) for spec in self.specs)
 
-    def read(self, name: str, given: object) -> Any:
-        """Return an input as the first alternative that it fits reads it."""
-        return self._fitting(name, given).read(name, given)
+    def read(self, name: str, raw: object) -> Any:
+        """Return the value that the first fitting alternative reads."""
+        return self._fitting(name, raw).read(name, raw)
 
     def write(self, name: str, value: Any) -> Any:
-        """Return a value as the first alternative that it fits writes it."""
+        """Return the document that the first fitting alternative writes."""
         return self._fitting(name, value).write(name, value)
 
     def schema(self) -> Schema:
         """Return the JSON schema of the alternatives."""
         return any_of([spec.schema() for spec in self.specs])
 
-    def _fitting(self, name: str, given: object) -> Spec:
+    def _fitting(self, name: str, raw: object) -> Spec:
         for spec in self.specs:
-            if spec.fits(given):
+            if spec.fits(raw):
                 return spec
-        some = [spec for spec in self.specs if not isinstance(spec, Nothing)]
-        if len(some) == 1:
-            return some[0]  # for its message
-        raise self.refusal(name, given)
+        others = [spec for spec in self.specs if not isinstance(spec, Nothing)]
+        if len(others) == 1:
+            return others[0]  # its message is the best one
+        raise self.refusal(name, raw)
 
 
 def any_of(schemas: list[Schema]) -> Schema:
-    """Return any of some schemas."""
+    """Return the JSON schema of values for which one of several schemas holds, without nested or double alternatives."""
     flat = [part for each in schemas for part in (each["anyOf"] if list(each) == ["anyOf"] else [each])]
     unique = [part for k, part in enumerate(flat) if part not in flat[:k]]
     return unique[0] if len(unique) == 1 else {"anyOf": unique}
 
 
-def is_list(given: object) -> TypeGuard[Sequence[Any]]:
+def is_list(raw: object) -> TypeGuard[Sequence[Any]]:
     """Return True for a list, a tuple or an array."""
-    return isinstance(given, Collection) and not isinstance(given, str | bytes | Mapping)
+    return isinstance(raw, Collection) and not isinstance(raw, str | bytes | Mapping)

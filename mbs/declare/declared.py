@@ -1,4 +1,7 @@
-"""Classes with declared fields: their declarations, and the register of classes that files may name."""
+"""Classes with declared fields: their declarations, and the register of classes that files may name.
+
+A declaration is made by the functions of `fields`. The kind of an object in a file is the name of its class.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,11 @@ from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
 DECLARED = "declared"
-"""Key of a field's metadata: specification, meaning, bounds by other fields, heading under which it is listed."""
+"""Key in the metadata of a field, where specification, meaning, bounds and group stand; see `Declaration`."""
 
 
 class RefusalError(ValueError):
-    """Error of one field or part; `place` is its path, as `joints[1].point`, or '' for the whole."""
+    """Error of one field or part of an object; `place` is the path to it, such as `joints[1].point`, or ''."""
 
     def __init__(self, message: str, place: str = "") -> None:
         super().__init__(message)
@@ -27,9 +30,10 @@ class RefusalError(ValueError):
 
 
 class Declared:
-    """A class whose fields are declared; a mechanism's file may name it if `in_files` is true."""
+    """Base of classes with declared fields, which are read and checked as an object is made."""
 
     in_files: ClassVar[bool] = True
+    """True if a mechanism's file may name the class."""
 
     def __init_subclass__(cls, **more: object) -> None:
         super().__init_subclass__(**more)
@@ -39,9 +43,9 @@ class Declared:
     def __post_init__(self) -> None:
         where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""
         for key, declaration in declarations(type(self)).items():
-            given = getattr(self, key)
-            value = declaration.spec.read(where + key, given)
-            if value is not given:
+            raw = getattr(self, key)
+            value = declaration.spec.read(where + key, raw)
+            if value is not raw:
                 object.__setattr__(self, key, value)
         for key, declaration in declarations(type(self)).items():
             for sign, other in declaration.bounds.items():
@@ -50,7 +54,7 @@ class Declared:
                     bounded.read(where + key, getattr(self, key))
         self.agree()
 
-    # methods that a dataclass would generate for each class, in a millisecond each:
+    # a dataclass would generate the following methods for each class, which takes a millisecond each
 
     def _values(self) -> tuple[object, ...]:
         return tuple(getattr(self, key) for key in declarations(type(self)))
@@ -69,7 +73,7 @@ class Declared:
 
     @property
     def where(self) -> str:
-        """Name in messages; '' if the names of its fields are enough."""
+        """Name in messages, before the name of a field; '' if the latter is enough."""
         return ""
 
     def agree(self) -> None:
@@ -77,7 +81,10 @@ class Declared:
 
 
 class Declaration(typing.NamedTuple):
-    """Declaration of a field: specification, meaning, bounds by other fields, default, group in lists."""
+    """Declaration of a field: `doc` is its meaning, `group` the heading under which options of a command are listed.
+
+    `bounds` maps '>' or '>=' to the name of another field, which is the lower bound.
+    """
 
     spec: Spec
     doc: str
@@ -88,7 +95,7 @@ class Declaration(typing.NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Unit of a quantity, else ''."""
+        """Unit of a quantity; '' for other values."""
         return self.spec.unit
 
     @property
@@ -110,7 +117,7 @@ class Declaration(typing.NamedTuple):
 
     @property
     def about(self) -> str:
-        """Unit and range, and the default, in words."""
+        """Unit, range and default, for the reference."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
         unit, default = self.spec.unit if self.spec.unit != "1" else "", "" if self.required else f"default {short(self.default)}"
         parts = [unit, *ranges, default]
@@ -121,7 +128,7 @@ _DECLARATIONS: dict[Any, dict[str, Declaration]] = {}
 
 
 def declarations(kind: Any) -> dict[str, Declaration]:
-    """Return the declaration of each field that the constructor of a dataclass takes."""
+    """Return the declarations, by name, of the fields that the constructor of a dataclass takes."""
     if kind not in _DECLARATIONS:
         _DECLARATIONS[kind] = {each.name: _declaration(kind, each) for each in dataclasses.fields(kind) if each.init}
     return _DECLARATIONS[kind]
@@ -130,21 +137,20 @@ def declarations(kind: Any) -> dict[str, Declaration]:
 def _declaration(kind: Any, each: Any) -> Declaration:
     if DECLARED in each.metadata:
         spec, doc, bounds, group = each.metadata[DECLARED]
-    else:  # a field of a user's own dataclass, by its annotation
-        plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
-        spec, doc, bounds, group = plain.get(typing.get_type_hints(kind).get(each.name), Anything()), "", {}, ""
+    else:  # a field of a user's own dataclass is declared by its annotation
+        by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
+        spec, doc, bounds, group = by_type.get(typing.get_type_hints(kind).get(each.name), Anything()), "", {}, ""
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
     return Declaration(spec, doc, bounds, required, default, group)
 
 
-# --- kinds by name ------------------------------------------------------------------------------------------------------
-
 _KINDS: dict[str, type] = {}
+"""Register of classes by name."""
 
 
 def register(kind: Class) -> Class:
-    """Register a user's class, a frozen dataclass such as a contact law, so that files may name it; a decorator.
+    """Register a user's frozen dataclass, such as a contact law, so that files may name it; also a decorator.
 
     Raises
     ------
@@ -161,7 +167,7 @@ def register(kind: Class) -> Class:
 
 
 def known_kinds() -> dict[str, type]:
-    """Return the classes that files may name, by name: Buckler's and those of other installed packages."""
+    """Return the classes that files may name, by name, of Buckler and of other installed packages."""
     for other in extensions("buckler.kinds").values():
         register(other)
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}

@@ -5,7 +5,8 @@
         pin: float = quantity("m", above=0, doc="radius of the pin")
 
 `Clearance(pin=-1, ...)` raises an error with class, field, value, range and unit. Python and files both accept `pin = "5 mm"`.
-Docstring, schema of files, options of the command line and reference are made from the declaration.
+The declaration also gives the docstring, the schema of files, options of the command line and the reference. `doc` is the
+meaning of the field; it continues the name.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by the specification of its values; the functions below declare the usual ones."""
+    """Declare a field by the specification of its values; the default None also allows None."""
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}
@@ -39,7 +40,7 @@ def quantity(
     unit: str, *, above: float | str | None = None, low: float | str | None = None, high: float | None = None,
     nonzero: bool = False, doc: str = "", default: object = MISSING,
 ) -> Any:  # fmt: skip
-    """Declare a number with a unit, in [low, high] or above a bound; a bound may be another field's name."""
+    """Declare a number with a unit: >= low or > above, and <= high; low and above may be the name of another field."""
     bounds = {sign: name for sign, name in ((">", above), (">=", low)) if isinstance(name, str)}
     lowest = next((value for value in (above, low) if isinstance(value, int | float)), -inf)
     highest = inf if high is None else high
@@ -49,7 +50,7 @@ def quantity(
 
 def quantities(unit: str, *, low: float = -inf, high: float = inf, least: int = 0, most: int | None = None,
                doc: str = "", default: object = MISSING) -> Any:  # fmt: skip
-    """Declare a list of numbers with a unit."""
+    """Declare a list of `least` to `most` numbers with a unit."""
     return field(Several(Quantity(unit, low, high), least, most), doc, default)
 
 
@@ -59,7 +60,7 @@ def vector(unit: str, *, doc: str = "", default: object = MISSING) -> Any:
 
 
 def direction(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare a direction, which need not be a unit vector, and is kept as one."""
+    """Declare a direction (x, y), which is stored as a unit vector."""
     return field(Direction(), doc, default)
 
 
@@ -79,7 +80,7 @@ def names(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def choice(*options: str, doc: str = "", default: object = MISSING) -> Any:
-    """Declare one word of several."""
+    """Declare one of several words."""
     return field(Choice(options), doc, default)
 
 
@@ -93,14 +94,14 @@ def part(*kinds: object, example: str = "", doc: str = "", default: object = MIS
     field_specifiers=(field, quantity, quantities, vector, direction, whole, flag, names, choice, part),
 )
 def declared(kind: Class) -> Class:
-    """Make a class a frozen dataclass with its fields at the end of the docstring; a decorator."""
-    made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False)(kind)
-    made.__doc__ = _Doc(kind.__doc__ or "")
-    return made
+    """Make a class a frozen dataclass whose docstring lists its fields; a decorator."""
+    decorated: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False)(kind)
+    decorated.__doc__ = _Doc(kind.__doc__ or "")
+    return decorated
 
 
 class _Doc:
-    """Docstring that ends with the fields of its class, made when it is read."""
+    """Docstring to which the fields of its class are added when it is read."""
 
     def __init__(self, about: str) -> None:
         self.about = about

@@ -1,12 +1,13 @@
 """Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
-`Quantity("m").read("gap", "0.1 mm")` is 1e-4, in Python, a file or the command line; a ValueError begins with the name.
+A raw value is what a user writes in Python, a file or the command line. `Quantity("m").read("gap", "0.1 mm")` is 1e-4. `name` is
+the path of the field, with which a ValueError begins.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
 from numbers import Integral, Real
@@ -19,44 +20,46 @@ Schema = dict[str, Any]
 
 
 class Spec:
-    """Specification of the values of a field.
-
-    `unit` is that of a quantity, `allowed` its range, `words` the text after 'must be' in messages, `metavar` the placeholder of
-    a value in the help of the command line.
-    """
+    """Specification of the values of a field, here of any values."""
 
     unit: str = ""
+    """Unit of a quantity."""
     allowed: str = ""
+    """Range or options, for tables."""
     words: str = "something else"
+    """Text after 'must be' in messages."""
     metavar: str = "VALUE"
+    """Placeholder of a value in the help of the command line."""
+    json: Mapping[str, Any] = {}
+    """JSON schema, where it is the same for all specifications of the class."""
 
-    def fits(self, given: object) -> bool:
-        """Return True if a value has the right type, so that this specification reads it or has the message."""
+    def fits(self, raw: object) -> bool:
+        """Return True if a raw value has the right type; `read` may still refuse it, with the better message."""
         raise NotImplementedError
 
-    def read(self, name: str, given: object) -> Any:
-        """Return the value as it is stored; ValueError, in one line that begins with the name, if it is not allowed."""
+    def read(self, name: str, raw: object) -> Any:
+        """Return the value as it is stored; ValueError in one line if it is not allowed."""
         raise NotImplementedError
 
     def write(self, name: str, value: Any) -> Any:
-        """Return a stored value in the form that documents have."""
+        """Return a stored value in the form of documents; see `buckler.mbs.documents`."""
         return value
 
     def schema(self) -> Schema:
-        """Return the JSON schema."""
-        return {}
+        """Return the JSON schema of raw values in files."""
+        return dict(self.json)
 
-    def refusal(self, name: str, given: object, why: str = "") -> ValueError:
-        """Return the error for a value of the wrong type."""
-        return ValueError(f"{name} = {show(given)}: {why}must be {self.words}")
+    def refusal(self, name: str, raw: object, why: str = "") -> ValueError:
+        """Return the error for a raw value of the wrong type."""
+        return ValueError(f"{name} = {show(raw)}: {why}must be {self.words}")
 
 
 @dataclass(eq=False, repr=False)
 class Quantity(Spec):
-    """A number with a unit, within the bounds `low` and `high`, which are included unless open.
+    """A number with a unit, from `low` to `high`; a bound that is open is not allowed itself.
 
-    The unit is '1' for a plain number, '' for any unit; alternatives as 'rad/s or m/s'. `hint` is appended to messages about a
-    number out of the range.
+    The unit is '1' for a number without a unit, '' for any unit; ' or ' separates alternatives, as in 'rad/s or m/s'. `hint` is
+    appended to messages about a number out of the range.
     """
 
     unit: str = "1"
@@ -80,23 +83,23 @@ class Quantity(Spec):
         if self.nonzero:
             self.allowed = "not zero"
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a number, or a text of one with its unit."""
-        return is_measured(given) if isinstance(given, str) else isinstance(given, Real) and not isinstance(given, bool)
+    def fits(self, raw: object) -> bool:
+        """Return True for a number, or a text of a number with a unit."""
+        return is_measured(raw) if isinstance(raw, str) else isinstance(raw, Real) and not isinstance(raw, bool)
 
-    def read(self, name: str, given: object) -> float:
+    def read(self, name: str, raw: object) -> float:
         """Return a number in SI units, within its bounds."""
-        if type(given) is float and self.low < given < self.high and 1 / LARGEST < abs(given) < LARGEST:
-            return given
-        if not isinstance(given, str | Real) or isinstance(given, bool):
-            raise self.refusal(name, given)
-        if isinstance(given, str):
+        if type(raw) is float and self.low < raw < self.high and 1 / LARGEST < abs(raw) < LARGEST:
+            return raw  # the usual case, without further checks
+        if not isinstance(raw, str | Real) or isinstance(raw, bool):
+            raise self.refusal(name, raw)
+        if isinstance(raw, str):
             try:
-                given = measured(given)
+                raw = measured(raw)
             except ValueError as error:
-                raise self.refusal(name, given, f"{error}; ") from None
+                raise self.refusal(name, raw, f"{error}; ") from None
         try:
-            value = float(given) if isinstance(given, Measured) and not self.unit else given
+            value = float(raw) if isinstance(raw, Measured) and not self.unit else raw
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -110,17 +113,17 @@ class Quantity(Spec):
 
     def schema(self) -> Schema:
         """Return the JSON schema of a number within its bounds."""
-        plain: Schema = {"type": "number"}
+        bounded: Schema = {"type": "number"}
         if self.low > -inf:
-            plain["exclusiveMinimum" if self.open_low else "minimum"] = self.low
+            bounded["exclusiveMinimum" if self.open_low else "minimum"] = self.low
         if self.high < inf:
-            plain["maximum"] = self.high
-        return {"anyOf": [plain, {"type": "string", "pattern": r"^\s*[-+(]*[\w.]"}]}
+            bounded["maximum"] = self.high
+        return {"anyOf": [bounded, {"type": "string", "pattern": r"^\s*[-+(]*[\w.]"}]}
 
 
 @dataclass(eq=False, repr=False)
 class Whole(Spec):
-    """A whole number from `low` to `high`; 8.0 and 1e3 are not accepted."""
+    """A whole number from `low` to `high`; 8.0 and 1e3 are no whole numbers."""
 
     low: int = 0
     high: int = 10**9
@@ -130,15 +133,15 @@ class Whole(Spec):
     def __post_init__(self) -> None:
         self.allowed = f"{self.low} to {self.high}"
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a whole number, or a text of one."""
-        if isinstance(given, str):
-            return bool(re.fullmatch(r"\s*[+-]?\d+\s*", given))
-        return isinstance(given, Integral) and not isinstance(given, bool)
+    def fits(self, raw: object) -> bool:
+        """Return True for a whole number, or a text of one."""
+        if isinstance(raw, str):
+            return bool(re.fullmatch(r"\s*[+-]?\d+\s*", raw))
+        return isinstance(raw, Integral) and not isinstance(raw, bool)
 
-    def read(self, name: str, given: object) -> int:
+    def read(self, name: str, raw: object) -> int:
         """Return a whole number within its bounds."""
-        return whole(name, int(given) if isinstance(given, str) and self.fits(given) else given, self.low, self.high)
+        return whole(name, int(raw) if isinstance(raw, str) and self.fits(raw) else raw, self.low, self.high)
 
     def schema(self) -> Schema:
         """Return the JSON schema of a whole number."""
@@ -148,52 +151,45 @@ class Whole(Spec):
 class Flag(Spec):
     """True or false."""
 
-    words = "true or false"
-    allowed = "true or false"
+    words = allowed = "true or false"
+    json: Mapping[str, Any] = {"type": "boolean"}
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is true or false."""
-        return isinstance(given, bool) or given in ("true", "false")
+    def fits(self, raw: object) -> bool:
+        """Return True for a truth value, or a text of one."""
+        return isinstance(raw, bool) or raw in ("true", "false")
 
-    def read(self, name: str, given: object) -> bool:
+    def read(self, name: str, raw: object) -> bool:
         """Return true or false."""
-        if not self.fits(given):
-            raise self.refusal(name, given)
-        return given is True or given == "true"
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of true or false."""
-        return {"type": "boolean"}
+        if not self.fits(raw):
+            raise self.refusal(name, raw)
+        return raw is True or raw == "true"
 
 
 class Name(Spec):
     """A name."""
 
     words, metavar = "a name", "NAME"
+    json: Mapping[str, Any] = {"type": "string"}
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is a text."""
-        return isinstance(given, str)
+    def fits(self, raw: object) -> bool:
+        """Return True for a text."""
+        return isinstance(raw, str)
 
-    def read(self, name: str, given: object) -> str:
+    def read(self, name: str, raw: object) -> str:
         """Return a checked name."""
-        return word(name, given)
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of a text."""
-        return {"type": "string"}
+        return word(name, raw)
 
 
 class Text(Name):
-    """Any words."""
+    """A text of any words."""
 
     words, allowed, metavar = "text", "any text", "TEXT"
 
-    def read(self, name: str, given: object) -> str:
-        """Return a text without blanks around it."""
-        if not isinstance(given, str):
-            raise self.refusal(name, given)
-        return given.strip()
+    def read(self, name: str, raw: object) -> str:
+        """Return the text without blanks at its ends."""
+        if not isinstance(raw, str):
+            raise self.refusal(name, raw)
+        return raw.strip()
 
 
 @dataclass(eq=False, repr=False)
@@ -205,11 +201,11 @@ class Choice(Name):
     def __post_init__(self) -> None:
         self.words, self.allowed = f"one of {', '.join(map(repr, self.options))}", ", ".join(self.options)
 
-    def read(self, name: str, given: object) -> str:
+    def read(self, name: str, raw: object) -> str:
         """Return one of the options."""
-        if not isinstance(given, str) or given.strip() not in self.options:
-            raise self.refusal(name, given)
-        return given.strip()
+        if not isinstance(raw, str) or raw.strip() not in self.options:
+            raise self.refusal(name, raw)
+        return raw.strip()
 
     def schema(self) -> Schema:
         """Return the JSON schema of the options."""
@@ -220,12 +216,13 @@ class Nothing(Spec):
     """None, which a file calls 'none'."""
 
     words = "'none'"
+    json: Mapping[str, Any] = {"enum": [None, "none"]}
 
-    def fits(self, given: object) -> bool:
-        """Return whether an input is None or 'none'."""
-        return given is None or (isinstance(given, str) and given.strip() == "none")
+    def fits(self, raw: object) -> bool:
+        """Return True for None or 'none'."""
+        return raw is None or (isinstance(raw, str) and raw.strip() == "none")
 
-    def read(self, name: str, given: object) -> None:
+    def read(self, name: str, raw: object) -> None:
         """Return None."""
         return None
 
@@ -233,29 +230,25 @@ class Nothing(Spec):
         """Return 'none'."""
         return "none"
 
-    def schema(self) -> Schema:
-        """Return the JSON schema of None."""
-        return {"enum": [None, "none"]}
-
 
 class Anything(Spec):
-    """Any value, unchanged: for fields without a declaration."""
+    """Any value, for fields without a declaration."""
 
-    def fits(self, given: object) -> bool:
-        """Return True: every input will do."""
+    def fits(self, raw: object) -> bool:
+        """Return True."""
         return True
 
-    def read(self, name: str, given: object) -> Any:
-        """Return the input unchanged."""
-        return given
+    def read(self, name: str, raw: object) -> Any:
+        """Return the raw value."""
+        return raw
 
 
-def did_you_mean(given: str, names: Iterable[str]) -> str:
-    """', did you mean ...?' with the closest of some names, or nothing."""
-    close = near(given, names)
+def did_you_mean(raw: str, names: Iterable[str]) -> str:
+    """Return the text ', did you mean ...?' with the closest of some names; '' if none is close."""
+    close = near(raw, names)
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def show(given: object) -> str:
-    """Write a value as a file has it, not too long."""
-    return "true" if given is True else "false" if given is False else short(given)
+def show(raw: object) -> str:
+    """Write a value as in a file, shortened for a message."""
+    return "true" if raw is True else "false" if raw is False else short(raw)

@@ -1,1 +1,1 @@
-"""Documents, plain dictionaries and lists: as the text of TOML and JSON files, and changed by path."""
+"""Documents: dictionaries, lists, texts and numbers, as read from TOML and JSON files and written to them."""

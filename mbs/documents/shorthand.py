@@ -1,4 +1,7 @@
-"""Expansion of short forms in files: numbers of `[parameters]`, `[defaults]` of bodies and joints, `pins`."""
+"""Expansion of short forms in documents: values of `[parameters]`, `[defaults]` of bodies and joints, `pins`.
+
+`place` is the path of a value in the document, with which messages begin.
+"""
 
 from __future__ import annotations
 
@@ -16,37 +19,43 @@ from ..validate import LARGEST
 from .document import PARAMETERS
 
 VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
-"""Variables of formulas, whose names parameters must not have."""
+"""Variables of formulas, which are no names of parameters."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
+"""Name inside a formula."""
 QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za-z%]+)\b")
 """Number with a unit inside a formula, as in `d + 5 mm`."""
 
 
 def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with parameters replaced by their values; a ValueError begins with the place."""
+    """Return a document with the values of parameters in the place of their names and formulas."""
     rest = {key: each for key, each in content.items() if key != PARAMETERS}
-    values = _read(content.get(PARAMETERS, {}), names := _names(rest))
+    values = _read_parameters(content.get(PARAMETERS, {}), names := _names(rest))
     return {key: _fill(each, values, names, key) for key, each in rest.items()} if values else rest
 
 
 def free_parameters(content: Mapping[str, Any]) -> list[str]:
-    """List the paths of parameters that are numbers, neither zero nor formulas of others."""
-    given = content.get(PARAMETERS, {})
-    numbers = {name: measured(each) if isinstance(each, str) and is_measured(each) else each for name, each in given.items()}
+    """List the paths of parameters that are numbers other than zero, not formulas."""
+    raw = content.get(PARAMETERS, {})
+    numbers = {name: measured(each) if isinstance(each, str) and is_measured(each) else each for name, each in raw.items()}
     return [f"{PARAMETERS}.{name}" for name, each in numbers.items() if isinstance(each, int | float) and each]
 
 
-def _read(given: object, names: set[str]) -> dict[str, Any]:
-    """Read the table of parameters: numbers, numbers with a unit as written, and formulas of parameters above them."""
-    if not isinstance(given, Mapping):
-        raise ValueError(f'{PARAMETERS} = {show(given)}: must be a table of numbers, as d = "40 mm"')
+def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
+    """Read the table of parameters: numbers, numbers with a unit as written, and values of formulas of earlier parameters.
+
+    `names` are those of points and links, which are no names of parameters.
+    """
+    if not isinstance(raw, Mapping):
+        raise ValueError(f'{PARAMETERS} = {show(raw)}: must be a table of numbers, as d = "40 mm"')
     values: dict[str, Any] = {}
-    for name, each in given.items():
+    for name, each in raw.items():
         place = f"{PARAMETERS}.{name}"
-        taken = "a variable of formulas" if name in VARIABLES else "a name that formulas know"
-        taken = "the name of a point or link" if name in names else taken
-        if name in VARIABLES or name in CONSTANTS or name in FUNCTIONS or name in names:
-            raise ValueError(f"{place}: is {taken}, too; choose another name, as {name}_0")
+        for used, meaning in (
+            (names, "the name of a point or link"), (VARIABLES, "a variable of formulas"),
+            ({*CONSTANTS, *FUNCTIONS}, "a name that formulas know"),
+        ):  # fmt: skip
+            if name in used:
+                raise ValueError(f"{place}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):
             raise ValueError(f"{place}: no name for a formula; a name has letters, digits and _, and begins with a letter")
         values[name] = found = _value(each, values, place) if isinstance(each, str) and not is_measured(each) else each
@@ -58,7 +67,7 @@ def _read(given: object, names: set[str]) -> dict[str, Any]:
 
 
 def _names(content: Mapping[str, Any]) -> set[str]:
-    """List the names of points and links, which are not formulas."""
+    """Return the names of points and links, which look like formulas and are not."""
     tables = {str(name): link for name, link in _table(content, "links").items() if isinstance(link, Mapping)}
     found = {*tables, *_table(content, "points")}
     for link in tables.values():
@@ -68,7 +77,7 @@ def _names(content: Mapping[str, Any]) -> set[str]:
 
 
 def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return a table of a document, empty where something else stands in its place, which its field refuses."""
+    """Return a table of a document, empty if the value is no table; its field refuses it later."""
     found = content.get(key)
     return found if isinstance(found, Mapping) else {}
 
@@ -83,7 +92,7 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], place: str) -> 
 
 
 def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
-    """Return the value of a text with parameters: a parameter as written, a number, or a formula of further variables."""
+    """Return what a text stands for: a parameter as written, a number, or a formula with the values of parameters."""
     if text.strip() in values:
         return values[text.strip()]
     if not set(WORD.findall(text)) & set(values) and not place.startswith(PARAMETERS):
@@ -93,7 +102,7 @@ def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
         used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
     except ValueError as error:
         if "is no formula" in str(error):
-            return text  # a name with other signs in it, say; the field there refuses what it does not know
+            return text  # such as a name with other signs; its field refuses what it does not allow
         raise ValueError(f"{place} = {show(text)}: {error}") from None
     numbers = {name: _number(values[name], place) for name in used & set(values)}
     if used - set(numbers):
@@ -105,7 +114,7 @@ def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
 
 
 def _number(value: Any, place: str) -> float:
-    """Return a parameter's value in SI."""
+    """Return a number, or a text of a number with a unit, in SI."""
     try:
         return float(measured(value) if isinstance(value, str) else value)
     except ValueError as error:
@@ -114,29 +123,30 @@ def _number(value: Any, place: str) -> float:
 
 DEFAULTS, PINS = "defaults", "pins"
 SHORT = (DEFAULTS, PINS)
+"""Keys of the short forms that `expand` removes."""
 KINDS = ("section", "body", "joint")
 """Tables that may have defaults."""
 
 
 def expand(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document without its short forms; a ValueError begins with the place."""
-    found = {key: each for key, each in content.items() if key not in SHORT}
+    """Return a document with full joints and bodies in the place of `pins` and `defaults`."""
+    expanded = {key: each for key, each in content.items() if key not in SHORT}
     links = content.get("links")
     if isinstance(links, list) and not all(isinstance(each, Mapping) and "name" in each for each in links):
         raise ValueError("links = [...]: must be tables by name, as [links.crank]")
     defaults = _read_defaults(content.get(DEFAULTS, {}))
-    if defaults and isinstance(found.get("links"), Mapping):
-        found["links"] = {name: _link(link, defaults) for name, link in found["links"].items()}
-    joints = found.get("joints", [])
+    if defaults and isinstance(expanded.get("links"), Mapping):
+        expanded["links"] = {name: _complete_link(link, defaults) for name, link in expanded["links"].items()}
+    joints = expanded.get("joints", [])
     if isinstance(joints, list) and (joints or PINS in content):
         usual = defaults.get("joint", {})
-        pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), found.get("links"))]
-        found["joints"] = [*(_fill_lacking(joint, usual) for joint in joints), *pins]
-    return found
+        pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), expanded.get("links"))]
+        expanded["joints"] = [*(_complete(joint, usual) for joint in joints), *pins]
+    return expanded
 
 
 def schema() -> Schema:
-    """JSON schemas of the short forms."""
+    """Return the JSON schemas of the short forms and of the parameters."""
     pins = {"type": "array", "items": {"type": "string", "pattern": "^[^:]+:.+"}, "description": 'As "A: crank coupler".'}
     about = "What links and joints have that do not say otherwise."
     table = {"type": "object", "properties": {key: {"type": "object"} for key in KINDS}, "additionalProperties": False}
@@ -156,30 +166,30 @@ def _read_defaults(defaults: object) -> dict[str, Any]:
     return dict(defaults)
 
 
-def _link(link: object, defaults: Mapping[str, Any]) -> Any:
-    """Return a link with the body and the section that it leaves to the defaults."""
+def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
+    """Return a link whose body and section are completed by the defaults."""
     if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
         return link
-    given = link.get("body", {})
-    body = _fill_lacking(given, defaults.get("body", {}))
+    raw = link.get("body", {})
+    body = _complete(raw, defaults.get("body", {}))
     if not body:
         return link
     kind, section = known_kinds().get(str(body.get("kind"))), body.get("section", {})
-    takes_section = kind is not None and "section" in declarations(kind) and not {"mass", "inertia"} & set(given)
+    takes_section = kind is not None and "section" in declarations(kind) and not {"mass", "inertia"} & set(raw)
     if "section" in defaults and takes_section and isinstance(section, Mapping):
-        body = {**body, "section": _fill_lacking(section, defaults["section"])}
+        body = {**body, "section": _complete(section, defaults["section"])}
     return {**link, "body": body}
 
 
-def _fill_lacking(given: Any, usual: Mapping[str, Any]) -> Any:
-    """Fill what a table lacks from another, unless it is of another kind."""
-    if not isinstance(given, Mapping) or given.get("kind", usual.get("kind")) != usual.get("kind"):
-        return given
-    return {**usual, **given}
+def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
+    """Return a table completed by the usual keys and values, unless they are of another kind."""
+    if not isinstance(raw, Mapping) or raw.get("kind", usual.get("kind")) != usual.get("kind"):
+        return raw
+    return {**usual, **raw}
 
 
 def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
-    """Joints of `"A: crank coupler"`: the first link with each of the others."""
+    """Yield the joints of texts such as `"A: crank coupler"`, between the first link and each of the others."""
     if not isinstance(pins, list):
         raise ValueError(f'{PINS} = {show(pins)}: must be a list, as ["A: crank coupler"]')
     bodies = ["ground", *(links if isinstance(links, Mapping) else ())]

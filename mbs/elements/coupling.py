@@ -9,7 +9,7 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carrier_place, check_link, check_moments, distance, holder, holder_place, refers
+from .references import carrier_place, check_link, check_moments, distance, holder_reference, refers
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
@@ -186,7 +186,11 @@ class Rope(Coupling):
 
     def path(self, mechanism: Parts) -> list[Place]:
         """Return the places of ends and pulleys in order, each on the link that carries it."""
-        return [holder_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
+        places = [place(holder_reference(mechanism, at)) for at in (self.first, *self.over, self.second)]
+        for body, point in places:
+            if body not in (GROUND, *(link.name for link in mechanism.links)):
+                raise ValueError(f"{self.where}: '{point}' is the end of a strut on a guide's block; name a link with mass")
+        return places
 
     def turning(self) -> Iterator[str]:
         """Yield nothing: a rope couples no angles."""
@@ -196,12 +200,11 @@ class Rope(Coupling):
         """Raise a ValueError unless neighbouring points differ, and one is not on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
-        if all(holder(mechanism, at) == GROUND for at in (self.first, *self.over, self.second)):
+        if all(body == GROUND for body, _ in self.path(mechanism)):
             raise ValueError(f"{self.where}: all its points are on the ground")
         for a, b in pairwise((self.first, *self.over, self.second)):
             if distance(mechanism, a, b) == 0:
                 raise ValueError(f"{self.where}: '{a}' and '{b}' coincide, so the rope between them has no direction")
-        self.path(mechanism)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of a constant sum of the lengths between pulleys."""

@@ -52,14 +52,14 @@ class Carried(Spec):
 
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
-    def read(self, name: str, given: object) -> Frozen:
+    def read(self, name: str, raw: object) -> Frozen:
         """Return a mapping of names to fractions or places; None where the points of the mechanism give the place."""
-        if isinstance(given, Mapping):
+        if isinstance(raw, Mapping):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
-            return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
-        if isinstance(given, str) or not is_list(given):
-            raise self.refusal(name, given)
-        return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
+            return Frozen({point: where.read(f"{name}.{point}", at) for point, at in raw.items()})
+        if isinstance(raw, str) or not is_list(raw):
+            raise self.refusal(name, raw)
+        return Frozen(dict.fromkeys(Several(Name()).read(name, raw)))
 
     def write(self, name: str, value: Any) -> Any:
         """Return a list if no point has a place, else a table."""

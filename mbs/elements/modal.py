@@ -30,9 +30,6 @@ NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 Point3 = tuple[float, float, float]
 
 
-# --- interfaces -------------------------------------------------------------------------------------------------------
-
-
 @declared
 class EndFace(Declared):
     """Interface of all nodes in the cross-section through the joint's centre."""
@@ -57,9 +54,6 @@ class PinHole(Declared):
 
 Interface = Callable[[Array, Array], Array]
 """Function of nodes (n, 3) and the joint's centre (3,) in link axes [m] that returns the mask (n,) of the interface."""
-
-
-# --- meshes and modes by name -----------------------------------------------------------------------------------------
 
 
 @declared
@@ -147,9 +141,9 @@ class AdamsDamping(Declared):
 class Interfaces(Part):
     """Specification of an interface: `EndFace`, `PinHole` or any function."""
 
-    def fits(self, given: object) -> bool:
+    def fits(self, raw: object) -> bool:
         """Return True for any function."""
-        return super().fits(given) or (callable(given) and not isinstance(given, type))
+        return super().fits(raw) or (callable(raw) and not isinstance(raw, type))
 
 
 @declared

@@ -90,14 +90,6 @@ def holder_reference(mechanism: Parts, at: str) -> str:
     return f"{holder(mechanism, at)}:{place(at).point}"
 
 
-def holder_place(mechanism: Parts, at: str, where: str) -> Place:
-    """Return the reference in two parts of the body that a load acts on; ValueError if that body is a guide's block."""
-    body, point = place(holder_reference(mechanism, at))
-    if body != GROUND and body not in {link.name for link in mechanism.links}:
-        raise ValueError(f"{where}: '{at}' is the end of a strut on a guide's block; name a link with mass")
-    return Place(body, point)
-
-
 def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
     """Return 'beam:B' as it is; complete 'beam' by the point `near` if it is on the link, or else by the link's start."""
     if ":" in at:

@@ -51,18 +51,18 @@ PLA has typical values of solid parts; printed parts with gaps are softer and li
 class MaterialPart(Part):
     """Specification of a material by its name or its properties."""
 
-    def fits(self, given: object) -> bool:
+    def fits(self, raw: object) -> bool:
         """Return True for a material, or a text."""
-        return isinstance(given, str) or super().fits(given)
+        return isinstance(raw, str) or super().fits(raw)
 
-    def read(self, name: str, given: object) -> Any:
+    def read(self, name: str, raw: object) -> Any:
         """Return the material of a name or a table."""
-        if not isinstance(given, str):
-            return super().read(name, given)
-        if given not in MATERIALS:
+        if not isinstance(raw, str):
+            return super().read(name, raw)
+        if raw not in MATERIALS:
             known = ", ".join(MATERIALS)
-            raise ValueError(f"{name} = {show(given)}: unknown material{did_you_mean(given, MATERIALS)}; known: {known}")
-        return MATERIALS[given]
+            raise ValueError(f"{name} = {show(raw)}: unknown material{did_you_mean(raw, MATERIALS)}; known: {known}")
+        return MATERIALS[raw]
 
     def schema(self) -> Schema:
         """Return the JSON schema of a name or a table."""

@@ -20,24 +20,24 @@ class Callables(Spec):
 
     words = "a formula such as '2*sin(3*t)'"
 
-    def fits(self, given: object) -> bool:
+    def fits(self, raw: object) -> bool:
         """Return whether an input is a function, a formula or a table of one."""
-        if isinstance(given, Mapping):
-            return given.get("kind") in _callable_kinds()
-        return (callable(given) and not isinstance(given, type)) or (isinstance(given, str) and not is_measured(given))
+        if isinstance(raw, Mapping):
+            return raw.get("kind") in _callable_kinds()
+        return (callable(raw) and not isinstance(raw, type)) or (isinstance(raw, str) and not is_measured(raw))
 
-    def read(self, name: str, given: object) -> Any:
+    def read(self, name: str, raw: object) -> Any:
         """Return the function, built from a formula or a table if necessary."""
-        if isinstance(given, Mapping):
-            return build(name, given, _callable_kinds())
-        if isinstance(given, str):
+        if isinstance(raw, Mapping):
+            return build(name, raw, _callable_kinds())
+        if isinstance(raw, str):
             try:
-                return Expression(given)
+                return Expression(raw)
             except ValueError as error:
-                raise ValueError(f"{name} = {show(given)}: {error}") from None
-        if not self.fits(given):
-            raise self.refusal(name, given)
-        return given
+                raise ValueError(f"{name} = {show(raw)}: {error}") from None
+        if not self.fits(raw):
+            raise self.refusal(name, raw)
+        return raw
 
     def write(self, name: str, value: object) -> Any:
         """Return a function as its formula or its table."""
@@ -73,17 +73,17 @@ class Function(Callables):
         """Arguments of the function and its form in files, for messages."""
         return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
 
-    def fits(self, given: object) -> bool:
+    def fits(self, raw: object) -> bool:
         """Return whether an input is a function, or a list with one for each component."""
-        if self.size > 1 and is_list(given) and len(given) == self.size:
-            return any(super(Function, self).fits(part) for part in given)
-        return super().fits(given)
+        if self.size > 1 and is_list(raw) and len(raw) == self.size:
+            return any(super(Function, self).fits(part) for part in raw)
+        return super().fits(raw)
 
-    def read(self, name: str, given: object) -> Any:
+    def read(self, name: str, raw: object) -> Any:
         """Return the function, checked by a call, or that of a name."""
-        if isinstance(given, str) and given in self.named:
-            return self.named[given]
-        found = self.make(name, given)
+        if isinstance(raw, str) and raw in self.named:
+            return self.named[raw]
+        found = self.make(name, raw)
         self.check_call(name, found)
         return found
 
@@ -101,9 +101,9 @@ class Function(Callables):
         value = called(name, found, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
 
-    def make(self, name: str, given: object) -> Any:
+    def make(self, name: str, raw: object) -> Any:
         """Build the function from any input, without calling it."""
-        return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
+        return Components(_PARTS.read(name, raw)) if is_list(raw) and self.fits(raw) else super().read(name, raw)
 
     def write(self, name: str, value: object) -> Any:
         """Return the name of a function, else its formula or table."""
@@ -123,9 +123,9 @@ class Law(Function):
         """Arguments of the law, for messages."""
         return f"{super().words}, where the load has states of them, too"
 
-    def read(self, name: str, given: object) -> Any:
+    def read(self, name: str, raw: object) -> Any:
         """Return the law, built from a formula or a table if necessary."""
-        return self.make(name, given)
+        return self.make(name, raw)
 
 
 class Rates(Law):
@@ -133,9 +133,9 @@ class Rates(Law):
 
     words = "a function, or a list of them, in files formulas"
 
-    def fits(self, given: object) -> bool:
+    def fits(self, raw: object) -> bool:
         """Return whether an input is a function or a list of them."""
-        return Callables.fits(self, given) or (is_list(given) and len(given) > 0)
+        return Callables.fits(self, raw) or (is_list(raw) and len(raw) > 0)
 
     def schema(self) -> Schema:
         """Return the JSON schema of a function or a list of them."""
