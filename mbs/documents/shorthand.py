@@ -18,6 +18,7 @@ from ..units import is_measured, measured
 from ..validate import LARGEST
 from .document import PARAMETERS
 
+KNOWN = {*CONSTANTS, *FUNCTIONS}
 VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
 """Variables of formulas, which are no names of parameters."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
@@ -41,21 +42,15 @@ def free_parameters(content: Mapping[str, Any]) -> list[str]:
 
 
 def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
-    """Read the table of parameters: numbers, numbers with a unit as written, and values of formulas of earlier parameters.
-
-    `names` are those of points and links, which are no names of parameters.
-    """
+    """Read the table of parameters: numbers, numbers with a unit as written, and values of formulas of earlier parameters."""
     if not isinstance(raw, Mapping):
         raise ValueError(f'{PARAMETERS} = {show(raw)}: must be a table of numbers, as d = "40 mm"')
     values: dict[str, Any] = {}
     for name, each in raw.items():
         place = f"{PARAMETERS}.{name}"
-        for used, meaning in (
-            (names, "the name of a point or link"), (VARIABLES, "a variable of formulas"),
-            ({*CONSTANTS, *FUNCTIONS}, "a name that formulas know"),
-        ):  # fmt: skip
-            if name in used:
-                raise ValueError(f"{place}: is {meaning}, too; choose another name, as {name}_0")
+        meanings = {"the name of a point or link": names, "a variable of formulas": VARIABLES, "a name that formulas know": KNOWN}
+        if meaning := next((meaning for meaning, used in meanings.items() if name in used), ""):
+            raise ValueError(f"{place}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):
             raise ValueError(f"{place}: no name for a formula; a name has letters, digits and _, and begins with a letter")
         values[name] = found = _value(each, values, place) if isinstance(each, str) and not is_measured(each) else each

@@ -63,9 +63,7 @@ class Clearance(Joint):
         super().check(mechanism)
         lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
         if self.gap >= min(lengths):
-            raise ValueError(
-                f"gap = {self.gap:g} m at '{self.point}': must be below the length of what it joins, {min(lengths):g} m"
-            )
+            raise ValueError(f"gap = {self.gap:g} m at '{self.point}': must be below the length of its links, {min(lengths):g} m")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the rows of a pin that is centred in its bush at t = 0."""

@@ -75,16 +75,14 @@ class Stop(Element):
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
-            raise ValueError(
-                f"{where}: along: must be given where the point has no guide: the direction square to the face, as (1, 0)"
-            )
+            raise ValueError(f"{where}: along: must be given where the point has no guide: normal to the face, as (1, 0)")
         if isinstance(self.friction, BristleLaw):
             kind = type(self.friction).__name__
             raise ValueError(f"{where}: friction = {kind}: a face keeps no bristle; give a law without memory, as Coulomb")
         if self.is_in_guide:
             if self.rubs:
                 raise ValueError(
-                    f"{where}: friction: the guide lets nothing slide along the face; give it to the guide, or give `along`"
+                    f"{where}: friction: the point cannot slide along the face; give it to the guide, or give `along`"
                 )
             return
         check_point_of(mechanism, self.body(mechanism), self.point, where)
@@ -97,9 +95,7 @@ class Stop(Element):
         if not mechanism.link(self.carrier).body.flexible:
             return
         if not place(self.on).body:
-            raise ValueError(
-                f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'"
-            )
+            raise ValueError(f"{where}: on = '{self.on}': the angle of a flexible link varies; give a point, as 'link:point'")
         check_point_of(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
@@ -134,13 +130,7 @@ class Stop(Element):
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:
-        """Return the signed distance from the initial place of the point to the face, along the face's direction [m].
-
-        Raises
-        ------
-        ValueError
-            If the point starts on the face, so that the side is not known.
-        """
+        """Return the signed distance [m] from the initial place of the point to the face; ValueError if it starts on the face."""
         distance = self.at - self._start(mechanism)
         size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
         if abs(distance) <= NEAREST * max(size, abs(self.at)):

@@ -1,4 +1,4 @@
-"""Functions given by users: formulas and tables as values, the search for their jumps and kinks, and fields for them."""
+"""Users' functions: formulas and tables as values, the search for their jumps and kinks, and fields for them."""
 
 from .edge_memory import Argument, Called, EdgeMemory, current_memory, edges_along, locate, use_memory
 from .piecewise import Piecewise

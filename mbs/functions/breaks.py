@@ -1,9 +1,9 @@
-"""Jumps, kinks and quick changes of a function of time, found by sampling it.
+"""Edges of a function of time, found by sampling: jumps, kinks and quick changes, on which steps of a run shall end.
 
-It is sampled at each `WIDTH` of the run. A second difference much larger than its neighbours is a jump or a kink, located by
-bisection. Smooth intervals are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte, L. N. Trefethen,
-Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. If pieces are shorter than the steps of
-a run, steps end on their edges. Periodic jumps are completed, as pulses may be shorter than `WIDTH`.
+The function is sampled at each `WIDTH` of the run. A second difference that is much larger than those near it is a jump or a
+kink, which bisection locates. The intervals between are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte,
+L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Ends of pieces that are
+shorter than the longest steps of a run are quick changes. Periodic jumps are completed, as pulses may be shorter than `WIDTH`.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from ..geometry import Array
 from ..laws.compiled import evaluate_compiled
 
 WIDTH = 1e-5
-"""Distance of samples, over the run: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
+"""Distance of samples, over the duration: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
 PIECE = 1 / 200
-"""Length of a piece, over the run, above which any run resolves it: its longest steps are a fortieth of the run."""
+"""Length of a piece, over the duration, above which any run resolves it: the longest steps are a fortieth of the run."""
 MOST = 20_000
-"""Most jumps and kinks that are located: each costs a run some steps, so that the search costs less than a tenth of it."""
+"""Most jumps and kinks that are located; each costs a run some steps, so that the search costs less than a tenth of it."""
 MOST_SMOOTH = 2000
-"""Most edges of smooth pieces: with more of them, error control resolves the function anyway."""
+"""Most quick changes: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over those of its neighbours."""
 REACHES = (6, 9)
-"""Distances of the neighbours [samples]: two, so that another edge affects one of them only."""
+"""Distances of the neighbours [samples] with which a second difference is compared; another edge affects one of the two."""
 DEGREE = 8
-"""Degree of the polynomials."""
+"""Degree of the polynomials that are fitted to pieces."""
 FEWEST = 4
 """Least number of sample intervals of a piece."""
 MISFIT = 1e-3
@@ -45,28 +45,28 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time."""
 JUMP_ERROR = 2e-9
-"""Error of a jump that is predicted by the period, over the run: rounding of thousands of periods."""
+"""Error of the time of a jump that follows from the period, over the duration: rounding of thousands of periods."""
 RECURRING = 20
-"""Least number of jumps for the detection of a period."""
+"""Least number of jumps from which a period is detected, and largest number of jumps in a period."""
 
 Values = Callable[[Array], Array]
-"""Values at times [s]: (times,) to (times, components)."""
+"""Function from times (times,) [s] to values (times, components)."""
 
 
 class Edges(NamedTuple):
-    """Times [s] of jumps, kinks and quick changes, in order; `capped` is True if there were too many, which are left out."""
+    """Times [s] of edges, in order; `capped` is True if there were too many quick changes, or jumps, which are left out."""
 
     times: tuple[float, ...] = ()
     capped: bool = False
 
 
 def breaks(function: Callable[..., object], duration: float) -> Edges:
-    """Find the edges of a function of time in (0, duration) [s], other arguments zero; none where it raises or is not finite."""
-    return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * others_of(function)), duration)
+    """Find the edges of a function of time in (0, duration) [s], with all other arguments zero; see `search`."""
+    return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * count_others(function)), duration)
 
 
 def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
-    """Find the edges of a function given by its values at an array of times; none where it raises or is not finite.
+    """Find the edges in (0, duration) [s] of a function of an array of times; none if it fails or is not finite.
 
     `width` is the distance of samples over the duration.
     """
@@ -85,35 +85,38 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     outstanding = _outstanding(values / span)
     if len(outstanding) > MOST:
         return Edges(capped=True)
-    sudden = _recurring(values_at, _locate(values_at, times, values, outstanding), duration)
+    sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
-    whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
-    pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * whole), b) for a, b in pairwise(edges))
-    quick = (times[k] for piece in pieces for k in _short(*piece))
-    smooth = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
-    capped = len(smooth) > MOST_SMOOTH
-    found = sorted({*sudden.tolist(), *([] if capped else smooth)})
+    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation, in samples
+    pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
+    quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
+    quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
+    capped = len(quick_times) > MOST_SMOOTH
+    found = sorted({*sudden.tolist(), *([] if capped else quick_times)})
     return Edges(tuple(t for t in found if 0 < t < duration), capped)
 
 
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
-    """Evaluate a function at columns of arguments, (times, components): by machine code, arrays or single calls."""
+    """Evaluate a function for columns of arguments (times,), as (times, components).
+
+    It is called by machine code of an earlier run, or with arrays if a sample of single calls agrees, or once for each row.
+    """
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
     if count >= AT_ONCE:
         some = slice(None, None, count // 7)
-        few = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
+        single = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
-            whole = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *few.shape[1:]))
-            if np.allclose(whole[some], few, rtol=ROUNDING, atol=ROUNDING * np.abs(few).max()):
-                return whole.reshape(count, -1)
-        except (Exception, SystemExit):  # it accepts numbers only
+            values = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *single.shape[1:]))
+            if np.allclose(values[some], single, rtol=ROUNDING, atol=ROUNDING * np.abs(single).max()):
+                return values.reshape(count, -1)
+        except (Exception, SystemExit):  # the function accepts numbers only
             pass
     return np.array(list(map(function, *(c.tolist() for c in columns))), dtype=float).reshape(count, -1)
 
 
-def others_of(function: Callable[..., object]) -> int:
+def count_others(function: Callable[..., object]) -> int:
     """Count the arguments of a function in addition to the time."""
     for others in range(MOST_OTHERS):
         try:
@@ -130,56 +133,61 @@ def _outstanding(values: Array) -> Array:
     padded = np.pad(second, pad := max(REACHES), mode="edge")
 
     def largest(*shifts: int) -> Array:
-        """Return the largest of the values at these shifts from each sample."""
+        """Return the largest second difference at some shifts [samples] from each sample."""
         return np.asarray(reduce(np.maximum, (padded[pad + k : pad + k + len(second)] for k in shifts)))
 
-    others = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
-    outstanding = (second > OUTSTANDING * np.maximum(others, 1e-12)) & (second >= largest(*range(-2, 3)))
+    neighbours = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
+    is_largest_near = second >= largest(*range(-2, 3))
+    outstanding = (second > OUTSTANDING * np.maximum(neighbours, ROUNDING)) & is_largest_near
     return np.flatnonzero(outstanding) + 1
 
 
 def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> Array:
-    """Locate the jumps in the two intervals at each sample, or the kink if there is none: times [s], in order."""
+    """Locate the jumps in the two intervals beside each sample, or else the kink there: times [s], in order."""
     if not len(samples):
         return np.empty(0)
     first = np.concatenate([samples - 1, samples])
-    jumps, jumped = _bisect(values_at, times[first], times[first + 1], values[first], values[first + 1])
-    smooth = samples[~jumped.reshape(2, -1).any(axis=0)]
-    return np.unique(np.concatenate([jumps[jumped], _kinks(values_at, times[smooth - 1], times[smooth + 1])]))
+    jumps, is_jump = _bisect(values_at, times[first], times[first + 1], values[first], values[first + 1])
+    kinked = samples[~is_jump.reshape(2, -1).any(axis=0)]
+    return np.unique(np.concatenate([jumps[is_jump], _locate_kinks(values_at, times[kinked - 1], times[kinked + 1])]))
 
 
 def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: Array) -> tuple[Array, Array]:
-    """Locate the last times before jumps by bisection; return them, and True for those that are jumps at any interval.
+    """Locate the last times before jumps by bisection; return them, and a mask of those at which there is a jump.
 
-    A step that ends at such a time evaluates the function before the jump only.
+    A step that ends at such a time evaluates the function before the jump only. There is a jump where the difference of the
+    values at both ends does not vanish with the interval.
     """
-    whole = np.abs(after - before).max(axis=1)
+    initial = np.abs(after - before).max(axis=1)
     for _ in range(HALVINGS):
         middle = (start + end) / 2
         if not ((start < middle) & (middle < end)).any():
             break
         value = values_at(middle)
-        early = np.abs(value - before).max(axis=1) > np.abs(after - value).max(axis=1)
-        start, end = np.where(early, start, middle), np.where(early, middle, end)
-        before, after = np.where(early[:, None], before, value), np.where(early[:, None], value, after)
-    return start, np.abs(after - before).max(axis=1) > np.maximum(0.1 * whole, 1e-300)
+        in_first_half = np.abs(value - before).max(axis=1) > np.abs(after - value).max(axis=1)
+        start, end = np.where(in_first_half, start, middle), np.where(in_first_half, middle, end)
+        before, after = np.where(in_first_half[:, None], before, value), np.where(in_first_half[:, None], value, after)
+    return start, np.abs(after - before).max(axis=1) > np.maximum(0.1 * initial, 1e-300)
 
 
-def _kinks(values_at: Values, start: Array, end: Array) -> Array:
-    """Locate kinks by bisection: take the part of each interval with the largest second difference."""
+def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
+    """Locate kinks by repeated halving: keep the half of each interval that has the largest second difference."""
     for _ in range(HALVINGS if len(start) else 0):
         middle = (start + end) / 2
         if not ((start < middle) & (middle < end)).any():
             break
         quarters = np.linspace(start, end, 5, axis=1)
-        bends = np.abs(np.diff(values_at(quarters.ravel()).reshape(len(start), 5, -1), 2, axis=1)).max(axis=2)
-        part, each = np.argmax(bends, axis=1), np.arange(len(start))
-        start, end = quarters[each, part], quarters[each, part + 2]
+        second = np.abs(np.diff(values_at(quarters.ravel()).reshape(len(start), 5, -1), 2, axis=1)).max(axis=2)
+        half, each = np.argmax(second, axis=1), np.arange(len(start))
+        start, end = quarters[each, half], quarters[each, half + 2]
     return end
 
 
-def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
-    """Complete periodic jumps, (times,): some pulses shorter than `WIDTH` lie between samples."""
+def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Array:
+    """Add the missing ones to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
+
+    The period is the median distance of jumps upwards, improved by their number; phases are the times of jumps in a period.
+    """
     if len(jumps) < RECURRING:
         return jumps
     side = JUMP_ERROR * duration / 2
@@ -192,14 +200,14 @@ def _recurring(values_at: Values, jumps: Array, duration: float) -> Array:
     phases = np.unique(np.round((jumps % period) / side) * side)
     if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
         return jumps
-    every = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
-    every = every[~np.isin(np.round(every / side), np.round(jumps / side))]
-    found, jumped = sharpen(values_at, every, duration)
-    return np.unique(np.concatenate([jumps, found[jumped]]))
+    predicted = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
+    missing = predicted[~np.isin(np.round(predicted / side), np.round(jumps / side))]
+    found, is_jump = sharpen(values_at, missing, duration)
+    return np.unique(np.concatenate([jumps, found[is_jump]]))
 
 
 def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Array]:
-    """Locate the last times before jumps that are known to rounding; return them, and True for jumps; without the run's ends."""
+    """Locate the last times before jumps near known times in (0, duration) [s]; return them, and a mask of the jumps."""
     side = JUMP_ERROR * duration
     times = times[(times > side) & (times < duration - side)]
     if not len(times):
@@ -208,18 +216,21 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
     return _bisect(values_at, start, end, values_at(start), values_at(end))
 
 
-def _split(values: Array, first: int, last: int, little: float) -> Iterator[int]:
-    """Yield the edges of the polynomial pieces of a smooth interval, by recursive halving."""
-    if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, little / min(last - first, PIECE / WIDTH)):
+def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
+    """Yield the samples at the ends of polynomial pieces of a smooth interval, by recursive halving.
+
+    `allowed` is the largest allowed error of an integral, in samples.
+    """
+    if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
-    yield from _split(values, first, middle, little)
+    yield from _split(values, first, middle, allowed)
     yield middle
-    yield from _split(values, middle, last, little)
+    yield from _split(values, middle, last, allowed)
 
 
-def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
-    """Yield the inner edges of pieces that are shorter than `PIECE`."""
+def _find_quick_changes(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
+    """Yield the inner ends of pieces that are shorter than `PIECE`, of an interval from sample `first` to `last`."""
     before, here = first, next(inner, last)
     for after in chain(inner, (last,)):
         if min(here - before, after - here) < PIECE / WIDTH and here < last:
@@ -229,7 +240,7 @@ def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
 
 def _misfit(values: Array) -> float:
     """Return the largest error at the samples of the polynomial through samples near Chebyshev points."""
-    degree = min(DEGREE, len(values) // FEWEST)  # most samples shall lie between the points
+    degree = min(DEGREE, len(values) // FEWEST)  # so that most samples lie between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))
     fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))

@@ -1,4 +1,4 @@
-"""Fields for functions: Python functions, formulas and tables, read from files and called once as a check."""
+"""Specifications of fields for functions: Python functions, formulas and tables, which are called once as a check."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..declare import Either, Quantity, Several, Spec, Vector, build, fields_wri
 from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema, show
 from ..units import is_measured
-from ..validate import function as called
+from ..validate import function as call_checked
 from .values import Components, Expression
 
 
@@ -21,13 +21,13 @@ class Callables(Spec):
     words = "a formula such as '2*sin(3*t)'"
 
     def fits(self, raw: object) -> bool:
-        """Return whether an input is a function, a formula or a table of one."""
+        """Return True for a function, a formula or a document of a callable object."""
         if isinstance(raw, Mapping):
             return raw.get("kind") in _callable_kinds()
         return (callable(raw) and not isinstance(raw, type)) or (isinstance(raw, str) and not is_measured(raw))
 
     def read(self, name: str, raw: object) -> Any:
-        """Return the function, built from a formula or a table if necessary."""
+        """Return the function, built from a formula or a document if necessary."""
         if isinstance(raw, Mapping):
             return build(name, raw, _callable_kinds())
         if isinstance(raw, str):
@@ -40,7 +40,7 @@ class Callables(Spec):
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return a function as its formula or its table."""
+        """Return the formula or the document of a function."""
         if isinstance(value, Expression) and self.fits(value.text):
             return value.text
         if type(value) not in _callable_kinds().values():
@@ -48,19 +48,20 @@ class Callables(Spec):
         return {"kind": type(value).__name__, **fields_written(name, value)}
 
     def schema(self) -> Schema:
-        """Return the JSON schema of a formula or a table."""
+        """Return the JSON schema of a formula, or a document of a callable object."""
         refs: list[Schema] = [{"$ref": f"#/$defs/{kind}"} for kind in sorted(_callable_kinds())]
         return any_of([{"type": "string", "description": "A formula such as '2*sin(3*t)'."}, *refs])
 
 
 _PARTS = Several(Either((Quantity(""), Callables())))
+"""Specification of the components of a function, each a number or a function."""
 
 
 @dataclass(eq=False, repr=False)
 class Function(Callables):
     """Specification of a function of the variables `of` that returns `size` numbers of a unit.
 
-    It is called once, with all variables zero. `named` are functions that files may refer to by name.
+    `read` calls it once, with all variables zero. `named` are functions that files may refer to by name.
     """
 
     of: str
@@ -70,27 +71,27 @@ class Function(Callables):
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        """Arguments of the function and its form in files, for messages."""
+        """Text after 'must be' in messages: variables of the function, and its form in files."""
         return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
 
     def fits(self, raw: object) -> bool:
-        """Return whether an input is a function, or a list with one for each component."""
+        """Return True for a function, or a list with one function or number for each component."""
         if self.size > 1 and is_list(raw) and len(raw) == self.size:
             return any(super(Function, self).fits(part) for part in raw)
         return super().fits(raw)
 
     def read(self, name: str, raw: object) -> Any:
-        """Return the function, checked by a call, or that of a name."""
+        """Return the function, checked by a call, or the function of a name."""
         if isinstance(raw, str) and raw in self.named:
             return self.named[raw]
-        found = self.make(name, raw)
-        self.check_call(name, found)
-        return found
+        function = self.make(name, raw)
+        self.check_call(name, function)
+        return function
 
-    def check_call(self, name: str, found: object) -> None:
-        """Call the function with all variables zero; ValueError if it raises, or returns other than `size` numbers."""
+    def check_call(self, name: str, function: object) -> None:
+        """Call the function with all variables zero; ValueError if it fails or does not return `size` numbers."""
         names = self.of.split(", ")
-        for each in found.parts if isinstance(found, Components) else [found]:
+        for each in function.parts if isinstance(function, Components) else [function]:
             try:
                 if isinstance(each, Expression):
                     each.of(names)
@@ -98,15 +99,15 @@ class Function(Callables):
                 raise ValueError(f"{name} = {error}") from None
         zeros = [0.0] * len(names)
         at = f"{name} at {self.of} = 0"
-        value = called(name, found, *zeros)(*zeros)
+        value = call_checked(name, function, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
 
     def make(self, name: str, raw: object) -> Any:
-        """Build the function from any input, without calling it."""
+        """Return the function of a raw value, without a call."""
         return Components(_PARTS.read(name, raw)) if is_list(raw) and self.fits(raw) else super().read(name, raw)
 
     def write(self, name: str, value: object) -> Any:
-        """Return the name of a function, else its formula or table."""
+        """Return the name of a function, or else its formula or document."""
         for key, function in self.named.items():
             if value is function:
                 return key
@@ -116,15 +117,15 @@ class Function(Callables):
 
 
 class Law(Function):
-    """Specification of the law of a load, which may have states; the load checks it, as it knows the states."""
+    """Specification of the law of a load that may have states; it is not called, as only the load has the states."""
 
     @property
     def words(self) -> str:  # type: ignore[override]
-        """Arguments of the law, for messages."""
+        """Text after 'must be' in messages: variables of the law, and its form in files."""
         return f"{super().words}, where the load has states of them, too"
 
     def read(self, name: str, raw: object) -> Any:
-        """Return the law, built from a formula or a table if necessary."""
+        """Return the law, built from a formula or a document if necessary."""
         return self.make(name, raw)
 
 
@@ -134,14 +135,14 @@ class Rates(Law):
     words = "a function, or a list of them, in files formulas"
 
     def fits(self, raw: object) -> bool:
-        """Return whether an input is a function or a list of them."""
+        """Return True for a function or a list of functions."""
         return Callables.fits(self, raw) or (is_list(raw) and len(raw) > 0)
 
     def schema(self) -> Schema:
-        """Return the JSON schema of a function or a list of them."""
+        """Return the JSON schema of a function or a list of functions."""
         return any_of([super().schema(), _PARTS.schema()])
 
 
 def _callable_kinds() -> dict[str, type]:
-    """Return the classes with names in files whose objects can be called."""
+    """Return the classes of callable objects that files may name."""
     return {key: kind for key, kind in known_kinds().items() if "__call__" in dir(kind)}

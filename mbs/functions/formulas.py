@@ -1,6 +1,6 @@
-"""Formulas such as `2*sin(3*t)`: Python syntax restricted by a whitelist, and Python functions made from them.
+"""Formulas such as `2*sin(3*t)`: their check, and Python functions made from them.
 
-Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS` and given variables.
+The syntax is that of Python. Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS`, and variables by name.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ LONGEST = 2000
 DEEPEST = 60
 """Largest depth of nesting of a formula, below the limit of Python's parser."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
+"""Constants by their names in formulas."""
 
 
 def _step(x: float, begin: float, low: float, end: float, high: float) -> float:
-    """ADAMS STEP: a cubic from h0 at x0 to h1 at x1, constant outside."""
-    part = min(max((x - begin) / (end - begin), 0.0), 1.0)
-    return low + (high - low) * part * part * (3.0 - 2.0 * part)
+    """Return the ADAMS function STEP: a cubic from low at begin to high at end, constant outside."""
+    fraction = min(max((x - begin) / (end - begin), 0.0), 1.0)
+    return low + (high - low) * fraction * fraction * (3.0 - 2.0 * fraction)
 
 
-def _steps(x: Array, begin: Array, low: Array, end: Array, high: Array) -> Array:
-    part = np.clip((x - begin) / (end - begin), 0.0, 1.0)
-    return low + (high - low) * part * part * (3.0 - 2.0 * part)
+def _step_of_arrays(x: Array, begin: Array, low: Array, end: Array, high: Array) -> Array:
+    fraction = np.clip((x - begin) / (end - begin), 0.0, 1.0)
+    return low + (high - low) * fraction * fraction * (3.0 - 2.0 * fraction)
 
 
 def _sign(x: float) -> float:
@@ -45,12 +46,15 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "exp": (math.exp, 1), "log": (math.log, 1), "sqrt": (math.sqrt, 1), "abs": (abs, 1), "sign": (_sign, 1),
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
-"""Functions with the number of their arguments."""
+"""Functions by their names in formulas, with the number of arguments."""
 OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
-    """Parse a formula; raise a ValueError with the part that is not allowed."""
+    """Parse a formula; a ValueError names the part that is not allowed.
+
+    `functions` maps names to pairs of a function, or of a text about its use, and the number of arguments.
+    """
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")
     if len(text) > LONGEST:
@@ -73,7 +77,7 @@ def _syntax(text: str, error: Exception) -> str:
 
 
 def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth: int) -> None:
-    """Raise a ValueError for syntax and names that are not allowed."""
+    """Raise a ValueError for syntax or names that are not allowed, in a node of a syntax tree and all nodes below."""
     if depth > DEEPEST:
         raise ValueError(f"nested deeper than {DEEPEST} levels")
     inner: Sequence[ast.expr] = ()
@@ -103,22 +107,22 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
 
 
 def _not_allowed(node: ast.expr) -> str:
-    cures = {ast.Tuple: "; decimals are written with a point", ast.Call: "; a product is written with *"}
-    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{cures.get(type(node), '')}"
+    advice = {ast.Tuple: "; decimals are written with a point", ast.Call: "; a product is written with *"}
+    return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{advice.get(type(node), '')}"
 
 
 def names_in(node: ast.AST) -> set[str]:
-    """Return the variables of a formula."""
+    """Return the variables of a parsed formula."""
     called = {id(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
     return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and id(n) not in called} - set(CONSTANTS)
 
 
-class _Plain(ast.NodeTransformer):
-    """Transformer of numbers to floats, which are bounded, and of powers to `pow`, which returns no complex number."""
+class _RealArithmetic(ast.NodeTransformer):
+    """Transformer of whole numbers to floats, which are bounded, and of ** to `pow`, which returns no complex number."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         """Return a constant as a float."""
-        return ast.Constant(float(node.value))  # type: ignore[arg-type]  # `parse` has let numbers pass only
+        return ast.Constant(float(node.value))  # type: ignore[arg-type]  # `parse` allows numbers only
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         """Return a power as a call of pow, other operations unchanged."""
@@ -127,11 +131,11 @@ class _Plain(ast.NodeTransformer):
 
 
 def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Callable[..., Any]:
-    """Make a function of variables, floats or arrays, from a formula."""
-    given = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
-    whole = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, _Plain().visit(parse(text, variables)))))
-    names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}  # pow: **
+    """Make the Python function of a formula; its arguments are the variables, as arrays if `arrays` is true, or floats."""
+    arguments = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
+    tree = ast.fix_missing_locations(ast.Expression(ast.Lambda(arguments, _RealArithmetic().visit(parse(text, variables)))))
+    names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}
     if arrays:
-        names = {name: getattr(np, name, _steps) for name in names} | {"min": np.minimum, "max": np.maximum}
+        names = {name: getattr(np, name, _step_of_arrays) for name in names} | {"min": np.minimum, "max": np.maximum}
     names |= {"__builtins__": {}, "__name__": __name__, **CONSTANTS}
-    return eval(compile(whole, "<formula>", "eval"), names)  # `parse` has let a formula pass only
+    return eval(compile(tree, "<formula>", "eval"), names)  # `parse` has checked all of it

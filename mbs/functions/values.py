@@ -1,6 +1,6 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...)
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). A kink here is also a jump or a quick change; see `breaks`.
 """
 
 from __future__ import annotations
@@ -26,19 +26,21 @@ SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
 """Variables of formulas, in the order of the arguments: time; fraction of a length; end shortening over the length; elongation
 and its rate; time, angle and speed of a link; time, place and velocity of a point. States `state1`, `state2`, ... may follow."""
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
+"""Names of states in formulas."""
 OURS = "buckler."
+"""First part of the names of Buckler's modules."""
 PIECES = 128
-"""Pieces of a run over which a formula is integrated."""
+"""Pieces of a run whose integrals are stored, so that an integral up to any time costs one piece."""
 MOST = 10_000
-"""Largest number of intervals of the quadrature of a piece."""
+"""Largest number of intervals in the adaptive quadrature of a piece."""
 EXACT = 1e-11
 """Relative tolerance of the quadrature."""
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Find the kinks [s] of a function of time: the points of a table, or else those that `breaks` finds by sampling.
+    """Return the kinks [s] of a function of time: the times of a table, or those that `breaks` finds by sampling.
 
-    Sampling needs a duration [s]; without one, only functions that know their kinks have any.
+    Sampling needs the duration of the run [s]; without it, a function that has to be sampled has no kinks.
     """
     if isinstance(function, Integral) and duration < inf:
         function.span(duration)
@@ -46,9 +48,9 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
         return tuple(function.kinks_until(duration))
     if hasattr(function, "made_of"):
         return tuple(sorted({t for part in function.made_of for t in kinks(part, duration)}))
-    found: tuple[float, ...] | None = getattr(function, "kinks", None)
-    if found is not None:
-        return tuple(t for t in found if 0 < t < duration) if duration < inf else found
+    times: tuple[float, ...] | None = getattr(function, "kinks", None)
+    if times is not None:
+        return tuple(t for t in times if 0 < t < duration) if duration < inf else times
     return current_memory(EdgeMemory()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
 
 
@@ -66,13 +68,14 @@ _function_of = lru_cache(maxsize=256)(function_of)
 class Expression(UserFunction, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
 
-    `mbs.functions.formulas` lists what is allowed; a ValueError names anything else.
+    `buckler.mbs.functions.formulas` lists what is allowed. The variables are those of the first signature that has all names in
+    the formula, and its states.
     """
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
 
     def agree(self) -> None:
-        """Raise a ValueError unless the variables belong to one signature; derive the functions."""
+        """Raise a ValueError unless the variables belong to one signature; make the functions of floats and of arrays."""
         states = set(STATE.findall(self.text)) if isinstance(self.text, str) else set()
         tree = parse(self.text, {name for names in SIGNATURES for name in names} | states)
         used = names_in(tree) - states
@@ -87,13 +90,13 @@ class Expression(UserFunction, Declared):
         object.__setattr__(self, "_on_arrays", function_of(self.text, variables, arrays=True))
 
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
-        """Return a plain function of these variables, the same at each call, so that it compiles once; ValueError for others."""
+        """Return the Python function of variables, the same object at each call; ValueError if the formula has others."""
         if unknown := self.used - set(variables):  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
         return _function_of(self.text, tuple(variables))
 
     def __call__(self, *values: Any) -> Any:
-        """Return the value for its variables, floats or arrays; further arguments are ignored."""
+        """Return the value for floats or arrays of `variables`; further arguments are ignored."""
         count = len(self.variables)  # type: ignore[attr-defined]
         if len(values) < count:
             raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
@@ -101,7 +104,7 @@ class Expression(UserFunction, Declared):
             with np.errstate(all="ignore"):
                 shape = np.broadcast_shapes(*map(np.shape, values))
                 found = np.zeros(shape) + self._on_arrays(*values[:count])  # type: ignore[attr-defined]
-            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # which names the place
+            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # raises with the place
         try:
             return self._value(*values[:count])  # type: ignore[attr-defined]
         except (ArithmeticError, ValueError) as error:
@@ -109,20 +112,20 @@ class Expression(UserFunction, Declared):
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
 
     def integral(self) -> Integral:
-        """Return the integral from 0, by Gauss quadrature."""
+        """Return the integral from 0, by adaptive quadrature."""
         return Integral(self)
 
 
 @declared
 class Table(UserFunction, Declared):
-    """Values at given times, interpolated; constant before the first and after the last."""
+    """Values at times, with interpolation between them; constant before the first time and after the last."""
 
     times: Sequence[float] = quantities("s", doc="increasing, two at least")
     values: Sequence[float] = quantities("", doc="one for each time")
     smooth: bool = flag(doc="joined by a cubic spline rather than by straight lines", default=False)
 
     def agree(self) -> None:
-        """Raise a ValueError unless times increase and their number is that of the values."""
+        """Raise a ValueError unless times increase and there is one value for each."""
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -133,7 +136,7 @@ class Table(UserFunction, Declared):
             object.__setattr__(self, "_curve", CubicSpline(self.times, self.values))
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Return the value at times, s."""
+        """Return the value at a time or an array of times [s]."""
         if self.smooth:
             found = self._curve(np.clip(t, self.times[0], self.times[-1]))  # type: ignore[attr-defined]
         else:
@@ -142,17 +145,17 @@ class Table(UserFunction, Declared):
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """All times, or the ends of a smooth table."""
+        """All times [s]; of a smooth table the first and the last."""
         return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
     def integral(self) -> Integral:
-        """Return the integral from 0."""
+        """Return the integral from 0, in closed form."""
         return TableIntegral(self)
 
 
 @dataclass(frozen=True)
 class Integral(UserFunction):
-    """The integral from 0 of a formula or table, by adaptive quadrature on pieces whose sums are stored."""
+    """Integral from 0 of the function `of`, by adaptive Gauss-Kronrod quadrature (QUADPACK) on pieces, which are stored."""
 
     of: Callable[..., Any]
 
@@ -160,7 +163,7 @@ class Integral(UserFunction):
         self.span(0.0)
 
     def span(self, duration: float) -> None:
-        """Set the time span [s] in which kinks of the integrand are searched, and which is divided into pieces."""
+        """Set the time span [s] that is divided into pieces and searched for kinks of the integrand; forget the stored pieces."""
         if duration != getattr(self, "_span", None):
             object.__setattr__(self, "_span", duration)
             object.__setattr__(self, "_known", kinks(self.of, duration))
@@ -168,11 +171,11 @@ class Integral(UserFunction):
 
     @property
     def made_of(self) -> tuple[Any, ...]:
-        """Integrand."""
+        """Integrand, whose kinks are also kinks of the integral."""
         return (self.of,)
 
     def _piece(self, start: float, end: float) -> float:
-        """Integrate over a piece, divided at kinks and quick changes of the integrand."""
+        """Integrate over a piece, divided at kinks of the integrand."""
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
         known: tuple[float, ...] = self._known  # type: ignore[attr-defined]
@@ -180,25 +183,25 @@ class Integral(UserFunction):
         return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Return the integral from 0 to t >= 0, s."""
+        """Return the integral from 0 to a time or an array of times t >= 0 [s]."""
         if isinstance(t, np.ndarray):
             return np.vectorize(self, otypes=[float])(t)
         if t == 0:
             return 0.0
-        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]
+        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]  # beyond the span, not by rounding
             self.span(2.0 ** ceil(log2(abs(t))))
         sums: list[float] = self._sums  # type: ignore[attr-defined]
         width: float = self._span / PIECES  # type: ignore[attr-defined]
-        count = max(0, int(t / width))
-        while len(sums) <= count:
+        full = max(0, int(t / width))  # number of full pieces before t
+        while len(sums) <= full:
             k = len(sums)
             sums.append(sums[-1] + self._piece((k - 1) * width, k * width))
-        return sums[count] + self._piece(count * width, t)
+        return sums[full] + self._piece(full * width, t)
 
 
 @dataclass(frozen=True)
 class TableIntegral(Integral):
-    """The integral from 0 of a table: the antiderivative of its spline, and straight lines outside of its times."""
+    """Integral from 0 of a table: the antiderivative of its spline, and straight lines outside of its times."""
 
     of: Table
 
@@ -213,7 +216,7 @@ class TableIntegral(Integral):
         object.__setattr__(self, "_at_zero", self._since_first(0.0))
 
     def span(self, duration: float) -> None:
-        """Accept any time span: the kinks of a table are known."""
+        """Do nothing: a table needs no pieces and no search."""
 
     def _since_first(self, t: Any) -> Any:
         first, last = self.of.times[0], self.of.times[-1]
@@ -222,7 +225,7 @@ class TableIntegral(Integral):
         return inside + self.of.values[0] * before + self.of.values[-1] * after
 
     def __call__(self, t: Any, *_: Any) -> Any:
-        """Return the integral from 0 to t, s."""
+        """Return the integral from 0 to a time or an array of times t [s]."""
         found = self._since_first(t) - self._at_zero  # type: ignore[attr-defined]
         return found if isinstance(t, np.ndarray) else float(found)
 
@@ -240,18 +243,18 @@ class Components(UserFunction, Declared):
 
     @property
     def made_of(self) -> tuple[Any, ...]:
-        """Parts."""
+        """Parts, whose kinks are also kinks of the function."""
         return tuple(self.parts)
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
-        """Values at the variables."""
+        """Return the values of all parts."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
 
 
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """Return scalar functions of these variables, one for each number that a function returns, `size` of a Python function.
+    """Return scalar functions of variables, one for each component of a function; a Python function has `size` components.
 
-    Raises ValueError for a formula of other variables.
+    A formula of other variables raises ValueError.
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
@@ -265,7 +268,7 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
 
 
 def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
-    """Return the function of one component of a function."""
+    """Return the function of component i."""
     return lambda *values: function(*values)[i]
 
 

@@ -128,12 +128,9 @@ class Impact(PowerLaw, Declared):
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
-    """Return the effective modulus E* [Pa] of two bodies in contact; the second equals the first unless given.
+    """Return the effective modulus E* [Pa] of two bodies from Young's moduli [Pa] and Poisson's ratios in [0, 0.5].
 
-    Parameters
-    ----------
-    young1, young2 : float > 0, Pa
-    poisson1, poisson2 : float, 1, 0 <= nu <= 0.5
+    Without a second modulus or ratio, that of the first body is taken.
     """
     compliance = 0.0
     second = (young1 if young2 is None else young2, poisson1 if poisson2 is None else poisson2)
@@ -145,27 +142,14 @@ def effective_modulus(young1: float, poisson1: float, young2: float | None = Non
 
 
 def hertz_external(modulus: float, radius1: float, radius2: float) -> float:
-    """Return the stiffness K [N/m^1.5] of two convex bodies: R = R1 R2/(R1 + R2).
-
-    Parameters
-    ----------
-    modulus : float > 0, Pa, E* of ``effective_modulus``
-    radius1, radius2 : float > 0, m
-    """
+    """Return the stiffness K [N/m^1.5] of two convex bodies, R = R1 R2/(R1 + R2), from E* [Pa] and the radii [m]."""
     modulus = positive("modulus", modulus, "Pa")
     radius1, radius2 = positive("radius1", radius1, "m"), positive("radius2", radius2, "m")
     return 4.0 / 3.0 * modulus * math.sqrt(radius1 * radius2 / (radius1 + radius2))
 
 
 def hertz_internal(modulus: float, pin: float, bush: float) -> float:
-    """Return the stiffness K [N/m^1.5] of a pin in a bush: R = R_pin R_bush/(R_bush - R_pin).
-
-    Parameters
-    ----------
-    modulus : float > 0, Pa, E* of ``effective_modulus``
-    pin : float > 0, m, pin radius
-    bush : float > pin, m, bush radius: the pin radius plus the radial clearance
-    """
+    """Return the stiffness K [N/m^1.5] of a pin in a bush, R = R_pin R_bush/(R_bush - R_pin), from E* [Pa] and the radii [m]."""
     modulus, pin = positive("modulus", modulus, "Pa"), positive("pin", pin, "m")
     bush = number("bush", bush, pin, math.inf, "m", open_low=True)
     return 4.0 / 3.0 * modulus * math.sqrt(pin * bush / (bush - pin))

@@ -30,18 +30,10 @@ _ROUNDING = 4.0 * float(np.finfo(float).eps)
 
 
 def restitution(chi: float) -> float:
-    """Compute the restitution delivered by F = K d^n (1 + chi d'/v0), any n, by Newton's method.
+    """Compute the restitution e in (0, 1] that F = K d^n (1 + chi d'/v0) delivers, for chi >= 0 and any n, by Newton's method.
 
     The unknown is y = chi e, and the relation g(y) = -ln(1 - y) - y = chi - ln(1 + chi), written without cancellation. As g is
     convex and increasing and the start is above the root, the iteration converges monotonically.
-
-    Parameters
-    ----------
-    chi : float >= 0, hysteresis factor [1]
-
-    Returns
-    -------
-    float, restitution e in (0, 1]
     """
     chi = non_negative("chi", chi, "1")
     if chi < 1e-6:  # the series, with an error of order chi^3
@@ -57,30 +49,20 @@ def restitution(chi: float) -> float:
 
 
 def chi_exact(e: float) -> float:
-    """Compute the hysteresis factor that delivers restitution e exactly: the inverse of ``restitution``.
+    """Compute the hysteresis factor chi >= 0 that delivers a restitution 0 < e <= 1: the inverse of ``restitution``.
 
-    Parameters
-    ----------
-    e : float, 0 < e <= 1, restitution [1]
-
-    Returns
-    -------
-    float, chi >= 0 [1]; 1.5 (1 - e) as e -> 1, 1/e as e -> 0
+    It tends to 1.5 (1 - e) as e -> 1, and to 1/e as e -> 0.
     """
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     return _root(lambda chi: restitution(chi) - e, 1.001 / e)  # chi e < 1
 
 
 def restitution_linear(damping_ratio: float) -> float:
-    """Compute the restitution of a spring k and dashpot c that do not pull, for zeta = c / (2 sqrt(k m)).
+    """Compute the restitution of a spring k and dashpot c that do not pull, for zeta = c / (2 sqrt(k m)) >= 0.
 
     Contact ends when the force returns to zero, at a positive depth:
     e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
     It differs from exp(-pi zeta / sqrt(1 - zeta^2)), with which the dashpot pulls until the depth is zero.
-
-    Parameters
-    ----------
-    damping_ratio : float >= 0, zeta [1]
     """
     zeta = non_negative("damping_ratio", damping_ratio, "1")
     if zeta == 1.0:
@@ -93,12 +75,7 @@ def restitution_linear(damping_ratio: float) -> float:
 
 
 def damping_ratio(e: float) -> float:
-    """Compute the damping ratio zeta at which ``restitution_linear`` delivers e.
-
-    Parameters
-    ----------
-    e : float, 0 < e <= 1, restitution [1]
-    """
+    """Compute the damping ratio zeta at which ``restitution_linear`` delivers a restitution 0 < e <= 1."""
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     highest = 1.0 + 0.5 / math.sqrt(e)  # beyond zeta = 1, e < 1 / (4 (zeta - 1)^2)
     return _root(lambda zeta: restitution_linear(zeta) - e, highest)
@@ -142,14 +119,7 @@ def require(name: str, value: float | None, unit: str, law: object) -> float:
 
 
 def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
-    """Compute the depth [m] at which the elastic part K d^n stops a mass: K d^(n+1)/(n+1) = m v^2/2.
-
-    Parameters
-    ----------
-    law : NormalLaw
-    mass : float > 0, kg, effective mass
-    speed : float > 0, m/s, approach speed
-    """
+    """Compute the depth [m] at which the elastic part K d^n stops a mass [kg] of a speed [m/s]: K d^(n+1)/(n+1) = m v^2/2."""
     n = law.exponent
     return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
 
