@@ -19,7 +19,6 @@ from math import inf, log
 
 import numpy as np
 
-from ..geometry import Array
 from ..record.errors import Key, Norm
 from .difference import Difference
 
@@ -69,12 +68,12 @@ class Separation:
     """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
-        order, self.end = pair.grid.order, pair.end
-        self.time, self.relative, self.over_allowed = pair.grid.a[order], np.zeros(len(order)), np.zeros(len(order))
+        self.time, self.end = pair.grid.a, pair.end
+        self.relative, self.over_allowed = np.zeros(len(self.time)), np.zeros(len(self.time))
         for names, relative in pair.places():
-            self.relative = np.maximum(self.relative, relative.max(axis=1, initial=0.0)[order])
-            relative /= np.array([allowed.get((name, Norm.RMS), inf) for name in names])
-            self.over_allowed = np.maximum(self.over_allowed, relative.max(axis=1, initial=0.0)[order])
+            np.maximum(self.relative, relative.max(axis=0), out=self.relative)
+            relative /= np.array([[allowed.get((name, Norm.RMS), inf)] for name in names])
+            np.maximum(self.over_allowed, relative.max(axis=0), out=self.over_allowed)
 
     @property
     def is_intermittent(self) -> bool:
@@ -90,9 +89,9 @@ class Separation:
         lasting = has_separate & (np.cumsum(has_separate[::-1])[::-1] > LASTING * np.arange(WINDOWS, 0, -1))
         if not lasting[: WINDOWS - LAST_WINDOWS].any():
             return inf
-        return float(self.time[np.argmax(separate & (window == np.argmax(lasting)))])
+        return float(self.time[separate & (window == np.argmax(lasting))].min())
 
     def agree_until(self, share: float = 1.0) -> float:
         """Find the time [s] up to which the difference of every place is at most a share of the allowed error."""
-        beyond: Array = np.maximum.accumulate(self.over_allowed) > share
-        return float(self.time[max(0, int(np.argmax(beyond)) - 1)]) if beyond.any() else self.end
+        first = self.time[self.over_allowed > share].min(initial=inf)
+        return float(self.time[self.time < first].max(initial=0.0)) if first < inf else self.end

@@ -225,9 +225,7 @@ class _Refinement:
 
     def estimate_limited_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
         """Estimate errors of those signals of the finer run whose errors are limited; return also differences and gains."""
-        asked, run = {name for name, _ in pair.allowed}, pair.fine.trajectory
-        now, _ = pair.difference.norms(asked)
-        now = {key: now[key] for key in pair.allowed if key in now}
+        run, (now, _) = pair.fine.trajectory, pair.difference.norms(pair.allowed)
         least, most = self.levels.orders
         gain = estimate_gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
         return add(estimate_errors(now, gain), damping_errors(run, self.levels.damping)), now, gain
@@ -235,9 +233,9 @@ class _Refinement:
     def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> CheckedRun:
         """Return the finer run with the errors of all its signals and energies."""
         run = pair.fine.trajectory
-        now, sizes = pair.difference.norms(run.signals)
+        now, sizes = pair.difference.norms()
         (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
-        energies, energy_sizes = Difference(coarse, fine).norms(fine.signals)
+        energies, energy_sizes = Difference(coarse, fine).norms()
         errors = add(estimate_errors(now | energies, gain), damping_errors(run, self.levels.damping)) | {BALANCE: balance}
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
         return self.attach_errors(pair.fine, errors, sizes | energy_sizes, float(run.time[-1]), allowed)
@@ -248,7 +246,7 @@ class _Refinement:
         error_over_difference = gain / (gain - 1)
         until = pair.separation.agree_until(1 / error_over_difference)
         run, finer = pair.coarse.trajectory, pair.fine.trajectory
-        now, sizes = Difference(run, finer, until).norms(finer.signals)
+        now, sizes = Difference(run, finer, until).norms()
         note = (
             f"the motion is one trajectory to about t = {until:.4g} s; beyond it is one of many, and errors are those up to "
             "then: result.reading(...) gives means, rms and peaks with their sampling errors"

@@ -70,7 +70,7 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     ends = [errors.until for errors in (errors_a, errors_b) if errors.known]
     chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
     until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if chaotic else inf
-    apart, _ = Difference(first, second, until).norms(second.signals)
+    apart, _ = Difference(first, second, until).norms()
     motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]
     sums = {
         key: max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else STRIKE

@@ -33,6 +33,8 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
     The latter keep cubics monotone: F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic
     interpolants, SIAM J. Sci. Stat. Comput. 5 (1984) 300, doi 10.1137/0905021.
     """
+    if len(time) == 2:
+        return np.repeat(np.diff(values, axis=0) / (time[1] - time[0]), 2, axis=0)
     if smooth:
         return np.asarray(np.gradient(values, time, axis=0, edge_order=2))
     h = np.diff(time).reshape((-1, *[1] * (values.ndim - 1)))
@@ -52,22 +54,33 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
     return cubics(time, values, speeds, times), np.asarray(rates)
 
 
-BLOCK = 2048
-"""Number of times that are interpolated at once: arrays of some tens of signals then stay in the processor's cache."""
-
-
 def cubics(time: Array, values: Array, speeds: Array, times: Array) -> Array:
     """Interpolate at `times` by cubics with the values and speeds of the samples, at least two; return values."""
-    found = np.empty(np.shape(times) + values.shape[1:])
-    if np.ndim(times) == 1 and len(times) > BLOCK:
-        for first in range(0, len(times), BLOCK):
-            found[first : first + BLOCK] = cubics(time, values, speeds, times[first : first + BLOCK])
-        return found
     k, h, s = _find_steps(time, times, values.ndim)
     r, start = 1 - s, values.take(k, 0)
     rise = values.take(k + 1, 0) - start
-    found[...] = start + s * s * (1 + 2 * r) * rise + h * s * r * r * speeds.take(k, 0) - h * s * s * r * speeds.take(k + 1, 0)
-    return found
+    found = start + s * s * (1 + 2 * r) * rise + h * s * r * r * speeds.take(k, 0) - h * s * s * r * speeds.take(k + 1, 0)
+    return np.asarray(found)
+
+
+class Cubics:
+    """Cubics between samples at fixed times: as `cubics`, for many functions with the same samples."""
+
+    def __init__(self, time: Array, times: Array) -> None:
+        self.step, h, s = _find_steps(time, times, 1)
+        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)
+
+    def __call__(self, values: Array, speeds: Array) -> Array:
+        """Interpolate functions, from values and speeds at the samples, each (functions, samples)."""
+        k, found = self.step, values.take(self.step, 1)
+        for weights, ends in (
+            (self.rise, values.take(k + 1, 1) - found),
+            (self.start, speeds.take(k, 1)),
+            (self.end, speeds.take(k + 1, 1)),
+        ):
+            ends *= weights
+            found += ends
+        return found
 
 
 def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
@@ -98,8 +111,6 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     """Interpolate samples at `times` by cubic Hermite polynomials, with given rates or those of `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
-    if len(time) == 2 and rates is None:
-        rates = np.diff(values, axis=0).repeat(2, axis=0) / (time[1] - time[0])
     speeds = slopes(time, values, smooth) if rates is None else rates
     return cubics(time, values, speeds, times)
 

@@ -79,7 +79,7 @@ def true_errors(run, truth):
         )
         for name, f in truth.items()
     }
-    apart, sizes = Difference(mine, Trajectory(t, known, mine.size, mine.kinks)).norms(known)
+    apart, sizes = Difference(mine, Trajectory(t, known, mine.size, mine.kinks)).norms()
     return {key: off * sizes[key] / mine.sizes.get(key, sizes[key]) for key, off in apart.items()}
 
 
