@@ -33,11 +33,11 @@ BLOCK = 50_000
 class Difference:
     """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed once, when they are asked for."""
 
-    def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf) -> None:
+    def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: Grid | None = None) -> None:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
         self.a, self.b, self.sizes = a.until(self.end), b.until(self.end), b.sizes
         self.keys = [(name, norm) for name, signal in b.signals.items() if name in a.signals for norm in norms_of(signal)]
-        self.grid = Grid(self.a.time, self.b.time, np.array([[0.0, self.end]] * 2))
+        self.grid = grid or Grid(self.a.time, self.b.time, np.array([[0.0, self.end]] * 2))
         self._found, self._sizes = dict[Key, float](), dict[Key, float]()
 
     def norms(self, keys: Iterable[Key] | None = None) -> tuple[dict[Key, float], dict[Key, float]]:
@@ -56,6 +56,7 @@ class Difference:
         if any(signal.kind in CONTINUOUS for signal in signals.values()):
             for names, difference in self._continuous:
                 yield from self._means_and_peaks(names, difference, self.grid.weights).items()
+            del self._continuous  # their norms are all known now
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE)
         impacts = dict.fromkeys(name for name, norm in jumping if is_normal_force(signals[name]) and norm is not Norm.RMS)

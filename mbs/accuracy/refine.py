@@ -10,7 +10,7 @@ sooner, the motion is chaotic: no finer run is made, and errors hold up to about
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import inf, log
@@ -18,7 +18,7 @@ from math import inf, log
 import numpy as np
 
 from ..elements.signal import Kind
-from ..record.errors import Errors, Key, Norm, Status
+from ..record.errors import Deferred, Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
 from .damping import damping_errors
@@ -40,6 +40,8 @@ run. One alone would call stick-slip chaotic, whose first levels miss the bristl
 LATER = 0.5
 """Share of the time left that later refinements must reach at the rate of all before. One alone may delay a separation by less:
 double pendulums reach 0.84 or 0.48 of it, and the end with the next refinement; a whipping strip nothing."""
+Norms = tuple[dict[Key, float], dict[Key, float]]
+"""Relative norms, and the sizes to which they are relative."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
 """Error of a run without a finer one to compare it with."""
 
@@ -231,47 +233,66 @@ class _Refinement:
         return add(estimate_errors(now, gain), damping_errors(run, self.levels.damping)), now, gain
 
     def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> CheckedRun:
-        """Return the finer run with the errors of all its signals and energies."""
-        run = pair.fine.trajectory
-        now, sizes = pair.difference.norms()
+        """Return the finer run with the errors of its signals and energies."""
+        run, signals = pair.fine.trajectory, pair.difference
         (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
-        energies, energy_sizes = Difference(coarse, fine).norms()
-        errors = add(estimate_errors(now | energies, gain), damping_errors(run, self.levels.damping)) | {BALANCE: balance}
+        energies = Difference(coarse, fine, grid=signals.grid)
+
+        def estimate(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors, all by default, and return their sizes."""
+            (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
+            errors = add(estimate_errors(found | more, gain), damping_errors(run, self.levels.damping))
+            return errors | {BALANCE: balance}, sizes | more_sizes
+
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-        return self.attach_errors(pair.fine, errors, sizes | energy_sizes, float(run.time[-1]), allowed)
+        return self.attach_errors(pair.fine, estimate, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
         gain = pair.ratio ** self.levels.orders[0]
         error_over_difference = gain / (gain - 1)
         until = pair.separation.agree_until(1 / error_over_difference)
-        run, finer = pair.coarse.trajectory, pair.fine.trajectory
-        now, sizes = Difference(run, finer, until).norms()
+        difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
+
+        def estimate(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors, all by default, and return their sizes."""
+            found, sizes = difference.norms(keys)
+            return {key: max(LEAST_ERROR, error_over_difference * norm) for key, norm in found.items()}, sizes
+
         note = (
             f"the motion is one trajectory to about t = {until:.4g} s; beyond it is one of many, and errors are those up to "
             "then: result.reading(...) gives means, rms and peaks with their sampling errors"
         )
-        found = {key: max(LEAST_ERROR, error_over_difference * difference) for key, difference in now.items()}
-        return self.attach_errors(pair.coarse, found, sizes, until, pair.allowed, (note,), chaos)
+        return self.attach_errors(pair.coarse, estimate, until, pair.allowed, (note,), chaos)
 
     def attach_errors(
-        self, trial: _Trial, found: Mapping[Key, float], sizes: Mapping[Key, float], until: float,
+        self, trial: _Trial, estimate: Callable[..., Norms], until: float,
         allowed: Mapping[Key, float], notes: tuple[str, ...] = (), chaos: Status | None = None,
     ) -> CheckedRun:  # fmt: skip
-        """Attach errors to a run, infinite ones where its steps do not resolve a vibration."""
+        """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
+
+        Only those that something depends on are computed at once: limited ones, of places and of vibrating forces.
+        """
         run = trial.trajectory
-        unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK) if (name, norm) in found}
-        found = {**found, **unresolved}
-        averaged = [signal.source for signal in run.signals.values() if signal.period]
-        vibrating = tuple(name for name in averaged if found.get((name, Norm.RMS), 0.0) > STRIKE)
+        unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
+
+        def errors(keys: Iterable[Key] | None = None) -> dict[Key, float]:
+            """Return errors, all by default."""
+            return {key: unresolved.get(key, error) for key, error in estimate(keys)[0].items()}
+
+        places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
+        averaged = [(signal.source, Norm.RMS) for signal in run.signals.values() if signal.period]
+        watched = [*allowed, *places, *averaged]
+        known, sizes = errors(watched), estimate(watched)[1]
+        vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > STRIKE)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""
             notes += (f"{vibrating[0]}{others}: vibrates faster than the steps resolve; read {vibrating[0]}.mean",)
-        motion = [found[n, Norm.RMS] for n, s in run.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in found]
+        largest = max((known[key] for key in places if key in known), default=0.0)
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
-        turn, largest = turn_of(trial.run.record.mechanism), max(motion, default=0.0)
-        estimate = Errors(largest, found, dict(sizes), kind, until, turn, vibrating, notes)
-        return CheckedRun(trial.run, estimate, find_worst(allowed, found), chaos, count=self.count)
+        every, every_size = Deferred(known, errors), Deferred(sizes, lambda: estimate()[1])
+        found = Errors(largest, every, every_size, kind, until, turn_of(trial.run.record.mechanism), vibrating, notes)
+        return CheckedRun(trial.run, found, find_worst(allowed, known), chaos, count=self.count)
 
 
 def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:

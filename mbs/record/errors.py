@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from math import nan
 from typing import Any
 
@@ -72,6 +73,45 @@ Key = tuple[str, Norm]
 """A signal's name and a norm."""
 
 
+class Deferred(Mapping[Key, float]):
+    """Numbers of signals and norms: some are known, all are computed when another one is read.
+
+    >>> from buckler.mbs.record.errors import Deferred, Norm
+    >>> numbers = Deferred({("B.x", Norm.RMS): 0.01}, lambda: {("B.x", Norm.RMS): 0.01, ("B.y", Norm.RMS): 0.02})
+    >>> numbers["B.x", Norm.RMS], numbers["B.y", Norm.RMS]
+    (0.01, 0.02)
+    """
+
+    def __init__(self, known: Mapping[Key, float], compute: Callable[[], Mapping[Key, float]]) -> None:
+        self._known, self._compute = known, compute
+
+    @cached_property
+    def _all(self) -> Mapping[Key, float]:
+        """All numbers; what they are computed from is then released."""
+        found, self._compute = self._compute(), dict
+        return found
+
+    def __getitem__(self, key: Key) -> float:
+        """Return a number; KeyError if there is none."""
+        return self._known[key] if key in self._known else self._all[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        """Iterate over all keys."""
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        """Return the number of all keys."""
+        return len(self._all)
+
+    def __repr__(self) -> str:
+        """Return the text of all numbers."""
+        return repr(dict(self))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[Key, float]]]:
+        """Store all numbers as a dictionary."""
+        return dict, (dict(self),)
+
+
 class UnknownErrorError(ValueError, KeyError):
     """A result has no error estimate of a name."""
 
@@ -95,7 +135,7 @@ class Errors(Mapping[Any, float]):
         Largest error of all places; nan without an estimate.
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of forces and rates over their size, of energies (`energy.kinetic`, ...)
-        over the throughput. Empty without an estimate.
+        over the throughput. Empty without an estimate. Those without a limit are computed when they are read.
     sizes : mapping of (str, Norm) to float
         Sizes to which the errors are relative, in the signal's unit.
     kind : str

@@ -1,5 +1,7 @@
 """Difference of two runs: made-up functions of time whose norms are known in closed form."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from buckler.mbs.accuracy.impacts import Impacts, compare_impacts, levy, match_t
 from buckler.mbs.accuracy.trajectory import RESTING, SMALL, Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import onsets
-from buckler.mbs.record.errors import Norm
+from buckler.mbs.record.errors import Deferred, Norm
 
 END = 2.0
 NONE = np.empty(0)
@@ -208,3 +210,23 @@ def test_levys_distance_of_a_shift_is_the_shift():
 def test_mutual_nearest_times_do_not_cross():
     i, j = match_times(np.array([0.1, 0.2, 0.21, 0.9]), np.array([0.11, 0.205, 0.5]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [0, 1])
+
+
+def test_errors_without_a_limit_are_computed_when_they_are_read_and_then_released():
+    """Comparing all signals of a run with many blows costs more than the run; pickles hold plain numbers."""
+    known, rest, calls = {("x", Norm.RMS): 1.0}, {("x", Norm.RMS): 1.0, ("y", Norm.RMS): 2.0}, []
+    numbers = Deferred(known, lambda: calls.append(1) or rest)
+    assert numbers["x", Norm.RMS] == 1.0 and not calls
+    assert numbers["y", Norm.RMS] == 2.0 and dict(numbers) == rest == pickle.loads(pickle.dumps(numbers)) and len(calls) == 1
+    with pytest.raises(KeyError):
+        numbers["z", Norm.RMS]
+
+
+def test_norms_are_those_of_the_keys_asked_for_and_no_others():
+    time = np.linspace(0, END, 401)
+    push = (np.maximum(0.0, np.sin(20 * time)), "N", Kind.CONTACT)
+    a, b = (made(time, x=(size * np.cos(time), "m", Kind.PLACE), f=wave(time, size), c=push) for size in (1.01, 1.0))
+    whole = Difference(a, b).norms()
+    for key in whole[0]:
+        found = Difference(a, b).norms([key, ("none", Norm.RMS)])
+        assert found == (pytest.approx({key: whole[0][key]}), pytest.approx({key: whole[1][key]}))
