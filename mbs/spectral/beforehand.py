@@ -12,17 +12,17 @@ from ..process import COMPILING, has_compiler
 from ..solvers import Spectral
 
 SHORT = 1e-3
-"""Duration of the runs, made only to compile [s]."""
+"""Duration of the runs, whose results are not used [s]."""
 LAW = Impact(1e8, 1e4, 1e-5)
-"""Contact law of these runs."""
+"""Contact law of these runs; the kernel compiles the same code for all laws."""
 FRICTION = Coulomb(0.1, 0.1)
-"""Friction of these runs."""
+"""Friction law of these runs."""
 
 
 def compile_all() -> float:
-    """Compile what is not on disk yet, by short runs, and return how many seconds were spent on it.
+    """Compile what is not on disk yet, by short runs of both integrators; return the time spent on it [s].
 
-    A ModuleNotFoundError if there is no compiler.
+    Raises ModuleNotFoundError without a compiler.
     """
     if not has_compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")
@@ -33,7 +33,7 @@ def compile_all() -> float:
     from .scene import CompiledScene
 
     before = COMPILING.seconds
-    for mechanism, method in ((_rattling(), "explicit"), (_strip(), "implicit")):
+    for mechanism, method in ((_make_rattling(), "explicit"), (_make_strip(), "implicit")):
         scene = CompiledScene.of(mechanism)
         out, _, _ = integrate(scene, SHORT, Spectral(method=method))
         at_times(scene, out, np.zeros(1)), record_of(scene, out)
@@ -42,13 +42,16 @@ def compile_all() -> float:
     return COMPILING.seconds - before
 
 
-def _strip() -> Mechanism:
+def _make_strip() -> Mechanism:
+    """Return a slider-crank with a strip, which runs implicitly."""
     return slider_crank(Beam(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
 
 
-def _rattling() -> Mechanism:
+def _make_rattling() -> Mechanism:
+    """Return a crank-rocker with clearance in its joints, which runs explicitly."""
+
     def play(point: str, first: str, second: str) -> Clearance:
-        """Return a joint with a gap of 0.25 mm, by typical numbers."""
+        """Return a joint with a pin of 5 mm and a gap of 0.25 mm, typical sizes."""
         return Clearance(point, first, second, 5e-3, 2.5e-4, LAW, FRICTION)
 
     return crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)

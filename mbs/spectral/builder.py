@@ -259,7 +259,7 @@ class Builder:
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states, which become rates of new coordinates of unit mass (`stateful`).
 
-        `column` of the marker's `State` is that of the first coordinate on which it acts, X or TURN; `offset` its value at t = 0.
+        `column` of the marker's `State` is the first on which it acts, X or ANGLE; `offset` its value at t = 0.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]

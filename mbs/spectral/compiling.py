@@ -1,4 +1,9 @@
-"""Compilation of the kernel by Numba: once for all mechanisms, cached on disk, without the interpreter's lock."""
+"""Compilation of the kernel by Numba: once for all mechanisms, cached on disk, run without the interpreter's lock.
+
+`jit` compiles the few functions that Python calls, to machine code on disk. The functions that these call are drafts: Numba
+translates them to LLVM's intermediate code only, which is optimised as a part of its callers. Named tuples of arrays, a hundred
+arrays in all, are passed to drafts by reference, as one pointer to the addresses and shapes of the arrays.
+"""
 
 from __future__ import annotations
 
@@ -29,25 +34,27 @@ from ..progress import Ticker, Watch, is_interactive
 
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
-"""Signature of a function, and the one that writes its code for LLVM."""
+"""Signature of a function that Numba compiles inline, and the function that emits its code for LLVM."""
 TEXT = (
     "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs. "
     "`buckler --compile` does it beforehand."
 )
 """Announcement of a compilation."""
-ALL = 215
-"""Functions that Numba compiles for a run of the implicit integrator, the inner ones among them."""
+FUNCTIONS = 215
+"""Number of functions that Numba compiles for a run of the implicit integrator, drafts included; counted."""
 WORD = ir.IntType(64)
+"""Integer of the size of an address, in which references are stored."""
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
-"""Fast-math flags that let sums be reordered and vectorised; NaN and infinity keep their meaning."""
+"""Fast-math flags of LLVM that let sums be reordered and vectorised; NaN and infinity keep their meaning."""
 
 
 class Announcer(Listener):
-    """Announces on stderr that the solver's functions are compiled, once, how long it takes, and counts it in `COMPILING`."""
+    """Listener to Numba that announces a compilation of the kernel on stderr, once, and adds its time to `COMPILING`."""
 
     def __init__(self) -> None:
-        self.depth, self.begun, self.state = 0, 0.0, Watch("functions compiled", clock=perf_counter)
-        self.state.most, self.told = ALL, False
+        self.depth, self.start = 0, 0.0  # functions that are being compiled, one within the other; begin of the outermost [s]
+        self.state, self.announced = Watch("functions compiled", clock=perf_counter), False
+        self.state.most = FUNCTIONS
 
     def on_start(self, event: Event) -> None:
         """Note that Numba begins to compile a function, perhaps within another."""
@@ -57,8 +64,8 @@ class Announcer(Listener):
             if not self.state.count:
                 print(TEXT, file=sys.stderr)
                 self.state.start = perf_counter()
-            self.begun, COMPILING.runs = perf_counter(), True
-            self.ticker = Ticker(self.state, compiles=True, announced=self.told) if is_interactive() else None
+            self.start, COMPILING.runs = perf_counter(), True
+            self.ticker = Ticker(self.state, compiles=True, announced=self.announced) if is_interactive() else None
         self.depth += 1
 
     def on_end(self, event: Event) -> None:
@@ -67,9 +74,9 @@ class Announcer(Listener):
             return
         self.depth, self.state.count = self.depth - 1, self.state.count + 1
         if self.depth == 0:
-            COMPILING.seconds, COMPILING.runs = COMPILING.seconds + perf_counter() - self.begun, False
+            COMPILING.seconds, COMPILING.runs = COMPILING.seconds + perf_counter() - self.start, False
             if self.ticker:
-                self.told = self.ticker.stop()
+                self.announced = self.ticker.stop()
 
 
 def _is_ours(event: Event) -> bool:
@@ -81,32 +88,31 @@ register("numba:compile", Announcer())
 
 @cache
 def _stamp() -> str:
-    """Hash of the contents of all files whose functions are compiled."""
+    """Hash the contents of all files whose functions are compiled."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
     return stamp_of(Path(__file__), here / "tables.py", *own, here.parent / "laws" / "table.py")
 
 
 def jit(function: F) -> F:
-    """Compile a function that Python calls, for the types it is first called with; named tuples of arrays are passed by
-    reference.
+    """Compile a function that Python calls, for the types of its first call; arguments go on to a draft by reference.
 
-    It stays on disk as long as no file with compiled functions changes.
+    The machine code stays on disk as long as no file with compiled functions changes.
     """
     names = list(signature(function).parameters)
     text = f"lambda {', '.join(names)}: inner({', '.join(f'by_reference({name})' for name in names)})"
-    known = {"inner": draft(function), "by_reference": by_reference, "__name__": function.__module__}
-    entry = eval(compile(text, function.__code__.co_filename, "eval"), known)
+    namespace = {"inner": draft(function), "by_reference": by_reference, "__name__": function.__module__}
+    entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
     entry.__name__ = entry.__qualname__ = function.__name__
     return compile_cached(entry, _stamp(), nogil=True, fastmath=SUMS)
 
 
 class _Draft(JITCodeLibrary):
-    """Code for callers only: it is optimised and translated once, as a part of theirs, and not again at each level of calls."""
+    """Code of a draft, which Numba would else optimise and translate again at each level of calls."""
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """An object that ignores environments, as there is no machine code that has one."""
+        """Object that ignores environments of functions: without machine code there are none."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
@@ -117,94 +123,94 @@ class _Draft(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None: there is no machine code."""
+        """Return 0: there is no machine code."""
         return 0
 
 
 class _Drafting(Compiler):
-    """Numba's compiler that leaves a draft."""
+    """Compiler that makes drafts."""
 
     def compile_extra(self, func: FunctionType) -> object:
-        """Compile a function."""
+        """Compile a function, into a library of its own."""
         self.state.library = _Draft(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
 
 def draft(function: F, **options: object) -> F:
-    """Compile a function that only compiled ones call: Python cannot call it, and nothing is kept on disk."""
+    """Compile a function that only compiled functions call: Python cannot call it, and nothing is kept on disk."""
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _Drafting}
-    made = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
-    made._compiler.fold_argument_types = partial(_widen, made._compiler.fold_argument_types)
-    return made
+    dispatcher = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
+    dispatcher._compiler.fold_argument_types = partial(_generalise, dispatcher._compiler.fold_argument_types)
+    return dispatcher
 
 
-def _widen(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
+def _generalise(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
     """Replace the type of a constant argument by the general one: else Numba compiles a function again for each constant."""
-    folded, found = fold(args, kws)
-    return folded, tuple(map(types.unliteral, found))
+    python_signature, found = fold(args, kws)
+    return python_signature, tuple(map(types.unliteral, found))
 
 
 def inline(function: F) -> F:
-    """Compile a function into those that call it, as passing all tables in a call takes a tenth of a microsecond."""
+    """Compile a draft that LLVM inlines into its callers: a call takes a tenth of a microsecond."""
     return draft(function, forceinline=True)
 
 
 class Reference(types.Type):
-    """Type of a pointer to the addresses and shapes of a named tuple's arrays: one pointer instead of some hundred numbers.
+    """Type of a pointer to words: address and shape of each array of a named tuple, one after the other.
 
-    It holds no references to the arrays: the tuple must outlive the call.
+    `words` has the index of each field's first word, `count` is their number. A named tuple within the tuple is one word, the
+    pointer to its own words. References are not counted: the tuple must outlive the call.
     """
 
-    def __init__(self, whole: types.Type) -> None:
-        self.fields = dict(
-            zip(whole.fields, (Reference(t) if isinstance(t, types.BaseNamedTuple) else t for t in whole.types), strict=True)
-        )
+    def __init__(self, record: types.Type) -> None:
+        kinds = (Reference(t) if isinstance(t, types.BaseNamedTuple) else t for t in record.types)
+        self.fields = dict(zip(record.fields, kinds, strict=True))
         sizes = [1 if isinstance(field, Reference) else 1 + field.ndim for field in self.fields.values()]
         self.words = dict(zip(self.fields, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.count = sum(sizes)
-        super().__init__(name=f"Reference({whole.instance_class.__name__})")
+        super().__init__(name=f"Reference({record.instance_class.__name__})")
 
 
 @register_model(Reference)
 class _ReferenceModel(models.OpaqueModel):
-    """A pointer."""
+    """Representation of a reference: a pointer."""
 
 
 @infer_getattr
 class _ReferenceFields(AttributeTemplate):
-    """Fields of a reference."""
+    """Types of the fields of a reference."""
 
     key = Reference
 
     def generic_resolve(self, reference: Reference, name: str) -> types.Type | None:
-        """Type of a field."""
+        """Return the type of a field."""
         return reference.fields.get(name)
 
 
-def _holds_arrays(whole: types.Type) -> bool:
-    """Check for a named tuple of arrays, and of such tuples."""
-    return isinstance(whole, types.BaseNamedTuple) and all(isinstance(t, types.Array) or _holds_arrays(t) for t in whole.types)
+def _has_only_arrays(kind: types.Type) -> bool:
+    """Return True for a type of named tuples that contain arrays, or such tuples, and nothing else."""
+    return isinstance(kind, types.BaseNamedTuple) and all(isinstance(t, types.Array) or _has_only_arrays(t) for t in kind.types)
 
 
-def _hand_on(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-    """Return the argument, with the reference counts of its arrays raised."""
+def _return_argument(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
+    """Emit the argument itself, with the reference counts of its arrays raised."""
     context.nrt.incref(builder, signature.return_type, values[0])
     return values[0]
 
 
 @intrinsic
-def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
-    """Pass a table by reference to functions that are called from here; anything else as it is."""
-    if not _holds_arrays(whole):
-        return whole(whole), _hand_on
+def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
+    """Return a reference to a named tuple of arrays, for functions that are called from here; return anything else unchanged."""
+    if not _has_only_arrays(argument):
+        return argument(argument), _return_argument
 
-    def table(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
-        """Store the words of a reference on the stack and return their address."""
+    def store_words(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
+        """Emit code that stores the words of a reference on the stack; return their address."""
         words = cgutils.alloca_once(builder, WORD, size=reference.count)
         for i, (name, field) in enumerate(reference.fields.items()):
             part = builder.extract_value(value, i)
             if isinstance(field, Reference):
-                found = [builder.ptrtoint(table(context, builder, field, part), WORD)]
+                found = [builder.ptrtoint(store_words(context, builder, field, part), WORD)]
             else:
                 array = context.make_array(field)(context, builder, part)
                 found = [builder.ptrtoint(array.data, WORD), *cgutils.unpack_tuple(builder, array.shape)]
@@ -213,31 +219,31 @@ def by_reference(_typing: typing.Context, whole: types.Type) -> Intrinsic:
         return words
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-        """Emit the address that the call returns."""
-        return builder.bitcast(table(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
+        """Emit the address of the words."""
+        return builder.bitcast(store_words(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
-    return Reference(whole)(whole), codegen
+    return Reference(argument)(argument), codegen
 
 
 @lower_getattr_generic(Reference)
 def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value, name: str) -> ir.Value:
-    """Field of a reference. Nothing writes to the words during the call, so that they are read once."""
+    """Emit a field of a reference. Nothing writes to the words during the call, so LLVM may read them once, before all loops."""
     words, field = builder.bitcast(value, WORD.as_pointer()), reference.fields[name]
 
-    def word(k: int) -> ir.Value:
-        """Load a word of the field, marked as constant."""
+    def load(k: int) -> ir.Value:
+        """Emit the load of word k of the field, marked as constant."""
         read = builder.load(cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         read.set_metadata("invariant.load", builder.module.add_metadata([]))
         return read
 
     if isinstance(field, Reference):
-        return builder.inttoptr(word(0), cgutils.voidptr_t)
+        return builder.inttoptr(load(0), cgutils.voidptr_t)
     array = context.make_array(field)(context, builder)
-    shape, item = [word(1 + k) for k in range(field.ndim)], WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
+    shape, item = [load(1 + k) for k in range(field.ndim)], WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
     strides = [item]
     for size in reversed(shape[1:]):
         strides.insert(0, builder.mul(strides[0], size))
-    array.data = builder.inttoptr(word(0), array.data.type)
+    array.data = builder.inttoptr(load(0), array.data.type)
     array.shape, array.strides = cgutils.pack_array(builder, shape), cgutils.pack_array(builder, strides)
     array.itemsize, array.nitems = item, reduce(builder.mul, shape)
     array.meminfo, array.parent = (cgutils.get_null_value(x.type) for x in (array.meminfo, array.parent))
@@ -245,8 +251,8 @@ def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, va
 
 
 @intrinsic
-def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Intrinsic:
-    """Pointer to an element of an array."""
+def _pointer_to(_typing: typing.Context, array: types.Type, index: types.Type) -> Intrinsic:
+    """Return the pointer to an element of an array."""
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         """Emit the address of the element."""
@@ -258,16 +264,16 @@ def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Int
 @inline
 def view(array, first, count):
     """Return `count` elements of a contiguous array from `first`: a slice without checks and reference counting."""
-    return carray(_place(array, first), (count,))
+    return carray(_pointer_to(array, first), (count,))
 
 
 def compile_below(function: F) -> F:
-    """Compile a function of `laws`, a layer below the kernel, and those that it calls."""
+    """Compile a plain function of `laws`, and those that it calls, as drafts; `laws` does not depend on this package."""
     return compile_plain(function, draft)
 
 
 @draft
 def copy(source, target):
-    """Copy an array into another of its shape, both contiguous; the checks of an assignment take long to compile."""
+    """Copy a contiguous array into another of its shape; Numba takes longer to compile an assignment, for its checks."""
     for i in range(target.size):
         target.flat[i] = source.flat[i]
