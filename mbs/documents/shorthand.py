@@ -143,7 +143,7 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
 def schema() -> Schema:
     """Return the JSON schemas of the short forms and of the parameters."""
     pins = {"type": "array", "items": {"type": "string", "pattern": "^[^:]+:.+"}, "description": 'As "A: crank coupler".'}
-    about = "What links and joints have that do not say otherwise."
+    about = "Usual fields of links and joints; a link or joint may have others."
     table = {"type": "object", "properties": {key: {"type": "object"} for key in KINDS}, "additionalProperties": False}
     value = {"anyOf": [{"type": "number"}, {"type": "string"}]}
     named = {"type": "object", "additionalProperties": value, "description": 'Named numbers, as d = "40 mm".'}

@@ -185,19 +185,19 @@ class Rope(Coupling):
     over: tuple[str, ...] = field(Several(Name(), least=1), "point references of the pulleys, in order from the first end")
 
     def path(self, mechanism: Parts) -> list[Place]:
-        """Return the places of ends and pulleys in order, each on the link that carries it."""
-        places = [place(holder_reference(mechanism, at)) for at in (self.first, *self.over, self.second)]
-        for body, point in places:
+        """Return the references of ends and pulleys in order, each on the body that carries the point."""
+        path = [place(holder_reference(mechanism, at)) for at in (self.first, *self.over, self.second)]
+        for body, point in path:
             if body not in (GROUND, *(link.name for link in mechanism.links)):
                 raise ValueError(f"{self.where}: '{point}' is the end of a strut on a guide's block; name a link with mass")
-        return places
+        return path
 
     def turning(self) -> Iterator[str]:
         """Yield nothing: a rope couples no angles."""
         yield from ()
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless neighbouring points differ, and one is not on the ground."""
+        """Raise a ValueError unless all points are known, neighbours differ, and one is not on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
         if all(body == GROUND for body, _ in self.path(mechanism)):

@@ -91,9 +91,9 @@ class Link(LinkBase):
     body: Body = part(Body, doc="model of the link: Rigid, Strut, Beam, Cable or Modal, with section and material")
     carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
         Carried(),
-        "further points of the link: names, their places among the mechanism's points (rigid links only), or names with the "
-        "fraction of the length, in (0, 1), at which they lie (rigid links, beams and cables), or with their places (x, y), m, "
-        "in the link's frame: from its start, x towards its end (rigid links only)",
+        "further points of the link: names of points whose places the mechanism has (rigid links only); or a table of names with "
+        "the fraction of the length, in (0, 1), at which they lie (rigid links, beams, cables); or a table of names with places "
+        "(x, y), m, in the link's frame, from its start with x towards its end (rigid links only)",
         default=(),
     )
     length: float | None = quantity(

@@ -110,8 +110,8 @@ class Spring(Elastic):
     free_length: float | None = quantity("m", low=0, doc="distance without force; that at t = 0 by default", default=None)
     law: Law | None = field(
         Function("x, v", "N"),
-        "tension instead, as a function of elongation (distance less free length), m, and its rate, m/s; its value at rest is "
-        "the elastic force, the difference from it damping",
+        "tension, which replaces stiffness and damping: a function of elongation (distance less free length), m, and rate, m/s; "
+        "its value at rest is the elastic force, the difference from it damping",
         default=None,
     )
 
@@ -177,8 +177,8 @@ class TorsionSpring(Elastic):
     )
     law: Law | None = field(
         Function("x, v", "N m"),
-        "torque on `first` instead, opposite to that on `second`, as a function of the angle less the free one, rad, and its "
-        "rate, rad/s; its value at rest is the elastic torque, the difference from it damping",
+        "torque on `first`, and its opposite on `second`, which replaces stiffness and damping: a function of the angle less "
+        "the free one, rad, and its rate, rad/s; its value at rest is the elastic torque, the difference from it damping",
         default=None,
     )
 

@@ -27,7 +27,7 @@ MOST = 20_000
 MOST_SMOOTH = 2000
 """Most quick changes: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
-"""Least second difference of a jump or kink, over those of its neighbours."""
+"""Least second difference of a jump or kink, over the largest of its neighbours."""
 REACHES = (6, 9)
 """Distances of the neighbours [samples] with which a second difference is compared; another edge affects one of the two."""
 DEGREE = 8
@@ -82,12 +82,13 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     span = float(np.ptp(values, axis=0).max(initial=0.0))
     if not np.isfinite(values).all() or span == 0:
         return Edges()
-    outstanding = _outstanding(values / span)
+    outstanding = _find_outstanding(values / span)
     if len(outstanding) > MOST:
         return Edges(capped=True)
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
     integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation, in samples
+    # a and b are the first samples at or after two edges: from a + 1 to b - 1 the function is smooth
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
     quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
@@ -127,7 +128,7 @@ def count_others(function: Callable[..., object]) -> int:
     raise ValueError("no function of time and others")
 
 
-def _outstanding(values: Array) -> Array:
+def _find_outstanding(values: Array) -> Array:
     """Find the samples whose second difference is much larger than those of neighbours at `REACHES`."""
     second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
     padded = np.pad(second, pad := max(REACHES), mode="edge")

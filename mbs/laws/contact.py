@@ -95,7 +95,9 @@ GEOMETRY = journal.GAP + 1
 FIRST = GEOMETRY + 2 * CODES
 """First column of the floats of both laws."""
 LAST = FIRST + 2 * NUMBERS
-COLUMNS = len(journal.COLUMNS)
+"""Number of all columns of a joint's row."""
+WIDTH = len(journal.COLUMNS)
+"""Number of columns of the report."""
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 """Rows of the two laws of a joint in its table."""
 
@@ -191,7 +193,7 @@ def _fill_report(t: float, q: Array, v: Array, memory: Array, places: Array, num
 
 
 def _forces(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-    rows = np.empty((places.shape[0], COLUMNS))
+    rows = np.empty((places.shape[0], WIDTH))
     _report(t, q, v, memory, places, numbers, rows)
     add_forces(rows, q, v, places, numbers, out)
 
