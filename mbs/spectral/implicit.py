@@ -106,8 +106,8 @@ def _estimate_error(model, t, h, controls, least_depth):
     if has_contact:
         copy(work.reports, state.end_reports)
         for i in range(q.size):  # error of the rates, by the first row of the error's equation
-            rate_error = REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
-            state.dv[0, i], state.dq[0, i] = v[i] + rate_error, q[i] + state.real_solution[i]
+            state.dv[0, i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
+            state.dq[0, i] = q[i] + state.real_solution[i]
         place_markers(tables, work, state.dq[0], state.dv[0])
         add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
