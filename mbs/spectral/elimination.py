@@ -1,10 +1,12 @@
-"""Order of elimination of the unknowns of a mechanism's matrices by minimum degree: frontal matrices for `fronts`.
+"""Order of elimination of the unknowns of a mechanism's matrices by minimum degree: fronts for the multifrontal `fronts`.
 
-A constraint's multiplier is eliminated after all coordinates in it. Sources and reasons: docs/theory-spectral.md, matrices.
+Unknowns are coordinates, then constraints, for their multipliers. A constraint is eliminated after all its coordinates. Sources
+and reasons: docs/theory-spectral.md, matrices.
 """
 
 from __future__ import annotations
 
+from enum import IntEnum
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
@@ -14,128 +16,138 @@ import numpy as np
 from ..geometry import Array
 
 
+FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT PLACES CONSTRAINTS", start=0)
+"""Columns of the table of fronts: number of pivots, number of unknowns, index of its first unknown, index of its first entry,
+parent front or -1, index of its first place in the parent, 1 if its pivots are constraints."""
+
+
 class Fronts(NamedTuple):
-    """The order of elimination for the kernel.
+    """Order of elimination for the kernel: fronts, small dense matrices, in which pivots are eliminated."""
 
-    Columns of fronts: pivots; size; where its unknowns begin; where its matrix begins; the front that takes over what is left, or
-    -1; where the places there of its later unknowns begin; 1 where its pivots are rows of constraints. Each comes before the one
-    that takes over.
-    """
-
-    fronts: Array  # (fronts, 7)
-    unknowns: Array  # of each front, its pivots first
-    places: Array  # of each front's later unknowns in the front that takes over
-    entries: Array  # of the matrix, front by front, (entries,)
-    position: Array  # where they stand among those of all fronts, (entries,)
+    fronts: Array  # (fronts, 7), columns of `FrontColumn`; a front stands before its parent
+    unknowns: Array  # unknowns of each front, its pivots first
+    places: Array  # places of each front's later unknowns in its parent
+    entries: Array  # nonzeros of the matrix, front by front, (entries,)
+    position: Array  # index of each among the entries of all fronts, (entries,)
 
     @property
     def size(self) -> int:
-        """Entries of all fronts."""
-        return int((self.fronts[:, 1] ** 2).sum())
+        """Number of entries of all fronts."""
+        return int((self.fronts[:, FrontColumn.SIZE] ** 2).sum())
 
     @property
     def largest(self) -> int:
         """Size of the largest front."""
-        return int(self.fronts[:, 1].max(initial=1))
+        return int(self.fronts[:, FrontColumn.SIZE].max(initial=1))
 
 
 class _Front(NamedTuple):
-    """A front before numbering: its pivots, later unknowns, and whether its pivots are constraints."""
+    """Front before numbering: its pivots, its unknowns eliminated later, and whether the pivots are constraints."""
 
     pivots: list[int]
     later: list[int]
-    row: bool
+    has_constraints: bool
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Fronts for a matrix of `unknowns`, first `coordinates` and then constraints; cached for each pattern.
+    """Return the fronts of a matrix of `unknowns`, of which the first `coordinates` are no constraints.
 
-    Entries have a row and a column, and are `filled` if they may be nonzero; shape (slots,).
+    `row` and `col` (slots,) are the places of its nonzeros; those not `filled` (slots,) are zero.
     """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
-    return _fronts_of(*pattern, coordinates, unknowns)
+    return _build_fronts(*pattern, coordinates, unknowns)
 
 
 @lru_cache(maxsize=256)
-def _fronts_of(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknowns: int) -> Fronts:
+def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknowns: int) -> Fronts:
+    """Number the fronts and place the nonzeros in them; cached for each pattern."""
     row, col = (np.frombuffer(each, dtype=np.int64) for each in (rows, cols))
     entries = np.flatnonzero(np.frombuffer(fills, dtype=bool))
     row, col = row[entries], col[entries]
-    made = _eliminate(*_groups(row, col, coordinates, unknowns), coordinates)
-    order = np.empty(unknowns, dtype=np.int64)
-    order[[u for front in made for u in front.pivots]] = np.arange(unknowns)
-    owner = np.repeat(np.arange(len(made)), [len(front.pivots) for front in made])[order]
+    fronts = _eliminate(*_group_unknowns(row, col, coordinates, unknowns), coordinates)
+    order = np.empty(unknowns, dtype=np.int64)  # place of each unknown in the order of elimination
+    order[[u for front in fronts for u in front.pivots]] = np.arange(unknowns)
+    owner = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])[order]  # front that eliminates it
     members: list[int] = []
     places: list[int] = []
-    table, size = np.zeros((len(made), 7), dtype=np.int64), 0
-    local = np.full(unknowns, -1, dtype=np.int64)
-    home = np.minimum(owner[row], owner[col])
+    table, size = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0
+    local = np.full(unknowns, -1, dtype=np.int64)  # index of each unknown in the front at hand
+    home = np.minimum(owner[row], owner[col])  # front in which a nonzero stands
     turn = np.argsort(home, kind="stable")
     entries, row, col, home = entries[turn], row[turn], col[turn], home[turn]
-    position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(made) + 1))
-    for k, front in enumerate(made):
+    position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(fronts) + 1))
+    for k, front in enumerate(fronts):
         later = sorted(front.later, key=order.__getitem__)
-        own = [*front.pivots, *later]
-        table[k] = len(front.pivots), len(own), len(members), size, owner[later[0]] if later else -1, len(places), front.row
-        local[own] = np.arange(len(own))
+        unknowns_here = [*front.pivots, *later]
+        count = len(unknowns_here)
+        parent = owner[later[0]] if later else -1
+        table[k] = len(front.pivots), count, len(members), size, parent, len(places), front.has_constraints
+        local[unknowns_here] = np.arange(count)
         here = slice(bounds[k], bounds[k + 1])
-        position[here] = size + local[row[here]] * len(own) + local[col[here]]
-        members += own
+        position[here] = size + local[row[here]] * count + local[col[here]]
+        members += unknowns_here
         places += later
-        size += len(own) ** 2
-    for pivots, wide, _, _, parent, at, _ in table[table[:, 4] >= 0]:
-        first, large = table[parent, 2], table[parent, 1]
+        size += count**2
+    for pivots, count, _, _, parent, at, _ in table[table[:, FrontColumn.PARENT] >= 0]:
+        first, large = table[parent, FrontColumn.UNKNOWNS], table[parent, FrontColumn.SIZE]
         local[members[first : first + large]] = np.arange(large)
-        here = slice(at, at + wide - pivots)
+        here = slice(at, at + count - pivots)
         places[here] = local[places[here]].tolist()
-    whole = np.array(members, dtype=np.int64), np.array(places, dtype=np.int64)
-    return Fronts(table, *whole, entries, position)
+    return Fronts(table, np.array(members, dtype=np.int64), np.array(places, dtype=np.int64), entries, position)
 
 
-def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
-    """Groups of unknowns with the same neighbours in the matrix, and the neighbouring groups of each."""
-    near: list[set[int]] = [set() for _ in range(unknowns)]
+def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
+    """Return the groups of unknowns with the same neighbours in the matrix, and the neighbouring groups of each."""
+    neighbours: list[set[int]] = [set() for _ in range(unknowns)]
     for i, j in zip(row.tolist(), col.tolist(), strict=True):
-        near[i].add(j)
-        near[j].add(i)
-    found: dict[object, int] = {}
+        neighbours[i].add(j)
+        neighbours[j].add(i)
+    group_of_key: dict[object, int] = {}
     groups: list[list[int]] = []
-    of = [0] * unknowns
+    group_of = [0] * unknowns
     for u in range(unknowns):
         if u < coordinates:
-            near[u].add(u)
+            neighbours[u].add(u)
         else:
-            near[u].discard(u)
-        key = u < coordinates, frozenset(near[u])
-        of[u] = found.setdefault(key, len(groups))
-        if of[u] == len(groups):
+            neighbours[u].discard(u)
+        key = u < coordinates, frozenset(neighbours[u])
+        group_of[u] = group_of_key.setdefault(key, len(groups))
+        if group_of[u] == len(groups):
             groups.append([])
-        groups[of[u]].append(u)
-    meets = [{of[v] for v in near[members[0]]} - {g} for g, members in enumerate(groups)]
-    return groups, meets
+        groups[group_of[u]].append(u)
+    adjacent = [{group_of[v] for v in neighbours[members[0]]} - {g} for g, members in enumerate(groups)]
+    return groups, adjacent
 
 
-def _eliminate(groups: list[list[int]], meets: list[set[int]], coordinates: int) -> list[_Front]:
-    """Fronts, one for each group, in the order of elimination."""
-    weight = [len(members) for members in groups]
-    row = [members[0] >= coordinates for members in groups]
-    waits = [sum(not row[m] for m in meets[g]) if row[g] else 0 for g in range(len(groups))]
-    held = [[m for m in meets[g] if row[m]] if not row[g] else [] for g in range(len(groups))]
-    heap = [(sum(weight[m] for m in meets[g]), g) for g in range(len(groups)) if not waits[g]]
+def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
+    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is changed.
+
+    The degree of a group is the number of its neighbouring unknowns. The heap keeps outdated degrees, which are skipped.
+    """
+    size = [len(members) for members in groups]
+    is_constraint = [members[0] >= coordinates for members in groups]
+    waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]
+    constraints = [[] if is_constraint[g] else [m for m in adjacent[g] if is_constraint[m]] for g in range(len(groups))]
+
+    def degree(g: int) -> int:
+        """Count the unknowns that are neighbours of a group."""
+        return sum(size[m] for m in adjacent[g])
+
+    heap = [(degree(g), g) for g in range(len(groups)) if not waiting[g]]
     heapify(heap)
-    done, out = [False] * len(groups), []
+    done, fronts = [False] * len(groups), []
     while heap:
-        degree, g = heappop(heap)
-        if done[g] or degree != sum(weight[m] for m in meets[g]):
+        known_degree, g = heappop(heap)
+        if done[g] or known_degree != degree(g):
             continue
         done[g] = True
-        out.append(_Front(groups[g], [u for m in meets[g] for u in groups[m]], row[g]))
-        for m in held[g]:
-            waits[m] -= 1
-        for m in meets[g]:
-            meets[m] |= meets[g]
-            meets[m] -= {g, m}
-        for m in (*meets[g], *held[g]):
-            if not waits[m] and not done[m]:
-                heappush(heap, (sum(weight[k] for k in meets[m]), m))
-    return out
+        fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]], is_constraint[g]))
+        for m in constraints[g]:
+            waiting[m] -= 1
+        for m in adjacent[g]:
+            adjacent[m] |= adjacent[g]
+            adjacent[m] -= {g, m}
+        for m in (*adjacent[g], *constraints[g]):
+            if not waiting[m] and not done[m]:
+                heappush(heap, (degree(m), m))
+    return fronts

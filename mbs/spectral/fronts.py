@@ -1,11 +1,14 @@
-"""Multifrontal LU factors of a mechanism's matrices, compiled. See `elimination` for the order.
+"""Multifrontal LU factors of a mechanism's matrices, compiled; `elimination` finds the order.
+
+A front is a small dense matrix whose first unknowns, the pivots, are eliminated; the Schur complement S is added to its parent
+front (Duff and Reid 1983, doi 10.1145/356044.356047):
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
 
-A constraint whose pivot is small is exchanged, row and column, with that of the largest: of two nearly redundant constraints, as
-of two bars pinned together twice, the better conditioned one is then kept in every pose. Otherwise the order is kept, as the
-multiplier of a redundant constraint stays at its guess. A pivot below rounding counts as zero, and so is its multiplier.
+The order is fixed, with two exceptions. Within a front, rows are exchanged for the largest pivot of a column. Constraints whose
+pivot is small give way to that with the largest: of two nearly redundant constraints the better conditioned one is then kept in
+every pose. A pivot below rounding counts as zero, and so does the multiplier of its redundant constraint.
 """
 
 from __future__ import annotations
@@ -13,59 +16,60 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .compiling import draft, view
-from .elimination import Fronts
+from .elimination import FrontColumn, Fronts
 
-ROUNDED = 1e-13
-"""A row's pivot below this share of what it is a difference of is rounding."""
-WEAK = 1e-4
-"""Share of the largest of the diagonal below which a row's pivot gives way: rows change their order near singular poses alone."""
-
-
+ROUNDING = 1e-13
+"""A constraint's pivot below this share of the numbers of which it is a difference is rounding."""
+SMALL = 1e-4
+"""Ratio of a constraint's pivot to the largest on the diagonal below which they are exchanged: only near singular poses."""
 BITS = 32
-"""Bits of a swap that hold its second place; those above hold the first. A shift is quicker than a division."""
+"""Bits of an entry of `swaps` that hold the row exchanged; those above hold the constraint. A shift is faster than a division."""
 
 
 class Orders(NamedTuple):
-    """Orders of elimination: of Newton's matrices, and of mass matrix and constraints alone."""
+    """Orders of elimination: of Newton's matrices, and of the saddle-point matrix of masses and constraints."""
 
     newton: Fronts
     mass: Fronts
 
 
 @draft
-def factor(order, a, factors, swaps, amount):
-    """Factor the matrix of entries a (slots,): fill factors (entries of fronts) and swaps (unknowns of fronts)."""
-    factors[:], amount[:] = 0.0, 0.0
+def factor(order, a, factors, swaps, magnitude):
+    """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts).
+
+    `magnitude` (unknowns,) sums the absolute values that are subtracted from each constraint's diagonal.
+    """
+    factors[:], magnitude[:] = 0.0, 0.0
     for k in range(order.entries.size):
         factors[order.position[k]] = a[order.entries[k]]
     for f in range(order.fronts.shape[0]):
-        _eliminate(order, factors, swaps, amount, f)
-        if order.fronts[f, 4] >= 0:
-            _hand_over(order, factors, amount, f)
+        _eliminate_pivots(order, factors, swaps, magnitude, f)
+        if order.fronts[f, FrontColumn.PARENT] >= 0:
+            _add_to_parent(order, factors, magnitude, f)
 
 
 @draft
-def _hand_over(order, factors, amount, f):
-    """Add the Schur complement of a front to its parent front."""
+def _add_to_parent(order, factors, magnitude, f):
+    """Add the Schur complement of front f to its parent front."""
     pivots, size, first, at, parent, places, row = order.fronts[f]
-    large, start, count = order.fronts[parent, 1], order.fronts[parent, 3], size - pivots
-    to, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
+    large, start, count = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES], size - pivots
+    target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
-        left, sum = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + to[i] * large, large)
+        left, sum = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + target[i] * large, large)
         for j in range(count):
-            sum[to[j]] += left[j]
+            sum[target[j]] += left[j]
         if row == 0:
-            amount[unknowns[i]] += abs(left[i])
+            magnitude[unknowns[i]] += abs(left[i])
 
 
 @draft
-def _eliminate(order, factors, swaps, amount, f):
-    """Eliminate a front's pivots; each is replaced by its reciprocal."""
-    pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
-    row = order.fronts[f, 6]
+def _eliminate_pivots(order, factors, swaps, magnitude, f):
+    """Eliminate the pivots of front f; each is replaced by its reciprocal."""
+    pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
+    row = order.fronts[f, FrontColumn.CONSTRAINTS]
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = _bring_strong(order, factors, amount, f, c) if row > 0 else c
+        r = _exchange_small(order, factors, magnitude, f, c) if row > 0 else c
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -74,7 +78,7 @@ def _eliminate(order, factors, swaps, amount, f):
         swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
-        if row > 0 and largest <= ROUNDED * amount[order.unknowns[first + c]]:
+        if row > 0 and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):
@@ -85,71 +89,73 @@ def _eliminate(order, factors, swaps, amount, f):
         right = view(upper, c + 1, count)
         for i in range(c + 1, size):
             lower = view(factors, at + i * size + c, count + 1)
-            share = lower[0] * reciprocal
-            lower[0] = share
+            factor = lower[0] * reciprocal
+            lower[0] = factor
             below = view(lower, 1, count)
             for j in range(count):
-                below[j] -= share * right[j]
+                below[j] -= factor * right[j]
 
 
 @draft
-def _bring_strong(order, factors, amount, f, c):
-    """Exchange pivot c, if it is small, with the largest on the diagonal, row and column; return the place of that."""
-    pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
-    r, here = c, abs(factors[at + c * (size + 1)])
-    largest = here
+def _exchange_small(order, factors, magnitude, f, c):
+    """Exchange pivot c, if it is small, with the largest on the diagonal, row and column; return the index of that."""
+    pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
+    r, pivot = c, abs(factors[at + c * (size + 1)])
+    largest = pivot
     for i in range(c + 1, pivots):
         found = abs(factors[at + i * (size + 1)])
         if found > largest:
             r, largest = i, found
-    if r == c or here > WEAK * largest:
+    if r == c or pivot > SMALL * largest:
         return c
     _swap_rows(factors, at, size, c, r)
     for i in range(size):
         k = at + i * size
         factors[k + c], factors[k + r] = factors[k + r], factors[k + c]
     u, v = order.unknowns[first + c], order.unknowns[first + r]
-    amount[u], amount[v] = amount[v], amount[u]
+    magnitude[u], magnitude[v] = magnitude[v], magnitude[u]
     return r
 
 
 @draft
 def _swap_rows(factors, at, size, c, p):
-    """Exchange rows c and p of the front that begins at `at`."""
+    """Exchange rows c and p of the front whose entries begin at `at`."""
     upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
     for j in range(size):
         upper[j], other[j] = other[j], upper[j]
 
 
 @draft
-def solve(order, factors, swaps, x, room):
-    """Solve in place for x (unknowns,), with room for the largest front."""
-    lone = 0
-    while lone < order.fronts.shape[0] and order.fronts[lone, 1] == 1:
-        x[order.unknowns[order.fronts[lone, 2]]] *= factors[order.fronts[lone, 3]]
-        lone += 1
-    for f in range(lone, order.fronts.shape[0]):
-        pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
+def solve(order, factors, swaps, x, front):
+    """Solve in place for x (unknowns,): forward elimination, then back substitution; `front` is a work array of the largest
+    front.
+    """
+    single = 0  # fronts of one unknown that meets no other come first
+    while single < order.fronts.shape[0] and order.fronts[single, FrontColumn.SIZE] == 1:
+        x[order.unknowns[order.fronts[single, FrontColumn.UNKNOWNS]]] *= factors[order.fronts[single, FrontColumn.ENTRIES]]
+        single += 1
+    for f in range(single, order.fronts.shape[0]):
+        pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
         unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
-        if pivots == 1:  # as most of rigid bodies
+        if pivots == 1:  # most fronts of rigid bodies
             for i in range(1, size):
                 x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
             continue
         for i in range(size):
-            room[i] = x[unknowns[i]]
+            front[i] = x[unknowns[i]]
         for c in range(pivots):
             r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)
-            room[c], room[r] = room[r], room[c]
-            room[c], room[p] = room[p], room[c]
+            front[c], front[r] = front[r], front[c]
+            front[c], front[p] = front[p], front[c]
         for i in range(1, size):
-            row, total = view(factors, at + i * size, size), room[i]
+            row, total = view(factors, at + i * size, size), front[i]
             for c in range(min(i, pivots)):
-                total -= row[c] * room[c]
-            room[i] = total
+                total -= row[c] * front[c]
+            front[i] = total
         for i in range(size):
-            x[unknowns[i]] = room[i]
-    for f in range(order.fronts.shape[0] - 1, lone - 1, -1):
-        pivots, size, first, at = order.fronts[f, 0], order.fronts[f, 1], order.fronts[f, 2], order.fronts[f, 3]
+            x[unknowns[i]] = front[i]
+    for f in range(order.fronts.shape[0] - 1, single - 1, -1):
+        pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
         unknowns = view(order.unknowns, first, size)
         if pivots == 1:
             for j in range(1, size):
@@ -157,14 +163,14 @@ def solve(order, factors, swaps, x, room):
             x[unknowns[0]] *= factors[at]
             continue
         for i in range(size):
-            room[i] = x[unknowns[i]]
+            front[i] = x[unknowns[i]]
         for c in range(pivots - 1, -1, -1):
-            row, total = view(factors, at + c * size, size), room[c]
+            row, total = view(factors, at + c * size, size), front[c]
             for j in range(c + 1, size):
-                total -= row[j] * room[j]
-            room[c] = total * row[c]
+                total -= row[j] * front[j]
+            front[c] = total * row[c]
         for c in range(pivots - 1, -1, -1):
             r = swaps[first + c] >> BITS
-            room[c], room[r] = room[r], room[c]
+            front[c], front[r] = front[r], front[c]
         for c in range(pivots):
-            x[unknowns[c]] = room[c]
+            x[unknowns[c]] = front[c]

@@ -35,7 +35,7 @@ from .samples import (
     write_between,
     writes_within_steps,
 )
-from .strips import MIXED, PLAIN, elastic_stresses
+from .strips import MIXED, PLAIN, compute_stresses
 from .tables import Elastic, Instant, Report
 
 ORDER = 0.25
@@ -64,7 +64,7 @@ LEAST_MOVE = 1e-2
 def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    elastic_stresses(tables, work, state.q, state.v, state.stress)
+    compute_stresses(tables, work, state.q, state.v, state.stress)
     work.strip_form[0], work.b0[:] = MIXED, 0.0
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)

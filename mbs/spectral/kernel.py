@@ -27,13 +27,13 @@ from .markers import (
     write_gradient,
 )  # fmt: skip
 from .strips import add_strips, add_strips_tangents
-from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, RowColumn
+from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Modal, RowColumn
 
 
 @inline
 def _indices(tables, row):
     """Return indices of a modal link: first coordinate, first amplitude; number of modes; radial, gram, gyration, stiffness."""
-    o, m, d = tables.modal[row, 0], tables.modal[row, 1], tables.modal[row, 2]
+    o, m, d = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
 
@@ -126,7 +126,7 @@ def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q, of modal links."""
     for row in range(tables.modal.shape[0]):
         clear_block(tables, work, _find_block(tables, row))
-        e, m = tables.modal[row, 0] + 3, tables.modal[row, 1]
+        e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
             inertia, coupling = _modal_mass(tables, row, q, i)
             work.block_stiffness[2, 2] += inertia * q[e + i]
@@ -154,7 +154,7 @@ def couple_modes(tables, work, q, a):
     acceleration follows from the Schur complement of the modes.
     """
     for row in range(tables.modal.shape[0]):
-        o, e, m = tables.modal[row, 0], tables.modal[row, 0] + 3, tables.modal[row, 1]
+        o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         _, size, slot = tables.blocks[_find_block(tables, row)]
         inertia = tables.mass[tables.slots[slot + 2 * size + 2]]
         moment = inertia * a[o + 2]
@@ -177,7 +177,7 @@ def multiply_mass(tables, q, a, out):
             total += tables.mass_value[k] * a[tables.mass_col[k]]
         out[i] = total
     for row in range(tables.modal.shape[0]):
-        o, e, m = tables.modal[row, 0], tables.modal[row, 0] + 3, tables.modal[row, 1]
+        o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
             inertia, coupling = _modal_mass(tables, row, q, i)
             out[o + 2] += inertia * q[e + i] * a[o + 2] + coupling * a[e + i]

@@ -1,7 +1,13 @@
 """Strips, compiled: Reissner's and Kirchhoff's, in polynomials, with analytic tangents.
 
-At each Gauss point strains are functions of four arguments z, linear in the coordinates: Reissner (x', y', theta, theta'),
-Kirchhoff (x', y', x'', y''). In the mixed form, (4) of docs/theory-spectral.md, stresses are unknowns, too.
+At each Gauss point the strains eps, gamma, kappa are functions of four arguments z = A x, linear in the strip's coordinates x:
+Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'', y''). B = d strain/dz (3, 4) are the gradients of the strains, B0
+those of the kept tangent; stresses n = (N, Q, M) are axial force, shear force, moment. In the mixed form, (4) of
+docs/theory-spectral.md, stresses are unknowns.
+
+Local names: nb members of the basis, ng Gauss points, g one of them, p its index among those of all strips, d index of the
+strip's numbers in tables.data; `block`, first coordinate of each argument; `order`, its derivative of the basis; `lag`, damping
+times [s] of N and M.
 """
 
 from __future__ import annotations
@@ -10,19 +16,19 @@ import numpy as np
 
 from .compiling import copy, draft, inline
 from .markers import add_entries, clear_block
-from .tables import StripKind
+from .tables import StripData, StripKind
 
 PLAIN = 0.0
-"""Forces of strips by their strains."""
+"""Form of the strips' forces: stresses from the strains."""
 MIXED = 1.0
-"""Forces of strips by stresses that are unknowns of their own."""
+"""Form with stresses as unknowns."""
 RENEWED = 2.0
-"""The same, and B0 of the kept tangent becomes that of this state."""
+"""Form with stresses as unknowns whose B0 is set to the gradients at this state."""
 
 
 @draft
-def _slopes(kind, first, second, third, fourth, slopes):
-    """Strains (eps, gamma, kappa), and their gradients by z, written to slopes (3, 4), whose other entries are zero."""
+def _compute_strains(kind, first, second, third, fourth, slopes):
+    """Return the strains at arguments z and write B to `slopes`, whose other entries are zero."""
     if kind == StripKind.REISSNER:
         c, s = np.cos(third), np.sin(third)
         axial, shear = c * first + s * second, -s * first + c * second
@@ -42,8 +48,8 @@ def _slopes(kind, first, second, third, fourth, slopes):
 
 
 @draft
-def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
-    """Second derivatives of the strains by z, (3, 4, 4); slopes are the first."""
+def _differentiate_gradients(kind, x, y, bend_x, bend_y, slopes, ezz):
+    """Fill `ezz` (3, 4, 4) with the second derivatives of the strains by z, B being `slopes`."""
     ezz[:] = 0.0
     if kind == StripKind.REISSNER:
         c, s, shear, axial = slopes[0, 0], slopes[0, 1], slopes[0, 2], -slopes[1, 2]
@@ -67,8 +73,8 @@ def _bends(kind, x, y, bend_x, bend_y, slopes, ezz):
 
 
 @draft
-def _fields(kind, count):
-    """Number of a strip's coordinates; first coordinate of each of the four arguments; its derivative of the basis."""
+def _index_fields(kind, count):
+    """Return the number of a strip's coordinates, the first coordinate of each argument, and its derivative of the basis."""
     if kind == StripKind.REISSNER:
         return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
@@ -76,7 +82,7 @@ def _fields(kind, count):
 
 @draft
 def _sum(data, m, x, first, count):
-    """Sum of `count` members of the basis, from m, times their coordinates."""
+    """Sum `count` members of the basis, from index m, times their coordinates."""
     total = 0.0
     for a in range(count):
         total += data[m + a] * x[first + a]
@@ -84,8 +90,8 @@ def _sum(data, m, x, first, count):
 
 
 @inline
-def _members(order, member, count, points, number):
-    """Return the indices in the data of the first members of the four arguments at a Gauss point."""
+def _index_members(order, member, count, points, number):
+    """Return the indices in the data of the first members of the four arguments at Gauss point `number`."""
     return (
         member + (order[0] * points + number) * count, member + (order[1] * points + number) * count,
         member + (order[2] * points + number) * count, member + (order[3] * points + number) * count,
@@ -93,8 +99,8 @@ def _members(order, member, count, points, number):
 
 
 @inline
-def _arguments(data, m, x, block, count):
-    """The four arguments z = A x at a Gauss point."""
+def _compute_arguments(data, m, x, block, count):
+    """Compute the four arguments z = A x at a Gauss point."""
     return (
         _sum(data, m[0], x, block[0], count), _sum(data, m[1], x, block[1], count),
         _sum(data, m[2], x, block[2], count), _sum(data, m[3], x, block[3], count),
@@ -102,8 +108,8 @@ def _arguments(data, m, x, block, count):
 
 
 @inline
-def _act(data, m, f, block, count, out):
-    """Subtract A^T f from out, f the forces on the four arguments."""
+def _subtract_transposed(data, m, f, block, count, out):
+    """Subtract A^T f from `out`, f the forces on the four arguments."""
     for a in range(count):
         out[block[0] + a] -= data[m[0] + a] * f[0]
         out[block[1] + a] -= data[m[1] + a] * f[1]
@@ -113,67 +119,67 @@ def _act(data, m, f, block, count, out):
 
 
 @inline
-def _stress(data, at, free, strain, slopes, rate, lag):
-    """Stresses n = D (strain - free + lag B rate), axial, shear, bending; `free` are the stress-free strains."""
+def _compute_stresses(data, moduli, free, strain, b, rate, lag):
+    """Compute the stresses n = D (strain - free + lag B rate), D the moduli EA, GA, EI and `free` the stress-free strains."""
     e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
     if lag[0] > 0.0 or lag[2] > 0.0:
-        e0 += lag[0] * (slopes[0, 0] * rate[0] + slopes[0, 1] * rate[1] + slopes[0, 2] * rate[2])
-        e2 += lag[2] * (slopes[2, 0] * rate[0] + slopes[2, 1] * rate[1] + slopes[2, 2] * rate[2] + slopes[2, 3] * rate[3])
-    return data[at] * e0, data[at + 1] * e1, data[at + 2] * e2
+        e0 += lag[0] * (b[0, 0] * rate[0] + b[0, 1] * rate[1] + b[0, 2] * rate[2])
+        e2 += lag[2] * (b[2, 0] * rate[0] + b[2, 1] * rate[1] + b[2, 2] * rate[2] + b[2, 3] * rate[3])
+    return data[moduli] * e0, data[moduli + 1] * e1, data[moduli + 2] * e2
 
 
 @inline
-def _balance_stresses(work, p, slopes, n):
-    """Return the stresses that are unknowns, and B0^T (n - these), n those of the strains."""
+def _replace_stresses(work, p, slopes, n):
+    """Return the stresses that are unknowns, and B0^T times the stresses n of the strains less these."""
     if work.strip_form[0] == RENEWED:
         copy(slopes, work.b0[p])
-    b, held, slack = work.stress[p], work.b0[p], work.slack[p]
-    slack[0], slack[1], slack[2] = n[0] - b[0], n[1] - b[1], n[2] - b[2]
-    return (b[0], b[1], b[2]), (
-        slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0],
-        slack[0] * held[0, 1] + slack[1] * held[1, 1] + slack[2] * held[2, 1],
-        slack[0] * held[0, 2] + slack[1] * held[1, 2] + slack[2] * held[2, 2],
-        slack[2] * held[2, 3],
+    given, b0, slack = work.stress[p], work.b0[p], work.slack[p]
+    slack[0], slack[1], slack[2] = n[0] - given[0], n[1] - given[1], n[2] - given[2]
+    return (given[0], given[1], given[2]), (
+        slack[0] * b0[0, 0] + slack[1] * b0[1, 0] + slack[2] * b0[2, 0],
+        slack[0] * b0[0, 1] + slack[1] * b0[1, 1] + slack[2] * b0[2, 1],
+        slack[0] * b0[0, 2] + slack[1] * b0[1, 2] + slack[2] * b0[2, 2],
+        slack[2] * b0[2, 3],
     )
 
 
 @draft
 def _add_strip(tables, work, place, q, v, slopes, f):
-    """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point; place is its number and first point."""
+    """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point.
+
+    `place` is the strip's number and the index of its first Gauss point.
+    """
     strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
-    size, block, order = _fields(kind, nb)
+    size, block, order = _index_fields(kind, nb)
     at, x, rate = tables.places[first : first + size], work.scratch[:size], work.scratch[size : 2 * size]
     local = work.scratch[2 * size : 3 * size]
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
-    lag, r = (tables.data[d + 4], 0.0, tables.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
-    slopes[:] = 0.0
+    lag, r = (tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]), (0.0, 0.0, 0.0, 0.0)
+    slopes[:], weights = 0.0, d + StripData.WEIGHTS
     for g in range(ng):
-        p, weight, m = point + g, tables.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
-        z = _arguments(tables.data, m, x, block, nb)
-        strain, at_rest = _slopes(kind, z[0], z[1], z[2], z[3], slopes), d + 5 + ng + g
+        p, weight, m = point + g, tables.data[weights + g], _index_members(order, weights + 4 * ng, nb, ng, g)
+        z = _compute_arguments(tables.data, m, x, block, nb)
+        strain, at_rest = _compute_strains(kind, z[0], z[1], z[2], z[3], slopes), weights + ng + g
         free = tables.data[at_rest], tables.data[at_rest + ng], tables.data[at_rest + 2 * ng]
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
-            r = _arguments(tables.data, m, rate, block, nb)
+            r = _compute_arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # Reissner's curvature is an argument
             r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
-        n, f0 = _stress(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
+        n, f0 = _compute_stresses(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
         if work.strip_form[0] != PLAIN:
-            n, f0 = _balance_stresses(work, p, slopes, n)
+            n, f0 = _replace_stresses(work, p, slopes, n)
         force = (
             weight * (f0[0] + n[0] * slopes[0, 0] + n[1] * slopes[1, 0] + n[2] * slopes[2, 0]),
             weight * (f0[1] + n[0] * slopes[0, 1] + n[1] * slopes[1, 1] + n[2] * slopes[2, 1]),
             weight * (f0[2] + n[0] * slopes[0, 2] + n[1] * slopes[1, 2] + n[2] * slopes[2, 2]),
             weight * (f0[3] + n[2] * slopes[2, 3]),
         )
-        _act(tables.data, m, force, block, nb, local)
+        _subtract_transposed(tables.data, m, force, block, nb, local)
         work.arguments[p, 0], work.arguments[p, 1], work.arguments[p, 2], work.arguments[p, 3] = z
-        work.weighted_stress[p, 0], work.weighted_stress[p, 1], work.weighted_stress[p, 2] = (
-            weight * n[0],
-            weight * n[1],
-            weight * n[2],
-        )
+        work.weighted_stress[p, 0], work.weighted_stress[p, 1] = weight * n[0], weight * n[1]
+        work.weighted_stress[p, 2] = weight * n[2]
     for a in range(size):
         f[at[a]] += local[a]
 
@@ -182,7 +188,7 @@ def _add_strip(tables, work, place, q, v, slopes, f):
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, in the form work.strip_form.
 
-    Stresses that are unknowns are in work.stress, their residuals in work.slack, B0 in work.b0.
+    Stresses that are unknowns are in work.stress, their residuals in work.slack.
     """
     ez, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
@@ -201,13 +207,13 @@ def add_strips_tangents(tables, work, v, damp, stiff):
 
 @draft
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
-    """Add a strip's tangents: its arguments and weighted stresses are in work, from this point on."""
+    """Add the tangents of a strip, whose arguments and weighted stresses are in work, from Gauss point `point` on."""
     kind, nb, ng, first, d = tables.strips[strip]
-    size, block, order = _fields(kind, nb)
+    size, block, order = _index_fields(kind, nb)
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     r, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
-    lag[0], lag[2] = tables.data[d + 4], tables.data[d + 3]
-    at, member, rate = tables.places[first : first + size], d + 5 + 4 * ng, work.scratch[size : 2 * size]
+    lag[0], lag[2] = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
+    at, member, rate = tables.places[first : first + size], d + StripData.WEIGHTS + 4 * ng, work.scratch[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
     damped = lag[0] > 0.0 or lag[2] > 0.0
@@ -215,14 +221,14 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     for g in range(ng):
         p = point + g
         z = work.arguments[p]
-        _slopes(kind, z[0], z[1], z[2], z[3], ez)
-        _bends(kind, z[0], z[1], z[2], z[3], ez, ezz)
+        _compute_strains(kind, z[0], z[1], z[2], z[3], ez)
+        _differentiate_gradients(kind, z[0], z[1], z[2], z[3], ez, ezz)
         h[:], b[:] = 0.0, 0.0
         if damped:
             for i in range(4):
                 r[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
-            stress, stiffness = work.weighted_stress[p, j], tables.data[d + 5 + g] * tables.data[d + j]
+            stress, stiffness = work.weighted_stress[p, j], tables.data[d + StripData.WEIGHTS + g] * tables.data[d + j]
             for i in range(4):
                 for k in range(4):
                     h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
@@ -232,18 +238,18 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
                     for i in range(4):
                         h[i, k] += stiffness * lag[j] * ez[j, i] * bend
                         b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
-        members = _members(order, member, nb, ng, g)
-        _spread(tables.data, members, block, nb, h, work.block_stiffness)
+        members = _index_members(order, member, nb, ng, g)
+        _add_products(tables.data, members, block, nb, h, work.block_stiffness)
         if damped:
-            _spread(tables.data, members, block, nb, b, work.block_damping)
+            _add_products(tables.data, members, block, nb, b, work.block_damping)
     add_entries(tables, number, work.block_stiffness, stiff)
     if damped:
         add_entries(tables, number, work.block_damping, damp)
 
 
 @draft
-def _spread(data, members, block, count, h, out):
-    """Add sum_ik A_i^T h_ik A_k to out, A_i the members (or their derivatives) at a Gauss point."""
+def _add_products(data, members, block, count, h, out):
+    """Add sum_ik A_i^T h_ik A_k to `out`, A_i the members of argument i at a Gauss point."""
     for i in range(4):
         mi = members[i]
         for k in range(4):
@@ -259,35 +265,36 @@ def _spread(data, members, block, count, h, out):
 
 @draft
 def advance_stresses(tables, work, shift, rate_shift, stress, slack):
-    """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
+    """Add slack + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv by increments of coordinates and rates."""
     point = 0
     for strip in range(tables.strips.shape[0]):
         kind, nb, ng, first, d = tables.strips[strip]
-        size, block, order = _fields(kind, nb)
-        at, member = tables.places[first : first + size], d + 5 + 4 * ng
+        size, block, order = _index_fields(kind, nb)
+        axial_time, bending_time = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
+        at, member = tables.places[first : first + size], d + StripData.WEIGHTS + 4 * ng
         x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
-            x[a] = shift[at[a]]
-            axial[a], bending[a] = x[a] + tables.data[d + 4] * rate_shift[at[a]], x[a] + tables.data[d + 3] * rate_shift[at[a]]
+            x[a], rate = shift[at[a]], rate_shift[at[a]]
+            axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate
         for g in range(ng):
             p = point + g
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
-                straight, bent = work.b0[p, 0, i] != 0.0 or work.b0[p, 1, i] != 0.0, work.b0[p, 2, i] != 0.0
-                dz = _sum(tables.data, m, x, block[i], nb) if straight or tables.data[d + 3] == 0.0 else 0.0
-                da = _sum(tables.data, m, axial, block[i], nb) if straight and tables.data[d + 4] > 0.0 else dz
-                db = _sum(tables.data, m, bending, block[i], nb) if bent and tables.data[d + 3] > 0.0 else dz
-                stress[p, 0] += tables.data[d] * work.b0[p, 0, i] * da
-                stress[p, 1] += tables.data[d + 1] * work.b0[p, 1, i] * dz
-                stress[p, 2] += tables.data[d + 2] * work.b0[p, 2, i] * db
+                stretches, bends = work.b0[p, 0, i] != 0.0 or work.b0[p, 1, i] != 0.0, work.b0[p, 2, i] != 0.0
+                dz = _sum(tables.data, m, x, block[i], nb) if stretches or bending_time == 0.0 else 0.0
+                da = _sum(tables.data, m, axial, block[i], nb) if stretches and axial_time > 0.0 else dz
+                db = _sum(tables.data, m, bending, block[i], nb) if bends and bending_time > 0.0 else dz
+                stress[p, 0] += tables.data[d + StripData.EA] * work.b0[p, 0, i] * da
+                stress[p, 1] += tables.data[d + StripData.GA] * work.b0[p, 1, i] * dz
+                stress[p, 2] += tables.data[d + StripData.EI] * work.b0[p, 2, i] * db
             for j in range(3):
                 stress[p, j] += slack[p, j]
         point += ng
 
 
 @draft
-def elastic_stresses(tables, work, q, v, stress):
-    """Fill stress (points, 3) with those of this state."""
+def compute_stresses(tables, work, q, v, stress):
+    """Fill `stress` (points, 3) with the stresses of this state's strains."""
     f, mixed = np.zeros(q.size), work.strip_form[0]
     work.stress[:], work.strip_form[0] = 0.0, MIXED
     add_strips(tables, work, q, v, f)

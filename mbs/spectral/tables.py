@@ -28,6 +28,8 @@ MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
 """Kinds of measures: d.(a - b) with a direction d that is fixed, or turns with b; angle of a less that of b; distance."""
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 """Kinds of strips: with shear, and without."""
+StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
+"""Numbers of a strip: moduli, damping times [s], Gauss weights (ng,), stress-free strains (3, ng), N, N', N'' there."""
 MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
 """Kinds of motions of a drive: zero, a ramp of the speed, functions of time for position and speed, by address."""
 
@@ -123,9 +125,8 @@ class Memory(IntEnum):
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m); of a strip EA, GA,
-    EI, damping times (bending, axial); for all Gauss points weights, stress-free strains (3), members N of the basis, N', N''.
-    Statics changes `values` and `factors`, frequency responses the time factor.
+    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m); of a strip
+    `StripData`. Statics changes `values` and `factors`, frequency responses the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
