@@ -1,7 +1,9 @@
-"""Polynomials of the spectral strips: a hierarchical basis on [-1, 1] whose first two members are the ends.
+"""Hierarchical polynomials of the spectral strips on [-1, 1]; the first two members are linear and carry the end values.
 
-N_0 = (1 - x)/2, N_1 = (1 + x)/2, and N_k = (P_k - P_(k-2))/sqrt(2 (2 k - 1)) for k >= 2, P_k the Legendre polynomials: each N_k
-is an integrated Legendre polynomial and zero at both ends, and the slopes of these are orthonormal.
+    N_0 = (1 - x)/2,    N_1 = (1 + x)/2,    N_k = (P_k - P_(k-2))/sqrt(2 (2 k - 1)),    k >= 2,
+
+P_k the Legendre polynomials. From k = 2 on N_k is an integrated Legendre polynomial, zero at both ends, and the slopes N_k' are
+orthonormal.
 
 References
 ----------
@@ -20,13 +22,13 @@ from ..geometry import Array
 
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:
-    """Values of the degree + 1 members at x, or of their derivative of an order, not to be written to: (points, degree + 1)."""
+    """Return the values of the degree + 1 members at x, or of their `derivative` of an order, read-only, (points, degree + 1)."""
     return _members(degree, np.asarray(x, dtype=float).tobytes(), derivative)
 
 
 @lru_cache(maxsize=4096)
 def _members(degree: int, x: bytes, derivative: int) -> Array:
-    """Cached `basis`: all mechanisms use the same points."""
+    """Evaluate the members at points given as bytes, for the cache: all mechanisms use the same points."""
     values: Array = legendre.legval(np.frombuffer(x), _series(degree, derivative)).T
     values.flags.writeable = False
     return values
@@ -34,7 +36,7 @@ def _members(degree: int, x: bytes, derivative: int) -> Array:
 
 @cache
 def _series(degree: int, derivative: int) -> Array:
-    """Legendre coefficients of the members' derivatives of an order; shape (terms, degree + 1)."""
+    """Return the Legendre coefficients of the members' derivatives of an order; shape (terms, degree + 1)."""
     series = np.zeros((max(degree, 1) + 1, degree + 1))
     series[:2, :2] = [[0.5, 0.5], [-0.5, 0.5]]
     for k in range(2, degree + 1):
@@ -44,23 +46,22 @@ def _series(degree: int, derivative: int) -> Array:
 
 @cache
 def gauss(count: int) -> tuple[Array, Array]:
-    """Points and weights of Gauss's rule on [-1, 1], not to be written to."""
+    """Return points and weights of Gauss's rule on [-1, 1], read-only."""
     points, weights = legendre.leggauss(count)
     points.flags.writeable = weights.flags.writeable = False
     return points, weights
 
 
 def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, float]) -> Array:
-    """Coefficients of the fit to a function of x, exact at the ends, its slope by least squares; shape (degree + 1,).
+    """Fit a function of x: exact at the `ends`, its slope by least squares; coefficients (degree + 1,).
 
-    As the slopes of the higher members are orthonormal, each coefficient is an integral of the function, minus its linear part,
-    times P_k'.
+    The slopes of the higher members are orthonormal, so each coefficient is the integral of rest' N_k', rest the function less
+    its linear part. By parts that is -integral of rest N_k''.
     """
     x, w = gauss(degree + 24)
     rest = function(x) - basis(1, x) @ np.array(ends)
     out = np.empty(degree + 1)
     out[:2] = ends
     if degree >= 2:
-        # integral of slope(rest) slope(N_k) = -integral of rest N_k'' (rest is zero at the ends)
         out[2:] = -(basis(degree, x, 2)[:, 2:] * w[:, None]).T @ rest
     return out

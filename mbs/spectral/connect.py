@@ -14,7 +14,8 @@ from .frame_body import FrameBody
 from .strut import StrutBody
 from .tables import MeasureKind
 
-NOWHERE = (0.0, 0.0)  # the origin, and the direction of measures without one
+NOWHERE = (0.0, 0.0)
+"""Place of the origin, and direction of measures without one."""
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
@@ -22,14 +23,14 @@ def connect(builder: Builder, name: str, element: Element) -> None:
     for row in element.rows(builder.mechanism):
         if row.start_only:  # holds at t = 0 only: no constraint of the motion
             continue
-        terms = [term for factor, measure in row.terms for term in _term(builder, factor, measure)]
+        terms = [term for factor, measure in row.terms for term in _yield_measure(builder, factor, measure)]
         if terms:
             motion = -1 if row.motion is None else builder.add_motion(row.motion, name)
-            builder.add_row(name, [(factor, builder.add_measure(*found)) for factor, found in terms], motion)
+            builder.add_row(name, [(factor, builder.add_measure(*measure)) for factor, measure in terms], motion)
 
 
-def _term(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield coefficient and measure of the kernel, along a fixed direction or one that turns with b; nothing if a is b."""
+def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
+    """Yield coefficient and measure of the kernel; nothing if both ends of a length or distance have one marker."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
@@ -37,17 +38,17 @@ def _term(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[f
         yield factor, (MeasureKind.DISTANCE, a, b, NOWHERE)
     elif a != b and isinstance(measure, Along):
         kind = MeasureKind.TURNING if measure.turns else MeasureKind.FIXED
-        yield factor, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
+        yield factor, (kind, a, b, resolve_in_axes(builder, b, measure.direction) if measure.turns else measure.direction)
 
 
-def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
-    """Return the components of a direction at t = 0 in the frame of a marker."""
+def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
+    """Return the components of a direction at t = 0 in the axes of a marker."""
     x, y = rotate(-np.array(builder.angle_of(marker)), direction)
     return float(x), float(y)
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Return the marker of a point on a body. Rigid links and the ground carry any point at its position of t = 0."""
+    """Return the marker of a point on a body; rigid links and the ground have one wherever the point is at t = 0."""
     if link == GROUND:
         return builder.add_ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]
@@ -62,7 +63,7 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
 
 
 def link_of(builder: Builder, reference: str) -> tuple[str, str]:
-    """Return link, or the ground, and point of a reference; for the block of a guide the link to which it is pinned."""
+    """Return link, or the ground, and point of a reference; the block of a guide stands for the link to which it is pinned."""
     body, point = place(reference)
     if body != GROUND and body not in {link.name for link in builder.mechanism.links}:
         return builder.mechanism.guide(body).link, point
@@ -70,7 +71,7 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 
 
 def marker_at(builder: Builder, reference: str) -> int:
-    """Return the marker of a reference; 'ground:ground' is the origin, as the place on the ground does not matter."""
+    """Return the marker of a reference; 'ground:ground' is the origin, as all places on the ground turn alike."""
     link, point = link_of(builder, reference)
     if link == GROUND and point == GROUND:
         return builder.add_ground((0.0, 0.0))

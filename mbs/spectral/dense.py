@@ -1,7 +1,7 @@
-"""States of a run between the steps of an integrator.
+"""Dense output: states of a run between the steps of an integrator.
 
-Coordinates and rates follow from the polynomial of fifth degree with their values, rates and second rates at both ends of a step;
-second rates and multipliers from the equations of motion.
+Coordinates and rates follow from the polynomial of fifth degree with their values, rates and second rates at both ends of a
+step. Second rates and multipliers follow from the equations of motion.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from .start import dormand_prince
 from .tables import Memory
 
 SHORTEST_REFINED = 1e-9
-"""Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""
+"""Length of a step, over the time of the run, below which rates between its ends are lost in the rounding of coordinates."""
 
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
-    """Return a run with `between` more states in each step, at equal distances; steps of almost no length have none."""
+    """Return a run with `between` more states in each step, at equal distances; steps shorter than `SHORTEST_REFINED` have
+    none.
+    """
     long = np.diff(out.time) > SHORTEST_REFINED * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
@@ -29,18 +31,18 @@ def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
 
 
 def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
-    """Return the states at times within a run."""
+    """Return the states at `times` (times,) within a run."""
     step = np.clip(np.searchsorted(out.time, times, side="right") - 1, 0, max(0, len(out.time) - 2))
     nxt = np.minimum(step + 1, len(out.time) - 1)
     h = out.time[nxt] - out.time[step]
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
     memory = out.memory[step].copy()
     memory[:, :, Memory.BRISTLE] += x[:, None] * (out.memory[nxt, :, Memory.BRISTLE] - memory[:, :, Memory.BRISTLE])
-    places, slopes = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
+    q, slopes = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = np.where(h[:, None] > 0, slopes / h[:, None], out.v[step])
     n, r = scene.size, len(scene.tables.rows)
-    time, q, v = map(np.ascontiguousarray, (times, places, rates))
+    time, q, v = map(np.ascontiguousarray, (times, q, rates))
     found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)
     fill_accelerations(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)
     return found

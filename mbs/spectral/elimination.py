@@ -15,7 +15,6 @@ import numpy as np
 
 from ..geometry import Array
 
-
 FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT PLACES CONSTRAINTS", start=0)
 """Columns of the table of fronts: number of pivots, number of unknowns, index of its first unknown, index of its first entry,
 parent front or -1, index of its first place in the parent, 1 if its pivots are constraints."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import jit
+from .elimination import FrontColumn
 from .fronts import factor, solve
 from .kernel import add_multiplier_stiffness, add_rows, compute_changes, compute_forces, compute_rows, compute_tangents, fill_mass
 from .lawtable import AFTER
@@ -69,6 +70,7 @@ def accelerate(tables, order, work, q, x):
     compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])
     fill_mass(tables, work, q, values)
     add_rows(tables, jacobian, values)
-    factors, swaps = np.zeros(order.fronts[-1, 3] + order.fronts[-1, 1] ** 2), np.zeros(order.unknowns.size, np.int64)
+    last, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
+    factors = np.zeros(last[FrontColumn.ENTRIES] + last[FrontColumn.SIZE] ** 2)
     factor(order, values, factors, swaps, np.zeros(x.size))
     solve(order, factors, swaps, x, np.zeros(x.size))

@@ -1,4 +1,4 @@
-"""Bodies with a frame: rigid links, and modal ones, the planar floating frame of `buckler.mbs.modal.planar`."""
+"""Bodies with a frame: rigid links, and modal links by the planar floating frame of `buckler.mbs.modal.planar`."""
 
 from __future__ import annotations
 
@@ -17,24 +17,26 @@ from .tables import MarkerKind, MeasureKind
 
 @dataclass
 class FrameBody:
-    """Rigid or modal link: coordinates (x, y, theta) of the frame at the centre of mass, then the modes'."""
+    """Rigid or modal link: coordinates (x, y, theta) of the frame at the centre of mass, then the modal coordinates."""
 
     offset: int  # first coordinate
     centre: Array  # place of the frame at t = 0 [m], (2,)
     angle: float  # direction of the link at t = 0: theta then [rad]
     mass: float  # [kg]
     inertia: float  # about the centre of mass [kg m^2]
-    start: Array
-    modes: int = 0
-    shapes: dict[str, Array] = field(default_factory=dict)  # at points that have them: x, y in the frame, rotation; (modes, 3)
+    start: Array  # place of the link's start at t = 0 [m], (2,)
+    modes: int = 0  # number of modes
+    shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at points: x, y in the frame, rotation; (modes, 3)
     model: PlanarModel | None = None  # of a link with modes
 
     def marker(self, builder: Builder, point: str) -> int:
-        """Marker of a point on it."""
+        """Return the marker of a point of the link."""
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
-        """Marker of a point at this place at t = 0; its angle is theta or, if `turned`, that turned since then."""
+        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta or, if `turned`, the change of theta
+        since then.
+        """
         arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
         local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
@@ -42,7 +44,7 @@ class FrameBody:
         return builder.add_marker(MarkerKind.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
 
     def rigid_motion(self, builder: Builder) -> Array:
-        """Rates for unit rates of the start (x, y) and of the angle."""
+        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the link's start and of its angle."""
         out = np.zeros((len(builder.q), 3))
         arm = self.centre - self.start
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
@@ -50,30 +52,30 @@ class FrameBody:
 
 
 def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
-    """Start and end of a link at t = 0, its length and direction."""
+    """Return start (2,) and end (2,) of a link at t = 0, its length [m] and direction [rad]."""
     start, end = (np.array(builder.mechanism.points[p], dtype=float) for p in (link.start, link.end))
     dx, dy = end - start
     return start, end, hypot(dx, dy), atan2(dy, dx)
 
 
 def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia: float) -> FrameBody:
-    """Add a rigid body with all masses attached to it; `centre` is its own centre of mass at t = 0."""
+    """Add a rigid body with all masses attached to it; `centre` is its centre of mass at t = 0 without these masses."""
     start, _, _, angle = line_of(builder, link)
-    parts = [(mass, centre, inertia)]
+    parts = [(mass, centre, inertia)]  # mass, place, inertia about it
     for each in builder.attached.get(link.name, ()):
         parts.append((each.mass, np.array(builder.mechanism.points[each.point]), each.inertia))
     total = sum(p[0] for p in parts)
     middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre
-    turning = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
+    inertia = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
     o = builder.add_coordinates((*middle, angle))
     builder.mark_angles(o + 2)
-    builder.add_mass((o, o + 1, o + 2), np.diag([total, total, turning]))
+    builder.add_mass((o, o + 1, o + 2), np.diag([total, total, inertia]))
     builder.add_weight((o, o + 1), total * np.array(builder.mechanism.gravity))
-    return FrameBody(o, middle, angle, total, turning, start)
+    return FrameBody(o, middle, angle, total, inertia, start)
 
 
 def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
-    """Add a mass at a marker of a body outside its mass matrix: a point pinned there, a rotor that turns with it."""
+    """Add a mass at a marker with coordinates of its own: a point pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
         builder.separate_masses.append((len(builder.q), link, each.point, False))
@@ -83,8 +85,8 @@ def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
         o = builder.add_coordinates((0.0,))
         builder.mark_angles(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
-        own = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
-        builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, own, marker))])
+        rotor = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
+        builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:
@@ -103,8 +105,8 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     centre = start + np.array([c * model.centre[0] - s * model.centre[1], s * model.centre[0] + c * model.centre[1]])
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
     builder.mark_angles(o + 2)
-    reach = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)
-    builder.units |= {o + 3 + i: float(length / max(reach[i], 1e-12)) for i in range(m)}
+    largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # displacement per unit of each modal coordinate
+    builder.units |= {o + 3 + i: float(length / max(largest[i], 1e-12)) for i in range(m)}
     builder.add_mass(range(o, o + 3 + m), np.diag([model.mass, model.mass, model.inertia, *np.ones(m)]))
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:

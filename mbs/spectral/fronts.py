@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .compiling import draft, view
+from .compiling import draft, inline, view
 from .elimination import FrontColumn, Fronts
 
 ROUNDING = 1e-13
@@ -48,28 +48,35 @@ def factor(order, a, factors, swaps, magnitude):
             _add_to_parent(order, factors, magnitude, f)
 
 
+@inline
+def _get_front(order, f):
+    """Return number of pivots, number of unknowns, index of the first unknown and of the first entry of front f."""
+    table = order.fronts
+    return table[f, FrontColumn.PIVOTS], table[f, FrontColumn.SIZE], table[f, FrontColumn.UNKNOWNS], table[f, FrontColumn.ENTRIES]
+
+
 @draft
 def _add_to_parent(order, factors, magnitude, f):
     """Add the Schur complement of front f to its parent front."""
-    pivots, size, first, at, parent, places, row = order.fronts[f]
+    pivots, size, first, at, parent, places, is_constraint = order.fronts[f]
     large, start, count = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES], size - pivots
     target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
         left, sum = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + target[i] * large, large)
         for j in range(count):
             sum[target[j]] += left[j]
-        if row == 0:
+        if is_constraint == 0:
             magnitude[unknowns[i]] += abs(left[i])
 
 
 @draft
 def _eliminate_pivots(order, factors, swaps, magnitude, f):
     """Eliminate the pivots of front f; each is replaced by its reciprocal."""
-    pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
-    row = order.fronts[f, FrontColumn.CONSTRAINTS]
+    pivots, size, first, at = _get_front(order, f)
+    is_constraint = order.fronts[f, FrontColumn.CONSTRAINTS] > 0
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = _exchange_small(order, factors, magnitude, f, c) if row > 0 else c
+        r = _exchange_small(order, factors, magnitude, f, c) if is_constraint else c
         p, largest = c, abs(upper[c])
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -78,7 +85,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
         swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
-        if row > 0 and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
+        if is_constraint and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):
@@ -99,7 +106,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
 @draft
 def _exchange_small(order, factors, magnitude, f, c):
     """Exchange pivot c, if it is small, with the largest on the diagonal, row and column; return the index of that."""
-    pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
+    pivots, size, first, at = _get_front(order, f)
     r, pivot = c, abs(factors[at + c * (size + 1)])
     largest = pivot
     for i in range(c + 1, pivots):
@@ -127,15 +134,13 @@ def _swap_rows(factors, at, size, c, p):
 
 @draft
 def solve(order, factors, swaps, x, front):
-    """Solve in place for x (unknowns,): forward elimination, then back substitution; `front` is a work array of the largest
-    front.
-    """
+    """Solve for x (unknowns,) in place, forward then backward; `front` is a work array of the size of the largest front."""
     single = 0  # fronts of one unknown that meets no other come first
     while single < order.fronts.shape[0] and order.fronts[single, FrontColumn.SIZE] == 1:
         x[order.unknowns[order.fronts[single, FrontColumn.UNKNOWNS]]] *= factors[order.fronts[single, FrontColumn.ENTRIES]]
         single += 1
     for f in range(single, order.fronts.shape[0]):
-        pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
+        pivots, size, first, at = _get_front(order, f)
         unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
         if pivots == 1:  # most fronts of rigid bodies
             for i in range(1, size):
@@ -155,7 +160,7 @@ def solve(order, factors, swaps, x, front):
         for i in range(size):
             x[unknowns[i]] = front[i]
     for f in range(order.fronts.shape[0] - 1, single - 1, -1):
-        pivots, size, first, at = order.fronts[f, FrontColumn.PIVOTS], order.fronts[f, FrontColumn.SIZE], order.fronts[f, FrontColumn.UNKNOWNS], order.fronts[f, FrontColumn.ENTRIES]
+        pivots, size, first, at = _get_front(order, f)
         unknowns = view(order.unknowns, first, size)
         if pivots == 1:
             for j in range(1, size):

@@ -2,8 +2,8 @@
 
     M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
-The integrators factor the same matrices in compiled code (`fronts`), with pivots for a positive definite mass matrix. Here pivots
-are free: in a direction without mass or stiffness only the constraints hold a mechanism.
+The integrators factor the same matrices in compiled code (`fronts`), whose pivots need a positive definite mass matrix. SuperLU
+chooses its pivots freely: without mass and stiffness in a direction only constraints hold a mechanism.
 """
 
 from __future__ import annotations
@@ -20,47 +20,47 @@ from scipy.sparse.linalg import splu
 from ..geometry import Array
 
 Matrix = Any
-"""A matrix: an array or a sparse one; SciPy has no type for both."""
+"""A matrix, an array or a sparse one: SciPy has no type for both."""
 
 
 @dataclass(frozen=True)
 class Equations:
-    """Terms of the equations of motion at one state. Matrices are built from their entries at first use."""
+    """Terms of the equations of motion at a state; matrices are built at first use."""
 
     force: Array  # f, without the constraints' forces, (n,)
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
     entries: Array = field(repr=False)  # nonzeros of -df/dlambda, C, K, and G with its transpose, (4, nonzeros + 1)
-    made: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its nonzeros
+    build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its nonzeros
 
     @cached_property
     def stiffness(self) -> Matrix:
         """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
-        return self.made(self.entries[2])[: len(self.force), : len(self.force)]
+        return self.build(self.entries[2])[: len(self.force), : len(self.force)]
 
     @cached_property
     def damping(self) -> Matrix:
         """C = -df/dv, shape (n, n)."""
-        return self.made(self.entries[1])[: len(self.force), : len(self.force)]
+        return self.build(self.entries[1])[: len(self.force), : len(self.force)]
 
     @cached_property
     def cross(self) -> Matrix:
         """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
-        return -self.made(self.entries[0])[: len(self.force), len(self.force) :].T
+        return -self.build(self.entries[0])[: len(self.force), len(self.force) :].T
 
     @cached_property
     def jacobian(self) -> Matrix:
         """G, shape (r, n)."""
-        return self.made(self.entries[3])[len(self.force) :, : len(self.force)]
+        return self.build(self.entries[3])[len(self.force) :, : len(self.force)]
 
 
 class SingularError(ArithmeticError):
-    """The matrix has no inverse."""
+    """Failure to invert a matrix."""
 
 
 class Factors:
-    """Factors of a square sparse matrix, real or complex."""
+    """LU factors of a square sparse matrix, real or complex, by SuperLU."""
 
     def __init__(self, matrix: Matrix) -> None:
         self.matrix = csc_array(matrix)
@@ -70,22 +70,24 @@ class Factors:
             raise SingularError(str(error)) from None
 
     def solve(self, right: Array) -> Array:
-        """Solve for one right side, (m,), or several, (m, columns); refined once. A SingularError if the result is not finite."""
+        """Solve for right sides (m,) or (m, columns), with one step of refinement; raise a SingularError if the result is not
+        finite.
+        """
         with np.errstate(all="ignore"):
-            out = self._once(right)
-            out = out + self._once(right - self.matrix @ out)
+            out = self._solve_once(right)
+            out = out + self._solve_once(right - self.matrix @ out)
         if not np.isfinite(out).all():
             raise SingularError("the solution is not finite")
         return out
 
-    def _once(self, right: Array) -> Array:
+    def _solve_once(self, right: Array) -> Array:
         if np.iscomplexobj(right) and not np.iscomplexobj(self.matrix):
             return np.asarray(self._lu.solve(right.real) + 1j * self._lu.solve(right.imag))
         return np.asarray(self._lu.solve(np.asarray(right, dtype=self.matrix.dtype)))
 
 
 class Linear(NamedTuple):
-    """The equations of motion about a state, sparse."""
+    """Matrices of the linearised equations of motion, sparse."""
 
     mass: csr_array  # M, (n, n)
     damping: csr_array  # C = -df/dv, (n, n)
@@ -94,12 +96,12 @@ class Linear(NamedTuple):
     cross: csr_array  # X = df/dlambda, (r, n): friction that follows a constraint's own force
 
     def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
-        """[mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""
+        """Return [mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""
         inner = mass * self.mass + damping * self.damping + stiffness * self.stiffness
         if not self.jacobian.shape[0]:
             return csc_array(inner)
         return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
 
     def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
-        """Factors of that matrix; a SingularError if it has no inverse: a free motion, or redundant constraints."""
+        """Factor that matrix; raise a SingularError if it has no inverse: a free motion, or redundant constraints."""
         return Factors(self.matrix(mass, damping, stiffness))

@@ -21,7 +21,7 @@ from ..laws.contact import add_friction, add_normal
 from ..offers import extensions
 from .basis import gauss
 from .builder import Builder, BuiltBody
-from .connect import NOWHERE, connect, marker_at, marker_of, turned_back
+from .connect import NOWHERE, connect, marker_at, marker_of, resolve_in_axes
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
 from .strut import add_strut
@@ -64,7 +64,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
         """Add the distance from the origin along a direction that turns with the face."""
         if stop.carrier == GROUND:
             return builder.add_measure(MeasureKind.FIXED, a, b, direction)
-        return builder.add_measure(MeasureKind.TURNING, a, b, turned_back(builder, b, direction))
+        return builder.add_measure(MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, direction))
 
     law = add_normal(builder, stop.law)
     contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=(side, start + face))

@@ -1,10 +1,10 @@
 """Forces whose law has states, compiled, with their derivatives.
 
-A state is the velocity of an extra coordinate of unit mass, and its rate the force on that; each such coordinate is the angle of
-an extra marker. Let p be the coordinates of the marker that the force acts on, one angle or x and y, and p_c these and the extra
-ones. Component r of the force, or the rate of a state, is F_r:
+A state is the velocity of an extra coordinate of unit mass, and its rate the force on that coordinate, which is the angle of an
+extra marker. Let p be the coordinates on which the force acts (one angle, or x and y of its marker) and the extra ones.
+Component r of the force, or the rate of a state, is F_r(t, p, p'), with
 
-    dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp'_c = J_c dv + J'_c dq.
+    dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
 
 from __future__ import annotations
@@ -16,27 +16,29 @@ from .compiling import draft
 from .markers import add_force, add_geometric
 from .tables import Forces, Markers, Report, State, StatefulData
 
+STEP = 1e-6
+"""Step of central differences over the size of the argument: rounding and truncation are both small."""
 SMALL = 1e-3
-"""Least size of a law's argument in difference quotients."""
+"""Least size of a law's argument for the step of its central difference."""
 
 
 @draft
-def _counts(tables, k):
-    """First column of the marker that force k acts on, number of columns, number of states."""
+def _read_counts(tables, k):
+    """Return the first column of the marker's state on which force k acts, the number of columns, the number of states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 
 
 @draft
-def _value(tables, work, k, r, count):
-    """Component r of the force, or the rate of a state; the arguments of its law are in work.scratch."""
+def _evaluate(tables, work, k, r, count):
+    """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch."""
     factor = tables.factors[k] if r < count else 1.0
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.scratch)
 
 
 @draft
-def _of(tables, k, first, count, component):
-    """Marker of a coordinate that is an argument of the law, its column there, and its first row in the force's block."""
+def _find_coordinate(tables, k, first, count, component):
+    """Return marker, column of its state, and first row in the force's block, of a component of p."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0
@@ -45,68 +47,63 @@ def _of(tables, k, first, count, component):
 
 
 @draft
-def _fill(tables, work, k, t):
-    """Put the arguments of the law of force k into work.scratch: time, coordinates, their rates, states."""
-    first, count, states = _counts(tables, k)
-    a, b, given = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.scratch
-    given[0] = t
+def _fill_arguments(tables, work, k, t):
+    """Fill work.scratch with the arguments of the law of force k: time, coordinates, their rates, states."""
+    first, count, states = _read_counts(tables, k)
+    a, b, arguments = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.scratch
+    arguments[0] = t
     for i in range(count):
-        given[1 + i], given[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
-    given[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]
+        arguments[1 + i], arguments[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
+    arguments[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]
     for i in range(states):
-        given[1 + 2 * count + i] = work.state[b + i, State.SPIN]
+        arguments[1 + 2 * count + i] = work.state[b + i, State.SPIN]
 
 
 @draft
 def add_stateful(tables, work, k, t, f):
-    """The force, and the rates of its states."""
-    _, count, states = _counts(tables, k)
+    """Add the force and the rates of its states to f, and report the force."""
+    _, count, states = _read_counts(tables, k)
     a, out = tables.forces[k, Forces.A], work.reports[k]
-    _fill(tables, work, k, t)
+    _fill_arguments(tables, work, k, t)
     out[Report.FX], out[Report.FY] = 0.0, 0.0
-    out[Report.VALUE] = _value(tables, work, k, 0, count)
+    out[Report.VALUE] = _evaluate(tables, work, k, 0, count)
     if count > 1:
-        out[Report.FX], out[Report.FY] = out[Report.VALUE], _value(tables, work, k, 1, count)
+        out[Report.FX], out[Report.FY] = out[Report.VALUE], _evaluate(tables, work, k, 1, count)
         out[Report.VALUE] = np.sqrt(out[Report.FX] * out[Report.FX] + out[Report.FY] * out[Report.FY])
     add_force(tables, work, a, out[Report.FX], out[Report.FY], out[Report.VALUE] if count == 1 else 0.0, f)
     for i in range(states):
         marker = tables.forces[k, Forces.B] + i
-        f[tables.places[tables.markers[marker, Markers.FIRST]]] += _value(tables, work, k, count + i, count)
+        f[tables.places[tables.markers[marker, Markers.FIRST]]] += _evaluate(tables, work, k, count + i, count)
 
 
 @draft
 def add_stateful_tangents(tables, work, k, t, q):
-    """Derivatives of the force and of the rates of its states, by central differences of the law."""
-    first, count, states = _counts(tables, k)
-    given, out = work.scratch, work.reports[k]
-    _fill(tables, work, k, t)
+    """Add the derivatives of the force and of the rates of its states, by central differences of the law."""
+    first, count, states = _read_counts(tables, k)
+    arguments, out = work.scratch, work.reports[k]
+    _fill_arguments(tables, work, k, t)
     for c in range(count + count + states):
-        component, place = (c, True) if c < count else (c - count, False)
-        mc, column, across = _of(tables, k, first, count, component)
-        x = given[1 + c]
-        h = 1e-6 * max(abs(x), SMALL)
+        component, is_coordinate = (c, True) if c < count else (c - count, False)
+        mc, column, across = _find_coordinate(tables, k, first, count, component)
+        x = arguments[1 + c]
+        h = STEP * max(abs(x), SMALL)
         for r in range(count + states):
-            given[1 + c] = x + h
-            slope = _value(tables, work, k, r, count)
-            given[1 + c] = x - h
-            slope = (slope - _value(tables, work, k, r, count)) / (2.0 * h)
-            mr, row, down = _of(tables, k, first, count, r)
+            arguments[1 + c] = x + h
+            slope = _evaluate(tables, work, k, r, count)
+            arguments[1 + c] = x - h
+            slope = (slope - _evaluate(tables, work, k, r, count)) / (2.0 * h)
+            mr, row, down = _find_coordinate(tables, k, first, count, r)
             for i in range(tables.markers[mr, Markers.COUNT]):
                 push = slope * work.jacobian[row, tables.markers[mr, Markers.FIRST] + i]
                 for j in range(tables.markers[mc, Markers.COUNT]):
                     at = tables.markers[mc, Markers.FIRST] + j
-                    if place:
+                    if is_coordinate:
                         work.block_stiffness[down + i, across + j] -= push * work.jacobian[column, at]
                     else:
                         work.block_damping[down + i, across + j] -= push * work.jacobian[column, at]
                         work.block_stiffness[down + i, across + j] -= push * work.jacobian_rate[column, at]
-        given[1 + c] = x
+        arguments[1 + c] = x
+    moment = out[Report.VALUE] if count == 1 else 0.0
     add_geometric(
-        tables,
-        work,
-        tables.forces[k, Forces.A],
-        q,
-        (-out[Report.FX], -out[Report.FY], -out[Report.VALUE] if count == 1 else 0.0),
-        work.block_stiffness,
-        0,
+        tables, work, tables.forces[k, Forces.A], q, (-out[Report.FX], -out[Report.FY], -moment), work.block_stiffness, 0
     )

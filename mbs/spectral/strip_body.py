@@ -1,4 +1,8 @@
-"""A strip for the compiled solver: polynomial elements between the points on it, in a basis whose first members are the ends."""
+"""A strip for the compiled solver: polynomial pieces between the points on it, in the basis of `basis`.
+
+The fields x, y and, for Reissner's strip, the angle have coefficients as coordinates; neighbouring pieces share those of their
+common end.
+"""
 
 from __future__ import annotations
 
@@ -20,27 +24,28 @@ from .motion import Piece, kirchhoff, reissner
 from .tables import MarkerKind, MeasureKind, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
+"""Function from fractions of the arc (points,) to x, y and tangent angle there."""
 
 
 @dataclass
 class StripBody:
-    """A strip: its pieces and where its points lie along the arc."""
+    """Strip: its pieces and where its points lie along the arc."""
 
     offset: int  # first coordinate
     kind: int  # REISSNER or KIRCHHOFF
     elements: list[Piece]
     stations: dict[str, float]  # arc length from the start to each point on it [m]
     length: float  # stress-free arc length [m]
-    start: Array
-    rigid: Array
+    start: Array  # place of its start at t = 0 [m], (2,)
+    rigid: Array  # rates of its coordinates for unit rates of start and angle, (coordinates, 3)
     section: Section | Profile
 
     def marker(self, builder: Builder, point: str) -> int:
-        """Marker of a point on it."""
+        """Return the marker of a point on the strip."""
         return self.marker_at(builder, self.stations[point])
 
     def marker_at(self, builder: Builder, arc: float, piece: int | None = None) -> int:
-        """Marker at an arc length; between two pieces on the first, unless `piece` is given."""
+        """Return the marker at an arc length [m]; between two pieces on the first, unless the index `piece` is given."""
         if piece is None:
             piece = next((i for i, e in enumerate(self.elements) if arc <= e.end * (1 + 1e-12)), len(self.elements) - 1)
         element = self.elements[piece]
@@ -50,18 +55,18 @@ class StripBody:
         if self.kind == StripKind.KIRCHHOFF:
             slope = basis(degree, x, 1)[0] / element.jacobian
             return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
-        used = np.flatnonzero(np.abs(value) > 1e-15)
+        used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all but one member are zero
         places = element.places[:, used].ravel().tolist()
         return builder.add_marker(MarkerKind.LINEAR, 0, len(used), places, np.tile(value[used], 3))
 
     def rigid_motion(self, builder: Builder) -> Array:
-        """Rates for unit rates of the start (x, y) and of the angle."""
+        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle."""
         out = np.zeros((len(builder.q), 3))
         out[self.offset : self.offset + len(self.rigid)] = self.rigid
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
-        """Rates of the bending with which it starts, if the start requires that."""
+        """Return the rates of all coordinates (n,) with which bending starts, if the start of the mechanism requires it."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         at = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
@@ -99,11 +104,11 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                     places[i, j] = shared[i]
                     continue
                 places[i, j] = builder.add_coordinates((turned[i, j],))
-                one, other = turned[:2, j] - (start if j < 2 else 0.0)
-                rate = float(j < 2)
+                x, y = turned[:2, j] - (start if j < 2 else 0.0)
+                rate = float(j < 2)  # 1 for coefficients that are values at an end
                 if i == 2:
                     builder.mark_angles(int(places[i, j]))
-                rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
+                rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
         builder.mark_deformations(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
         elements.append(Piece(left * arc, right * arc, places))
@@ -120,14 +125,17 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
 
 
 def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
-    """Stress-free line of a link in its frame, (x, y, angle) over the fraction of the arc; its length; its points' fractions."""
+    """Return a link's stress-free line in its frame over the fraction of the arc, its arc length [m], its points' fractions.
+
+    Positions integrate the direction by Gauss's rule from a grid of 256 intervals.
+    """
     curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
     known = curve.places(grid)
     nodes, weights = gauss(8)
 
     def line(fraction: Array) -> tuple[Array, Array, Array]:
-        """Return the strip's line at fractions of its arc [1]."""
+        """Return x, y and tangent angle at fractions of the arc."""
         fraction = np.atleast_1d(np.asarray(fraction, dtype=float))
         left = np.minimum((fraction * 256).astype(int), 255)
         half = (fraction - grid[left])[:, None] / 2
@@ -140,18 +148,18 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
 
 
 def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) -> Array:
-    """Coefficients of x, y (and angle) on a piece, in the link's frame."""
+    """Fit the coefficients of x, y (and angle) on a piece, in the link's frame; shape (fields, degree + 1)."""
     ends = line(np.array([left, right]))
 
-    def of(i: int) -> Array:
-        """Return the coefficients of a field of the line in this element."""
+    def fit_field(i: int) -> Array:
+        """Fit the coefficients of field i of the line."""
         return fit(degree, lambda x: line(left + (right - left) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
 
-    return np.array([of(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
+    return np.array([fit_field(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
-    """Add a piece's mass and its row of the table of strips."""
+    """Add the mass matrix of a piece, and its row in the table of strips."""
     section, jacobian, degree = body.section, element.jacobian, element.degree
     x, w = gauss(degree + 2)
     n = basis(degree, x)
@@ -179,7 +187,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
-    """Add a mass at a point, to the constant mass matrix if the marker is linear."""
+    """Add a mass at a point: to the constant mass matrix if the marker is linear in the coordinates, else as a block."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data, _ = builder.markers[marker]
     if kind != MarkerKind.LINEAR and each.inertia:

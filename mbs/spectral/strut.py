@@ -1,4 +1,4 @@
-"""A massless post-buckled strip for the compiled solver: a spring between the bodies it is pinned to."""
+"""A massless post-buckled strip for the compiled solver: a spring between the bodies to which it is pinned."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from .tables import ForceKind, MeasureKind
 
 @dataclass
 class StrutBody:
-    """A strut without coordinates: its ends are markers of its neighbours, or free point masses."""
+    """Strut without coordinates: its ends are markers of neighbouring bodies, or free point masses."""
 
     link: Link
-    hosts: dict[str, int] = field(default_factory=dict)
+    hosts: dict[str, int] = field(default_factory=dict)  # marker that carries each end, by point
 
     def marker(self, builder: Builder, point: str) -> int:
-        """Marker of the neighbour at one of its ends."""
+        """Return the marker of the body at one of its ends."""
         if point not in self.hosts:
             raise ValueError(f"link '{self.link.name}': a Strut is massless, so '{point}' must be pinned to a body")
         return self.hosts[point]
 
 
 def add_strut(builder: Builder, link: Link) -> StrutBody:
-    """Add a `Strut` link: only its point masses, as neighbours may be added later; see `join_strut`."""
+    """Add the point masses of a `Strut` link; its spring follows by `join_strut`, once its neighbours are added."""
     body = StrutBody(link)
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
@@ -41,7 +41,7 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
 
 
 def find_hosts(builder: Builder, body: StrutBody) -> None:
-    """Find the neighbours' markers at the ends, after all links are added."""
+    """Find the neighbours' markers at the ends, after all links are added; a neighbour may be another strut."""
     link = body.link
     for joint in builder.mechanism.joints:
         if link.name not in (joint.first, joint.second) or joint.point in body.hosts:

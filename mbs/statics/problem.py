@@ -119,7 +119,7 @@ class Problem:
         k = (a.entries[2] + more) * weight
         size = np.abs(k[:-1][s.row == s.col])
         scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
-        return a.made(k / scale + a.entries[3] * weight), scale
+        return a.build(k / scale + a.entries[3] * weight), scale
 
     def newton(
         self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None

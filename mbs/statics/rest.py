@@ -129,7 +129,7 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
     """Take an implicit step along the forces and of limited size; return state, next span [s^2] and largest change."""
     n, units = problem.scene.size, problem.units
     a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
-    matrix = a.made(mass)[:n, :n]
+    matrix = a.build(mass)[:n, :n]
     if span == 0.0:
         ratio = np.abs(a.stiffness.diagonal()) / matrix.diagonal()
         span = 1.0 / max(float(np.median(ratio)), 1e-6)

@@ -83,7 +83,7 @@ def test_a_matrix_without_inverse_says_so() -> None:
 
 
 def test_the_order_of_elimination_is_found_once_for_all_of_one_structure() -> None:
-    elimination._fronts_of.cache_clear()
+    elimination._build_fronts.cache_clear()
     for width in (0.01, 0.02, 0.03):
         assert CompiledScene.of(chain(1, Rigid(Section(width, 0.005)))).fronts.size > 0
-    assert elimination._fronts_of.cache_info().misses == 1
+    assert elimination._build_fronts.cache_info().misses == 1
