@@ -1,1 +1,1 @@
-"""Mechanisms of files as studies: run, swept and shown from the command line and from Python."""
+"""Commands on files of mechanisms: run, sweep, show, statics, sensitivity, fit, optimise, ensemble, explore."""

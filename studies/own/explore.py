@@ -1,6 +1,7 @@
-"""`buckler explore FILE`: a page on this machine in which a mechanism moves and its numbers have sliders.
+"""`buckler explore FILE`: a local web page that shows a mechanism in motion, with sliders for its numbers.
 
-The server answers this machine only, and only requests with the token of the page's address. It ends with Ctrl-C.
+The server answers only requests from this machine that have the token of the page's address. Ctrl-C ends it. A change of a slider
+sends `move`: one run, fast and without an error. The page then sends `judge`: a run with its error estimate.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import count
 from math import isfinite
 from pathlib import Path
 from threading import Event, Lock
@@ -36,23 +38,24 @@ from ..kit.cli import add_repeated
 from .verbs import VARIED, Opened, file_command, read_range, varied_numbers
 
 HOST = "127.0.0.1"
-AROUND = (0.5, 2.0)
-"""Range of a number without a range of its own, relative to its value."""
-LARGEST = 65536
-"""Largest request [bytes]: all sliders of a mechanism take a few thousand."""
+DEFAULT_RANGE = (0.5, 2.0)
+"""Range of a slider, relative to the value of its number, where no range is given."""
+MAX_REQUEST = 65536
+"""Largest request [bytes]: the values of all sliders of a mechanism take a few thousand."""
 HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
-
-
 OMITTED = ("along", "exponent", "near")
-"""Last words of numbers that have no slider unless they are named: directions and exponents."""
+"""Keys of numbers that get a slider only if `--free` names them: directions, exponents, guesses of places."""
 
 
 class LateError(Exception):
-    """Raised in a run that a newer change has made obsolete."""
+    """End of a run whose numbers have changed since it began."""
 
 
 class Explorer:
-    """Mechanism whose numbers change. It answers one request at a time; a run for the error ends when a number changes."""
+    """Mechanism with sliders: `free` maps paths of numbers in the document to ranges (low, high), or None for the default.
+
+    Requests are answered one at a time. A change of a number ends a run for the error that is in progress.
+    """
 
     def __init__(
         self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any], measures: Sequence[str] = ()
@@ -61,16 +64,16 @@ class Explorer:
         self.measures, self.written = tuple(measures), expand(documents.read(path))
         self.family = Family.of(document, free, {})
         self._check(free)
-        self.sliders = [self._slider(name, ends) for name, ends in free.items()]
+        self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
 
     def _check(self, names: Iterable[str]) -> None:
         if other := sorted(set(names) - set(self.family.values)):
             raise ValueError(f"{other[0]}: has no slider")
 
-    def _slider(self, path: str, ends: tuple[float, float] | None) -> dict[str, Any]:
-        """Describe a number with its range, SI; its unit is that of the file, whose size is `factor` in SI."""
+    def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
+        """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
         now, unit = self.family.values[path], self.family.units[path]
-        low, high = ends or sorted(part * now for part in AROUND)
+        low, high = bounds or sorted(part * now for part in DEFAULT_RANGE)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         shown, factor = self._unit(path, unit)
@@ -78,37 +81,37 @@ class Explorer:
         return {"path": path, "value": value, "low": low, "high": high, "unit": shown, "factor": factor}
 
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
-        """Find the unit in which the file has a number, and its size in SI."""
+        """Find the unit in which the file writes a number, and that unit in SI; by default `unit` and 1."""
         with suppress(KeyError, ValueError):
             text = get(self.written, path)
-            given = written_unit(text) if isinstance(text, str) else ""
-            return (given, parse_quantity(f"1 {given}", unit)) if given else (unit, 1.0)
+            shown = written_unit(text) if isinstance(text, str) else ""
+            return (shown, parse_quantity(f"1 {shown}", unit)) if shown else (unit, 1.0)
         return unit, 1.0
 
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer the request of this name."""
+        """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI."""
         if name == "move":
             self.changed.set()
         with self.lock:
             if name == "move":
                 self.changed.clear()
-            found: dict[str, Any] = ANSWERS[name](self, values)
-            return found
+            content: dict[str, Any] = ANSWERS[name](self, values)
+            return content
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
-        """Make the mechanism with these values; a ValueError for paths without a slider."""
+        """Make the mechanism with these values; a ValueError names a path without a slider."""
         self._check(values)
         return self.family.make({path: float(value) for path, value in values.items()})
 
     def move(self, values: Mapping[str, object]) -> dict[str, Any]:
-        """Run once and return the pictures; the error of the run is unknown."""
+        """Run once and return what the page shows; the error of the run is unknown."""
         begin = perf_counter()
         mechanism = self.mechanism(values)
         result = simulate(mechanism, self.duration, solver=Spectral() if has_compiler() else None, progress=False)
         return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 
     def judge(self, values: Mapping[str, object]) -> dict[str, Any]:
-        """Run as `buckler run` does and return the pictures with errors, or `late` if a number changes before the end."""
+        """Run as `buckler run` does and return what the page shows, with errors; or `late` if a number changes meanwhile."""
 
         def stop_late(_: float) -> None:
             if self.changed.is_set():
@@ -123,51 +126,51 @@ class Explorer:
         return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Write the file with these values beside the one that was opened, never over another."""
+        """Write the document with these values to a new file beside the one that was opened."""
         self.mechanism(values)
         units = {path: self._unit(path, self.family.units[path]) for path in values}
         sizes = ((path, float(value), *units[path]) for path, value in values.items())
         texts = {path: value if factor == 1.0 else f"{value / factor:.12g} {unit}" for path, value, unit, factor in sizes}
         written = change(self.written, texts)
-        number = 1
-        while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
-            number += 1
+        free = (self.path.with_name(f"{self.path.stem}-{k}{self.path.suffix}") for k in count(1))
+        out = next(path for path in free if not path.exists())
         return {"saved": str(documents.write(written, out))}
 
     def page(self) -> str:
-        """Fill the page."""
+        """Return the page as HTML."""
         return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": self.sliders})
 
 
 ANSWERS = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save}
+"""Answers to the requests of the page, by name."""
 
 
 class Server(ThreadingHTTPServer):
-    """Server that prints no errors of a page that was closed."""
+    """Server that prints no traceback when a page was closed before its answer."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Print the traceback of a fault of its own only."""
+        """Print the traceback of an error, unless the connection is lost."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
 
 def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]:
-    """Make a server, and the address of its page."""
+    """Make a server with a new token; return it with the address of its page."""
     token = secrets.token_urlsafe(16)
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
-            """Answer with the page."""
+            """Send the page."""
             if self._is_ours() and self.path == f"/{token}/":
                 self._send(HTTPStatus.OK, explorer.page(), "text/html; charset=utf-8")
             else:
                 self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
 
         def do_POST(self) -> None:
-            """Answer a question of the page."""
+            """Send the answer to a request of the page."""
             name = self.path.removeprefix(f"/{token}/")
             length = int(self.headers.get("Content-Length") or 0)
-            if not self._is_ours() or name not in ANSWERS or not 0 < length <= LARGEST:
+            if not self._is_ours() or name not in ANSWERS or not 0 < length <= MAX_REQUEST:
                 self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
                 return
             try:
@@ -177,7 +180,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
             self._send(HTTPStatus.OK, json.dumps(found, default=str), "application/json")
 
         def _is_ours(self) -> bool:
-            """Check that the request is addressed to this machine, against pages of other hosts that redirect here."""
+            """Check that the request names this host, so that a foreign page whose name resolves to it is refused."""
             return self.headers.get("Host", "") == f"{HOST}:{made.server_port}"
 
         def _send(self, status: HTTPStatus, text: str, kind: str) -> None:

@@ -1,4 +1,4 @@
-"""`buckler show FILE`, `equilibrium`, `path`, `frequencies`, `periodic`, `response`; `buckler --schema`, `buckler --compile`."""
+"""Commands `show`, `equilibrium`, `path`, `frequencies`, `periodic`, `response` on a file; options `--schema`, `--compile`."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ def _read_time(text: str) -> float:
 
 
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command of this name."""
     add = parser.add_argument
     add("--degree", type=int, help="degree of the strips' polynomials; by default it is raised until the error is small")
     add("--csv", metavar="FILE", type=Path, help="also write the numbers there")
@@ -53,12 +54,12 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         return
     unit = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
     add("--to", required=True, help=f"end of the path: factor of the load, {unit}, or the number, in SI or with its unit")
-    what = parser.add_mutually_exclusive_group()
+    varied = parser.add_mutually_exclusive_group()
     default = "the frequency changes by default" if kind == "response" else "default all"
-    what.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
-    what.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
+    varied.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
+    varied.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
     if kind == "path":
-        what.add_argument("--drive", help="the drive that moves")
+        varied.add_argument("--drive", help="the drive that moves")
         add("--branches", action="store_true", help="also follow the paths that leave its branchings")
     add("--steps", type=int, default=250, help="largest number of steps; default 250")
     add("--plot", metavar="FILE", type=Path, help="draw the diagram there; needs --point")
@@ -66,13 +67,13 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
 
 
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: Opened) -> int:
-    """Compute, print and file an answer of statics; the exit status is 1 if it is not OK."""
+    """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
     if "to" in options:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
-    given = {name: getattr(options, name) for name in names if name in options}
-    found, stopped = ask(method, options, file.mechanism, **given)
+    arguments = {name: getattr(options, name) for name in names if name in options}
+    found, stopped = ask(method, options, file.mechanism, **arguments)
     if "to" in options and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
@@ -85,6 +86,7 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
 
 
 def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
+    """Read the end of a path, `--to`, in the unit of what changes along it."""
     if options.parameter:
         unit = standing(mechanism.to_dict(), options.parameter).unit
     elif options.load:
@@ -106,21 +108,22 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
 
 
 def _csv(found: Any, options: argparse.Namespace) -> list[str]:
+    """Write an answer as lines of CSV: of a path of equilibria or periodic motions one line for each of its points."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
     if "period" in options:
         head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
-        more = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
+        stability = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
     else:
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
-        more = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
+        stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
     places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
-    rows = zip(found.parameter.tolist(), places, more, strict=True)
-    return [head, *(",".join(map(repr, [parameter, *at, *ends])) for parameter, at, ends in rows)]
+    rows = zip(found.parameter.tolist(), places, stability, strict=True)
+    return [head, *(",".join(map(repr, [parameter, *place, *numbers])) for parameter, place, numbers in rows)]
 
 
 def describe(mechanism: Mechanism) -> str:
-    """Describe a mechanism: links, further elements, mobility, lowest frequencies, poses, and remarks on the input."""
+    """Describe a mechanism: its links, other elements, mobility, lowest frequencies, poses, and remarks on the input."""
     rows = []
     for link in mechanism.links:
         length, points = mechanism.length(link.name), "-".join((link.start, *link.carries, link.end))
@@ -129,28 +132,32 @@ def describe(mechanism: Mechanism) -> str:
     for name in KINDS:
         if others := [f"{type(each).__name__} {each.key}" for each in getattr(mechanism, name) if name != "links"]:
             lines.append(f"{name}: {'; '.join(others)}")
-    found, driven = mobility(mechanism), len(mechanism.drives)
-    if found:
-        coordinates, constraints, independent = found
-        extra = f", {constraints - independent} of them redundant" if constraints > independent else ""
-        counts = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {coordinates - independent}"
-        rest = "" if coordinates - independent == driven else f"; {driven or 'none'} driven"
-        lines.append(f"as an ideal rigid linkage: {counts}{rest}")
-    movable = not found or found[0] - found[2] > driven or any(link.body.flexible for link in mechanism.links)
-    lines += _frequencies(mechanism) if movable else []
+    counts, driven = mobility(mechanism), len(mechanism.drives)
+    is_driven = False
+    if counts:
+        coordinates, constraints, independent = counts
+        freedoms, redundant = coordinates - independent, constraints - independent
+        extra = f", {redundant} of them redundant" if redundant else ""
+        rest = "" if freedoms == driven else f"; {driven or 'none'} driven"
+        is_driven = freedoms <= driven
+        lines.append(
+            f"as an ideal rigid linkage: coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}{rest}"
+        )
+    is_rigid = not any(link.body.flexible for link in mechanism.links)
+    lines += [] if is_driven and is_rigid else _frequencies(mechanism)
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
     return "\n".join(lines)
 
 
 def _poses(mechanism: Mechanism) -> Iterator[str]:
-    """Write the points that follow from lengths, and the other poses as a file chooses them."""
+    """Write the points that follow from lengths, and each other pose as the `near` that chooses it in a file."""
     found = mechanism.assemblies()
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
         size = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()
-        differ = {point: at for point, at in other.items() if not np.allclose(at, found.points[point], rtol=0, atol=size)}
-        yield f"another pose: near = {{ {_places(differ)} }}"
+        moved = {name: xy for name, xy in other.items() if not np.allclose(xy, found.points[name], rtol=0, atol=size)}
+        yield f"another pose: near = {{ {_places(moved)} }}"
 
 
 def _places(points: Mapping[str, tuple[float, float]]) -> str:
@@ -158,9 +165,9 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
 
 
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
-    """Count coordinates, constraints and their rank; None where the linkage cannot be assembled.
+    """Count coordinates, constraints and independent constraints; None where the linkage cannot be assembled.
 
-    All links are rigid, joints with clearance are pins, drives do not count.
+    All links count as rigid and joints with clearance as ideal joints; drives do not count.
     """
     try:
         rows, _ = jacobian(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
@@ -170,10 +177,10 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
 
 
 def _frequencies(mechanism: Mechanism) -> list[str]:
-    """Write the lowest natural frequencies with the drives fixed, or why there are none."""
+    """Write the lowest natural frequencies with the drives at rest, or the reason why there are none."""
     try:
         found = mbs.frequencies(mechanism, count=4)
-    except ValueError as error:  # of an element that statics does not know
+    except ValueError as error:  # an element for which statics has no equations
         return [f"lowest frequencies: {error}"]
     if not len(found.hertz):
         return [f"lowest frequencies: {found.message}"] * bool(found.message)
@@ -205,7 +212,7 @@ def print_schema() -> int:
 
 
 def compile_solver() -> int:
-    """Compile the solver for this machine; compiled code is stored for later runs."""
+    """Compile the solver for this machine, and store the compiled code for later runs."""
     try:
         spent = compile_all()
     except ModuleNotFoundError as error:
@@ -215,6 +222,7 @@ def compile_solver() -> int:
 
 
 def _command(kind: str, method: Callable[..., object], *names: str) -> Command:
+    """Make the command of a method of statics, which takes the options of these names."""
     return file_command(partial(_declare, kind), partial(_answer, method, ("degree", *names)), runs=False)
 
 

@@ -1,4 +1,8 @@
-"""Mechanism of a file, or of Python, as a study: parameters of a run, its readings, its figure."""
+"""Mechanism of a file, or of Python, as a study: the parameters of a run, its solver, its readings and its figure.
+
+A solver has settings, such as its tolerance. Each is a field of the solver's class or of the class of its steps. In a file they
+stand in the table `solver`, on the command line each is an option.
+"""
 
 from __future__ import annotations
 
@@ -38,53 +42,51 @@ if TYPE_CHECKING:
 MOST_DRAWN = 6
 """Largest number of signals in the figure: with more the panels are too flat."""
 GROUP = "the run"
-"""Group of the fields that a file's table [run] may also have."""
-
-
+"""Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
 RENAMED = {"count": "steps", "method": "integrator"}
-"""Options of fields whose names are unclear without their class."""
+"""Names of settings whose fields have names that are unclear without their class."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
-KIND = Declaration(
-    Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines", {}, False, None, SOLVER_GROUP
-)
+"""Heading, in the help, of the solver's options."""
+KIND_HELP = "default exudyn, or closure for linkages that it determines"
+KIND = Declaration(Choice(tuple(SOLVERS)), KIND_HELP, {}, False, None, SOLVER_GROUP)
 
 
 class Setting(NamedTuple):
-    """A setting: classes that have it, its field there, its declaration."""
+    """Setting of a solver: the classes of solvers or steps that have it, the name of its field, its declaration."""
 
-    homes: tuple[type, ...]
+    classes: tuple[type, ...]
     field: str
     about: Declaration
 
     @property
     def solvers(self) -> list[str]:
-        """Names of the solvers that have it."""
-        return [name for name, kind in SOLVERS.items() if kind in self.homes]
+        """Names of the solvers that have this setting themselves; none if it is one of the steps."""
+        return [name for name, kind in SOLVERS.items() if kind in self.classes]
 
 
 @cache
 def settings() -> dict[str, Setting]:
-    """Collect every setting by its name in files; with hyphens, its option."""
+    """Collect the settings of all solvers and steps by their names in files; an option has hyphens for underscores."""
     found: dict[str, Setting] = {}
-    for home in (Controlled, Equal, *SOLVERS.values()):
-        for key, about in declarations(home).items():
+    for kind in (Controlled, Equal, *SOLVERS.values()):
+        for key, about in declarations(kind).items():
             if key != "steps":
                 name = RENAMED.get(key, key)
-                homes = (*found[name].homes, home) if name in found else (home,)
-                found[name] = Setting(homes, key, about._replace(group=SOLVER_GROUP))
+                classes = (*found[name].classes, kind) if name in found else (kind,)
+                found[name] = Setting(classes, key, about._replace(group=SOLVER_GROUP))
     return found
 
 
 @cache
 def solver_options() -> dict[str, Declaration]:
-    """Collect the declarations of `solver` and of every setting."""
+    """Collect the declarations of the option `solver` and of all settings."""
     texts = {name: f"; of {each.solvers[0]}" if len(each.solvers) == 1 else "" for name, each in settings().items()}
     return {"solver": KIND} | {name: each.about._replace(doc=each.about.doc + texts[name]) for name, each in settings().items()}
 
 
 class Settings(Spec):
-    """Name of a solver, or a table of `kind` and settings, kept as pairs."""
+    """Name of a solver, or a table of `kind` and settings; it is read to pairs of key and value."""
 
     words = f"{' or '.join(SOLVERS)}, or a table of kind and settings"
 
@@ -101,13 +103,14 @@ class Settings(Spec):
 
 
 def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
-    """Make the solver with these settings; None without any. Without a kind: closure if it has them and suits, else exudyn.
+    """Make the solver with these settings, or return None without any.
 
-    A ValueError names a setting of another solver or of other steps.
+    Without a kind it is `Closure` if that has all the settings and solves the mechanism, otherwise `Exudyn`. A ValueError names a
+    setting of another solver or of other steps.
     """
     if not given:
         return None
-    in_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].homes) for key in given if key != "kind")
+    in_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].classes) for key in given if key != "kind")
     name = given.get("kind", "closure" if in_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
@@ -117,28 +120,28 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
         if key == "kind":
             continue
         setting = settings()[key]
-        home = next((home for home in setting.homes if home in values), None)
-        if home is None:
-            needs = "equal steps: give steps" if Equal in setting.homes else "controlled steps: leave out steps"
+        owner = next((each for each in setting.classes if each in values), None)
+        if owner is None:
+            needs = "equal steps: give steps" if Equal in setting.classes else "controlled steps: leave out steps"
             other = f"{key} is a setting of {' and '.join(setting.solvers)}, not of {name}"
             raise ValueError(f"solver: {other if setting.solvers else f'{key} is for {needs}'}")
-        values[home][setting.field] = value
-    made = Equal(**values[Equal]) if steps is Equal else replace(kind().steps, **values[Controlled])
-    return kind(steps=made, **values[kind])
+        values[owner][setting.field] = value
+    chosen = Equal(**values[Equal]) if steps is Equal else replace(kind().steps, **values[Controlled])
+    return kind(steps=chosen, **values[kind])
 
 
-class _Of(Repeated):
-    """Target of an accuracy: one word, or names of signals."""
+class _Target(Repeated):
+    """Target of an accuracy: one of `WORDS`, or names of signals."""
 
     def read(self, name: str, given: object) -> Any:
-        """Return one of `WORDS`, or names."""
+        """Return the word, or the names of signals."""
         found = super().read(name, given)
         return read_signals(found[0] if len(found) == 1 and found[0] in WORDS else found)
 
 
 @declared
 class Parameters(StudyParameters):
-    """Mechanism and settings of one run; a ValueError if the changed document describes no mechanism."""
+    """Mechanism and settings of one run; a ValueError if the document with its changes describes no mechanism."""
 
     name: str = field(Name(), "name of the mechanism")
     document: str = field(Text(), "the mechanism as JSON, before any change")
@@ -148,7 +151,7 @@ class Parameters(StudyParameters):
         "largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to meet it", default=None, group=GROUP,
     )  # fmt: skip
     of: str | Sequence[str] = field(
-        _Of(Name()), "target of the accuracy: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
+        _Target(Name()), "target of the accuracy: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
     )
     verify: bool = field(Flag(), "run the other solver, too, and report the difference", default=False, group=GROUP)
     ledger: bool = field(Flag(), "compute the energy ledger and check its balance", default=False, group=GROUP)
@@ -164,7 +167,7 @@ class Parameters(StudyParameters):
     report: bool = field(Flag(), "write the report page; not part of the stored parameters", default=False)
 
     def agree(self) -> None:
-        """Refuse wrong settings and measures before any run."""
+        """Check settings and readings before any run."""
         if self.accuracy is None and self.of != PLACES:
             raise ValueError("of: without an accuracy; give both")
         for text in self.measure:
@@ -172,7 +175,7 @@ class Parameters(StudyParameters):
         make_solver(dict(self.solver), self.mechanism())
 
     def __getattr__(self, path: str) -> Any:
-        """Return the new value of a changed entry of the document by its path, as of a parameter."""
+        """Return the new value of a change by its path, so that a sweep reads it like any parameter."""
         if not path.startswith("_"):
             for place, value in self.changes:
                 if place == path:
@@ -184,7 +187,7 @@ class Parameters(StudyParameters):
         return Mechanism.from_dict(change(json.loads(self.document), dict(self.changes)))
 
     def plain(self) -> dict[str, Any]:
-        """Return what a store and a file keep: the mechanism by a hash of its document, and the settings."""
+        """Return the parameters as files keep them: name and hash of the mechanism's document, settings, changes."""
         run: dict[str, Any] = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger}
         run |= {"measures": list(self.measure)}
         run |= {"verify": True} if self.verify else {}
@@ -194,25 +197,25 @@ class Parameters(StudyParameters):
 
 
 def digest(document: str) -> str:
-    """Return the first twelve digits of a document's SHA-256."""
+    """Return the first twelve digits of the SHA-256 hash of a document."""
     return hashlib.sha256(document.encode()).hexdigest()[:12]
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Simulate and take the readings; of an interrupted run those of the part that ran."""
+    """Simulate and compute the readings; an interrupted run gives those of the time that was simulated."""
     mechanism = p.mechanism()
     solver = make_solver(dict(p.solver), mechanism)
     try:
-        return read_off(p, simulate(
+        return summarise(p, simulate(
             mechanism, p.duration, p.accuracy, of=p.of, solver=solver, ledger=p.ledger, verify=p.verify, timeout=p.timeout,
             progress=progress.forecast(p.name),
         ))  # fmt: skip
     except Interrupted as stop:
-        raise Interrupted(read_off(p, stop.result)) from None
+        raise Interrupted(summarise(p, stop.result)) from None
 
 
-def read_off(parameters: Parameters, result: Result) -> StudyResult:
-    """Return metrics, signals and page of a result; a failed one has its signals only."""
+def summarise(parameters: Parameters, result: Result) -> StudyResult:
+    """Return metrics, signals and page of a run; a run that failed has signals only."""
     metrics = _metrics(parameters, result)
     empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
@@ -229,7 +232,7 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
-    """Make the report page; if it fails, the numbers are kept."""
+    """Make the report page; if that fails, print why and keep the numbers."""
     try:
         return {"report.html": page(result, parameters.name, parameters.measure)}
     except Exception as error:
@@ -238,7 +241,7 @@ def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
 
 
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
-    """Compute the readings with their errors, and the findings of an accuracy, another solver and the energy ledger."""
+    """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
     for each in measures(result, parameters.measure):
         relative = None if isnan(each.relative) else each.relative
@@ -257,14 +260,14 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
 
 
 def target_signals(parameters: Parameters) -> tuple[str, ...]:
-    """List the signals that are the target of the accuracy by name."""
+    """List the signals whose accuracy is requested by name."""
     return () if isinstance(parameters.of, str) else tuple(parameters.of)
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw the signals of the readings over time."""
-    whole = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
-    names = [name for name, pattern in whole.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
+    """Draw over time the signals that the readings name."""
+    patterns = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
+    names = [name for name, pattern in patterns.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
     if not names:
         return {}
     drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)

@@ -1,4 +1,4 @@
-"""`buckler sensitivity`, `fit`, `optimise`, `ensemble`: numbers of a file's mechanism varied, fitted, chosen, drawn by chance."""
+"""Commands `sensitivity`, `fit`, `optimise`, `ensemble`: derivatives by a mechanism's numbers, their fit, choice and scatter."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.data import read_csv
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
-from buckler.mbs.sensitivity.design import optimise as designed
-from buckler.mbs.sensitivity.fitting import fit as fitted
+from buckler.mbs.sensitivity.design import optimise as find_optimum
+from buckler.mbs.sensitivity.fitting import fit as fit_numbers
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.units import parse_quantity
 
@@ -64,6 +64,7 @@ def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
+    """Read the numbers of `--by`: a list of paths, or standard deviations by path."""
     pairs = [text.partition("=") for text in texts]
     if not any(equals for _, equals, _ in pairs):
         return [path for path, _, _ in pairs]
@@ -95,9 +96,9 @@ def _fit(options: argparse.Namespace, file: Opened) -> int:
     free = dict(read_range(file.document, text) for text in options.free)
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
-    found, stopped = ask(fitted, options, file.document, data, free=free, starts=options.starts)
-    kept = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
-    mechanism = documents.write(change(file.document, kept), out / f"{options.file.stem}-fitted.toml")
+    found, stopped = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
+    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
+    mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     found.plot().savefig(figure := out / "fit.png")
     if options.json:
         print(to_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}), end="")
@@ -115,9 +116,8 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
     about = f"largest number of runs, after which the best so far is shown; default {BUDGET}"
     parser.add_argument("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
-    parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the new file; default results"
-    )
+    about = "folder of the new file; default results"
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
 
 
 def _optimise(options: argparse.Namespace, file: Opened) -> int:
@@ -125,12 +125,11 @@ def _optimise(options: argparse.Namespace, file: Opened) -> int:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
     found, stopped = ask(
-        designed, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
-        starts=options.starts,
-        budget=options.budget,
+        find_optimum, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
+        starts=options.starts, budget=options.budget,
     )  # fmt: skip
-    chosen = change(file.document, found.values)
-    path = documents.write(chosen, make_folder(options.out) / f"{options.file.stem}-chosen.toml")
+    document = change(file.document, found.values)
+    path = documents.write(document, make_folder(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         print(to_json(asdict(found)), end="")
     else:
@@ -146,14 +145,14 @@ optimise = file_command(_declare_optimise, _optimise)
 def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     parser.add_argument("--members", type=int, default=1000, help="runs, of each combination of lists; default 1000")
-    about = "a number that varies: uniform between LOW and HIGH, or PATH=A,B,C, a list all of whose combinations are run"
+    about = "a number that varies: uniform between LOW and HIGH, or PATH=A,B,C, a list; all combinations of lists are run"
     add_repeated(parser, "--vary", "PATH=LOW:HIGH", about)
     about = "a reading, as 'rms(B.normal_force)': max min mean rms end impulse share onsets of a signal; default the file's"
     add_repeated(parser, "--of", "READING", about)
     parser.add_argument("--each", metavar="s", help="window of the readings [s]; default a turn of the first drive")
     parser.add_argument("--skip", type=int, default=1, help="windows at the start that statistics leave out; default 1")
     parser.add_argument("--seed", type=int, default=1, help="seed of numbers and starts; default 1")
-    about = "file (.npz) that keeps what was run; the same command goes on from it"
+    about = "file (.npz) of the finished runs; the same command continues from it"
     parser.add_argument("--store", metavar="FILE", type=Path, help=about)
     about = "folder of members.csv, histogram.png, map.png; default results"
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
@@ -181,6 +180,7 @@ def _ensemble(options: argparse.Namespace, file: Opened) -> int:
 
 
 def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:
+    """Read one `--vary`: the path of a number, and a list of values or a uniform distribution."""
     path, _, values = text.partition("=")
     if values and ":" not in values:
         return path, read_quantities(document, path, values.split(","), f"--vary {text}")
@@ -198,25 +198,26 @@ def _summary(found: Ensemble, reading: str) -> dict[str, Any]:
 
 
 def _table(found: Ensemble) -> str:
+    """Tabulate means and quantiles of the readings, and the means of each combination of lists."""
     rows = []
-    for each in map(lambda reading: _summary(found, reading), found.readings):
+    for each in (_summary(found, reading) for reading in found.readings):
         quantiles = [f"{value:.4g}" for value in each["quantiles"]]
         interval = f"{each['low']:.6g} to {each['high']:.6g}"
         rows.append([each["reading"], f"{each['mean']:.6g}", f"{each['error']:.2g}", interval, *quantiles])
     heads = ("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %")
     tables = [str(Table(heads, rows))]
     if found.members.grid:
-        means = [found.cells(reading) for reading in found.readings]
+        combinations = zip(*(found.cells(reading) for reading in found.readings), strict=True)
         lines = [
             [*(f"{value:g}" for value in cells[0].values.values()), *(f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells)]
-            for cells in zip(*means, strict=True)
+            for cells in combinations
         ]
         tables.append(str(Table([*found.members.grid, *found.readings], lines)))
     return "\n\n".join(tables)
 
 
 def _write(found: Ensemble, out: Path) -> None:
-    """Write rows (members, windows), histograms, and maps if two lists are given."""
+    """Write members.csv, one line for each window of each member; histograms; and maps where two lists vary."""
     paths, readings = found.members.paths, found.readings
     members, windows = found.values.shape[:2]
     columns: list[Array] = [np.repeat(np.arange(members), windows), np.tile(np.arange(windows), members)]

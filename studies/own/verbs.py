@@ -1,4 +1,8 @@
-"""Mechanism files of the command line: `run FILE`, `sweep FILE`; documents and tables [run]; options of all commands."""
+"""Files of mechanisms on the command line: their documents and tables [run], `run FILE` and `sweep FILE`, common options.
+
+A document is the content of a file as nested tables and lists. A path such as `links.coupler.body.section.thickness` names an
+entry of it; a change gives an entry another value.
+"""
 
 from __future__ import annotations
 
@@ -34,27 +38,28 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED = ("elements", "points", "velocities", "gravity")
-"""Parts of a document whose numbers change only if they are named: whole numbers and places."""
-
-VARIED = "the parameters of the file, or all numbers that are not zero but places"
-"""Numbers that vary unless others are named, in words."""
+"""Keys of a document below which numbers change only if they are named: coordinates and whole numbers."""
+VARIED = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
+"""Help text on the numbers that change where none are named; see `varied_numbers`."""
+PROBED = 1e-6
+"""Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
-"""Options of a run; a file's table [run] may have them, too."""
+"""Options of a run, which may also stand in a file's table [run]."""
 SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 """Keys of a file's table [run]."""
 
 
 @contextmanager
 def name_errors(path: Path) -> Iterator[None]:
-    """Convert errors to a ValueError that begins with the file's name, unless it names an option."""
+    """Convert an error to a ValueError that begins with the file's name, unless it begins with that or an option."""
     try:
         yield
     except (ValueError, OSError, ImportError) as error:
         text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         if isinstance(error, FileNotFoundError) and not path.exists():
-            there = ", ".join(sorted(each.name for each in path.parent.glob("*.toml"))[:8])
-            text += f"; there are: {there}" if there else "; `buckler new` writes an example"
+            others = ", ".join(sorted(each.name for each in path.parent.glob("*.toml"))[:8])
+            text += f"; there are: {others}" if others else "; `buckler new` writes an example"
         raise ValueError(text if text.startswith((str(path), "--")) else f"{path}: {text}") from None
 
 
@@ -64,8 +69,8 @@ def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     document.pop("about", None)
     run = document.pop(RUN, {})
     if not isinstance(run, dict) or set(run) - set(SETTINGS):
-        odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
-        raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
+        unknown = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
+        raise ValueError(f"{RUN}.{unknown[0]}: unknown key; known: {', '.join(SETTINGS)}")
     return document, {name: SETTINGS[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
 
 
@@ -78,7 +83,7 @@ def read_value(text: str) -> Any:
 
 
 def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[str, Any]:
-    """Read the places and values of `--set PATH=VALUE`; each place is in the document or may be added to it."""
+    """Read the changes `--set PATH=VALUE`; a ValueError if the document with one of them describes no mechanism."""
     found: dict[str, Any] = {}
     for text in texts:
         path, equals, value = text.partition("=")
@@ -93,7 +98,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
 
 
 class Typed(Anything):
-    """Any value that the file takes at a place."""
+    """Value that a file takes at some path: any TOML value or text."""
 
     allowed = "what the file takes there"
 
@@ -103,7 +108,7 @@ class Typed(Anything):
 
 
 def spec(document: Mapping[str, object], path: str) -> Declaration:
-    """Declare a place of a document: a number with its unit, or a word; a ValueError if there is no such place."""
+    """Return the declaration of a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
     about, now, unit = standing(document, path)
     doc = about.doc if about else path
     if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
@@ -112,38 +117,32 @@ def spec(document: Mapping[str, object], path: str) -> Declaration:
     return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
 
 
-PROBED = 1e-6
-"""Duration of the run that shows which signals there are [s]: a step or two of any solver."""
-
-
 class File(Study):
-    """Mechanism of a file."""
+    """Mechanism of a file, as a study."""
 
     module, about = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
 
     def __init__(self, path: Path) -> None:
         self.path, self.title = path, path.stem
 
-    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
-        """Declare the options of the run, of the solver, and the changes of the file."""
-        repeats = {"of", "measure"}
-        add_options(
-            parser, OPTIONS, {key: f"{each.doc}{'; may be repeated' * (key in repeats)}" for key, each in OPTIONS.items()}
-        )
+    def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
+        """Declare the options of the run and of the solver, and `--set`."""
+        texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
+        add_options(parser, OPTIONS, texts)
         about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
         add_options(parser, solver_options(), {name: each.doc for name, each in solver_options().items()})
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
-        """Make the parameters of one run, and try its first microsecond."""
+        """Make the parameters of one run from the options and the file, and try its first microsecond."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            found = Parameters(**base, changes=tuple(changes.items()), report=True)
-            self.probe(found)
-        return found
+            parameters = Parameters(**base, changes=tuple(changes.items()), report=True)
+            self.probe(parameters)
+        return parameters
 
-    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Make cases from values at places of the file."""
+    def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
+        """Make the cases of a sweep, which differ in changes of the paths that `--vary` names."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, places = change(json.loads(base["document"]), changes), {}
@@ -155,7 +154,7 @@ class File(Study):
         return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
 
     def probe(self, parameters: Any) -> str:
-        """Run a first microsecond: a ValueError if the mechanism cannot start, or has no signal of a name."""
+        """Run the first microsecond, in which wrong starts and names of signals raise; return name and hash of the document."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
             for name in target_signals(parameters) if result.signals else ():
@@ -165,33 +164,32 @@ class File(Study):
         return f"{self.title} {digest(parameters.document)}"
 
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the settings of a run without its changes, and the changes; options override the file."""
+        """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
+
+        An accuracy on the command line replaces the file's solver; settings of the solver replace the file's accuracy.
+        """
         document, run = read_file(self.path)
         Mechanism.from_dict(document)
         changes = read_changes(document, options.changes)
-        given = {name: value for name in solver_options() if (value := getattr(options, name)) is not None}
-        if options.accuracy is not None:  # accuracy and solver on the command line replace each other in the file
+        settings = {name: value for name in solver_options() if (value := getattr(options, name)) is not None}
+        if options.accuracy is not None:
             run.pop("solver", None)
-        if given:
+        if settings:
             run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
-        given = {name: solver_options()[name].spec.read(f"--{name.replace('_', '-')}", text) for name, text in given.items()}
-        solver, kind = dict(run.pop("solver", ())), given.pop("solver", None)
+        settings = {name: solver_options()[name].spec.read(f"--{name.replace('_', '-')}", x) for name, x in settings.items()}
+        solver, kind = dict(run.pop("solver", ())), settings.pop("solver", None)
         if kind is not None:
             solver = {} if kind != solver.get("kind", kind) else solver
             solver["kind"] = kind
-        solver |= given
-        ours = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
-        run |= {name: OPTIONS[name].spec.read(f"--{name}", value) for name, value in ours.items()}
-        return {
-            **run,
-            "name": self.title,
-            "document": json.dumps(document, ensure_ascii=False),
-            "solver": tuple(solver.items()),
-        }, changes
+        solver |= settings
+        others = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
+        run |= {name: OPTIONS[name].spec.read(f"--{name}", value) for name, value in others.items()}
+        text = json.dumps(document, ensure_ascii=False)
+        return {**run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
 
 
 class Opened(NamedTuple):
-    """Document of a file with its changes, duration of its run [s], and its readings."""
+    """Content of a file: its document with changes, the duration of its run [s], and its readings."""
 
     document: dict[str, Any]
     duration: float
@@ -199,25 +197,25 @@ class Opened(NamedTuple):
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism."""
+        """Mechanism of the document."""
         return Mechanism.from_dict(self.document)
 
 
 def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> Opened:
-    """Read a file with `--set` and `--duration`; a ValueError has its name in front."""
+    """Read a file, with the changes of `--set` and the duration of `--duration`; errors begin with the file's name."""
     about = OPTIONS["duration"]
     with name_errors(path):
         document, run = read_file(path)
         seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
         opened = Opened(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
-        _ = opened.mechanism  # refused here, with the name of the file
+        _ = opened.mechanism  # raises here, so that the error names the file
     return opened
 
 
 def file_command(
     declare: Callable[[argparse.ArgumentParser], object], answer: Callable[[argparse.Namespace, Opened], int], runs: bool = True
 ) -> Command:
-    """Make a command on a file: FILE and --set, with `runs` also --duration, then its own options. A failed run is exit 1."""
+    """Make a command on a file with the options --set, --timeout, with `runs` --duration, and its own; a failed run is exit 1."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
@@ -242,29 +240,29 @@ def file_command(
     return Command(declare_all, answer_all)
 
 
-def ask(call: Callable[..., T], options: argparse.Namespace, *given: Any, **named: Any) -> tuple[T, int]:
-    """Return the answer of a call with --timeout and 0; after Ctrl-C its best so far and the exit status for that."""
+def ask(call: Callable[..., T], options: argparse.Namespace, *arguments: Any, **named: Any) -> tuple[T, int]:
+    """Call a function with the limit `--timeout`; return its answer and 0, after Ctrl-C its best answer so far and 130."""
     try:
-        return call(*given, **named, timeout=options.timeout, progress=True), 0
+        return call(*arguments, **named, timeout=options.timeout, progress=True), 0
     except Interrupted as stop:
         print(f"interrupted; the best so far: {stop}", file=sys.stderr)
         return stop.result, 130
 
 
 def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
-    """Read a number's path and its range, PATH=LOW:HIGH, in SI."""
-    path, _, ends = text.partition("=")
-    if ends.count(":") != 1:
+    """Read the path and the range of a number from PATH=LOW:HIGH, in SI."""
+    path, _, bounds = text.partition("=")
+    if bounds.count(":") != 1:
         raise ValueError(f"{option} {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
-    low, high = read_quantities(document, path, ends.split(":"), f"{option} {text}")
+    low, high = read_quantities(document, path, bounds.split(":"), f"{option} {text}")
     if not low < high:
         raise ValueError(f"{option} {text}: low must be less than high")
     return path, (low, high)
 
 
 def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
-    """Read values of a number of a document, in SI."""
-    from buckler.mbs.sensitivity.residuals import TIME_ZERO  # with the compiler
+    """Read values of the number at a path of a document, in SI; errors begin with `place`."""
+    from buckler.mbs.sensitivity.residuals import TIME_ZERO  # loads the compiler, which not all commands need
 
     unit = "s" if path == TIME_ZERO else standing(document, path).unit
     try:
@@ -274,15 +272,19 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 
 
 def varied_numbers(file: Opened, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
-    """Return the document and the numbers that vary unless others are named: its parameters, or all but some last words."""
+    """Return the document and the paths of the numbers that change where none are named.
+
+    These are the parameters of the file, or else all its numbers that are neither zero nor coordinates, without `omitted` keys.
+    """
     if named := free_parameters(file.document):
         return file.document, named
     document = file.mechanism.to_dict()
-    return document, [path for path in numbers(document) if re.sub(r"\[\d+\]", "", path).rpartition(".")[2] not in omitted]
+    last_keys = {path: re.sub(r"\[\d+\]", "", path).rpartition(".")[2] for path in numbers(document)}
+    return document, [path for path, key in last_keys.items() if key not in omitted]
 
 
 def numbers(content: object, path: str = "") -> Iterator[str]:
-    """Find the paths of all numbers of a document that are neither zero nor places."""
+    """Find the paths of all numbers of a document that are neither zero nor below `FIXED` keys."""
     if isinstance(content, Mapping):
         for key, each in content.items():
             if key not in FIXED and not (path.startswith("guides") and key == "along"):

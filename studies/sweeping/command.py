@@ -1,4 +1,4 @@
-"""`buckler sweep NAME --vary ...`: options, the run, its table, figures and files."""
+"""`buckler sweep NAME --vary ...`: read the options, run the cases, write their table, figures and files."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from .sweep import Part, SweepError, sweep
 from .table import Plan, choose, figures, parse, plan, points, table, to_csv
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
-"""Names of options: a parameter of the study with one of them is given by --vary."""
+"""Names of the options of a sweep. A parameter of the study with one of these names is set by --vary only."""
 PATIENCE = 60.0
-"""Time to wait for the scheduler's file and for a first worker [s]: jobs of a cluster start one after the other."""
+"""Longest wait for the file of the Dask scheduler, and for a first worker [s]: jobs of a cluster start one after another."""
 
 
 class _Sweep(NamedTuple):
-    """Sweep requested on the command line; `stored_as` is the name of the study in the store."""
+    """Sweep requested on the command line; `stored_as` is the name of the study in the store, `units` those of parameters."""
 
     study: Study
     options: argparse.Namespace
@@ -46,24 +46,25 @@ class _Sweep(NamedTuple):
 
 
 def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
-    """Read the options, run the cases, print and file the results; return the exit status."""
+    """Read the options, run the cases, print and write the results; return the exit status."""
     try:
-        asked = _read(name, argv, prog)
+        request = _read(name, argv, prog)
     except ValueError as error:
         return print_error(error)
     except ImportError as error:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
-    options, begin = asked.options, time.perf_counter()
-    again = f"what has ended is in {asked.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
+    options, begin = request.options, time.perf_counter()
+    again = f"what has ended is in {request.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     workers = (os.cpu_count() or 1) if options.workers is None else options.workers
     try:
-        with contextlib.ExitStack() as ending:  # SIGTERM, by which a batch system ends a job, is taken as Ctrl-C
-            ending.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler))
-            executor = ending.enter_context(_dask(options.scheduler_file))
+        with contextlib.ExitStack() as stack:  # SIGTERM, by which a batch system ends a job, interrupts like Ctrl-C
+            stack.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler))
+            executor = stack.enter_context(_dask(options.scheduler_file))
             rows = sweep(
-                asked.study.module, asked.plan.cases, workers=workers, executor=executor, store=asked.store,
-                retry=options.retry, progress=Progress(options.quiet), name=asked.stored_as, units=asked.units, part=asked.part,
+                request.study.module, request.plan.cases, workers=workers, executor=executor, store=request.store,
+                retry=options.retry, progress=Progress(options.quiet), name=request.stored_as, units=request.units,
+                part=request.part,
             )  # fmt: skip
     except KeyboardInterrupt:
         print(f"interrupted; {again}", file=sys.stderr)
@@ -73,12 +74,12 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
         return 1
     except ValueError as error:
         return print_error(error)
-    return _report(asked, rows, time.perf_counter() - begin)
+    return _report(request, rows, time.perf_counter() - begin)
 
 
 @contextlib.contextmanager
 def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
-    """Connect to the Dask cluster whose scheduler has written the file; without one there is no executor."""
+    """Connect to the Dask cluster whose scheduler wrote this file, and yield its executor; yield None without a file."""
     if not scheduler_file:
         yield None
         return
@@ -87,7 +88,7 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
     except ImportError as error:
         raise SweepError(f"a Dask cluster needs `pip install 'buckler[cluster]'`: {error}") from None
     for name in ("distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # pages of traceback for what is one line here
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # the errors below say in one line what Dask logs with tracebacks
     try:
         client: Any = distributed.Client(scheduler_file=scheduler_file, timeout=PATIENCE)
     except (OSError, ValueError) as error:
@@ -98,13 +99,13 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
         except TimeoutError:
             words = f"dask worker --scheduler-file {scheduler_file}"
             raise SweepError(f"the Dask cluster has no workers; start some with `{words}`") from None
-        yield client.get_executor(pure=False)  # pure: an equal call would get an earlier result
+        yield client.get_executor(pure=False)  # with pure=True Dask returns an earlier result for an equal call
 
 
 def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
-    """Read the options; everything that can be wrong with them is found before anything runs."""
-    found = find_study(name)
-    parser = make_parser(found, prog, OPTIONS)
+    """Read the options, and check all of them before any case runs."""
+    study = find_study(name)
+    parser = make_parser(study, prog, OPTIONS)
     add = parser.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "several are combined each with each")  # fmt: skip
@@ -118,47 +119,46 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    kind, given = found.cases(options, OPTIONS)
+    kind, shared = study.cases(options, OPTIONS)
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
-    chosen = plan(kind, given, [parse(text, kind) for text in options.vary])
-    stored_as = found.probe(chosen.cases[0])
-    folder = make_folder(Path(options.out) / f"{found.title}-sweep")
+    cases = plan(kind, shared, [parse(text, kind) for text in options.vary])
+    stored_as = study.probe(cases.cases[0])
+    folder = make_folder(Path(options.out) / f"{study.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.unit for key, about in specs(kind).items()}
-    return _Sweep(found, options, chosen, units, stored_as, folder, store, part)
+    return _Sweep(study, options, cases, units, stored_as, folder, store, part)
 
 
-def _report(asked: _Sweep, rows: Sequence[Row], wall: float) -> int:
-    """Print the table and write the files, except for a part of a sweep."""
-    options, name = asked.options, asked.study.title
+def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
+    """Print the table and write the files of a sweep, and only its numbers of cases for a part of one."""
+    options, name = request.options, request.study.title
     counts, versions = Counter(row.status for row in rows), len({row.provenance["sources"] for row in rows})
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
-    wrong = next((row for row in rows if row.status != "OK"), None)
-    ends = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
+    first = next((row for row in rows if row.status != "OK"), None)
+    others = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
     result = StudyResult(
-        parameters=asked.plan.cases[0],
-        status="FAILED" if numbers["failed"] else "SUSPECT" if wrong else "OK",
-        message=f"{ends} of {len(rows)} cases; the first is case {wrong.number}: {wrong.message}" if wrong else "",
+        parameters=request.plan.cases[0],
+        status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
+        message=f"{others} of {len(rows)} cases; the first is case {first.number}: {first.message}" if first else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
-        work={"wall_s": wall, "vary": options.vary, "store": str(asked.store)},
+        work={"wall_s": wall, "vary": options.vary, "store": str(request.store)},
         notes=[f"cases come from {versions} versions of Buckler's source files; --store names a new file"] * (versions > 1),
     )
-    if asked.part:
-        where = f"part {asked.part.number} of {asked.part.of}, {len(rows)} cases in {asked.part.store(asked.store)}"
-        return finish(name, result, {}, make_folder(asked.folder / f"part-{asked.part.number}"), options, where)
-    found = points(asked.plan, rows)
+    if request.part:
+        ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
+        return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)
+    found = points(request.plan, rows)
     try:
         shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return print_error(error)
-    pages = {"cases.csv": to_csv(rows, asked.units)}
-    result = replace(result, tables=[table(asked.plan, found, shown, asked.units)], pages=pages)
+    pages = {"cases.csv": to_csv(rows, request.units)}
+    result = replace(result, tables=[table(request.plan, found, shown, request.units)], pages=pages)
     with house_style():
-        drawn = figures(asked.plan, found, shown, asked.units)
-    return finish(
-        name, result, drawn, asked.folder, options, f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}"
-    )
+        drawn = figures(request.plan, found, shown, request.units)
+    ending = f"in {wall:.2g} s, written to {request.folder}, cases in {request.store}"
+    return finish(name, result, drawn, request.folder, options, ending)

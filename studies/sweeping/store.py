@@ -1,8 +1,8 @@
-"""SQLite file of a sweep: all cases are in it before the first runs, and each result is written as it ends.
+"""SQLite file of a sweep: all cases are written to it before the first runs, and the result of each case when it ends.
 
 Table `cases` has for each case: number, parameters (JSON, the key), status (NULL until it has ended) and result (JSON of message,
-metrics, work, wall_s, provenance). Table `about` names study, versions and units. A store has one user at a time, by SQLite's
-exclusive lock, which the system drops with the process. Rows go through a write-ahead log: a killed process leaves all of them.
+metrics, work, wall_s, provenance). Table `about` has study, versions and units. SQLite's exclusive lock admits one process at a
+time; the system releases it when the process ends. SQLite's write-ahead log keeps all rows of a process that is killed.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from ..kit.parameters import StudyParameters
 from ..kit.report import Metric, plain
 
 APPLICATION = 0x4275636B
-"""Mark of a store in the header of its file, SQLite's `application_id`."""
+"""SQLite's `application_id` in the header of a store, by which it is recognised: "Buck" in ASCII."""
 FORMAT = 2
-"""Version of the tables, SQLite's `user_version`; 1 had a column for each part of a result, and signals."""
+"""Version of the tables, SQLite's `user_version`; version 1 had a column for each part of a result, and signals."""
 WAIT = 1.0
-"""Time to wait for another user of the file [s]."""
+"""Longest wait for another process that uses the file [s]."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One case that has ended: its number in the plan, its parameters, and what `StudyResult` has.
+    """Case that has ended: its number among the cases of the sweep, its parameters, and its result.
 
-    The status is the study's own, ERROR for an exception, CRASHED for a process that died. `wall_s` is the run time in its
-    worker [s]; `provenance` has versions, hash of the sources, host and time of ending.
+    The status is that of the study, ERROR after an exception, CRASHED if the process died. `wall_s` is the run time in the
+    worker [s]; `provenance` has versions, hash of the source files, host, and time of the end.
     """
 
     number: int
@@ -45,7 +45,7 @@ class Row:
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     def value(self, metric: str) -> float:
-        """Return the value of a metric, NaN if the case has none of that name."""
+        """Return the value of a metric, NaN if the case has no metric of that name."""
         return self.metrics[metric].value if metric in self.metrics else math.nan
 
 
@@ -55,26 +55,26 @@ def to_json(content: object) -> str:
 
 
 class StoreError(ValueError):
-    """A store that cannot be used as asked, or written; the message says why in one line."""
+    """Store that cannot be opened, used for this sweep, or written; the message says why in one line."""
 
 
 class Part(NamedTuple):
-    """Share of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
+    """Part of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
 
     number: int
     of: int
 
     @classmethod
     def read(cls, text: str) -> Part:
-        """Read `2/8`."""
+        """Read a part from a text such as `2/8`."""
         number, _, of = text.partition("/")
         if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
             raise ValueError(f"--part {text}: write I/N, such as 2/8 for the second of eight parts")
         return cls(int(number), int(of))
 
-    def store(self, whole: Path) -> Path:
-        """Return the store of this part, in the folder of that of the whole sweep."""
-        return whole.with_name(f"{whole.stem}-part-{self.number}-of-{self.of}{whole.suffix}")
+    def store(self, path: Path) -> Path:
+        """Return the path of the store of this part, beside the store of the sweep."""
+        return path.with_name(f"{path.stem}-part-{self.number}-of-{self.of}{path.suffix}")
 
 
 class About(NamedTuple):
@@ -86,9 +86,9 @@ class About(NamedTuple):
 
 
 class Store:
-    """File of a sweep, made if it is not there, open and locked; without a path rows stay in memory.
+    """File of a sweep, open and locked; a new file is created, and without a path rows are in memory only.
 
-    A StoreError says that it is in use, no store, damaged, of another format, or cannot be written.
+    A StoreError says that the file is in use, no store, damaged, of another format, or cannot be written.
     """
 
     def __init__(self, path: Path | None = None) -> None:
@@ -107,7 +107,7 @@ class Store:
         return self
 
     def __exit__(self, *raised: object) -> None:
-        """Close the store, leaving one file; on a full disk also the journal."""
+        """Merge the write-ahead log into the file and close it; on a full disk the log remains beside the file."""
         with suppress(StoreError):
             self.ask("PRAGMA journal_mode = DELETE")
         self.connection.close()
@@ -120,8 +120,8 @@ class Store:
             raise StoreError(_explain(error, self.path)) from None
 
     def _open(self) -> None:
-        """Lock the file, make the tables of a new one; a StoreError for a foreign or damaged one."""
-        self.ask("PRAGMA locking_mode = EXCLUSIVE")  # also spares the shared memory that network file systems lack
+        """Lock the file and create the tables of a new one; a StoreError for a damaged file or one that is no store."""
+        self.ask("PRAGMA locking_mode = EXCLUSIVE")  # the log then needs no shared memory, which network file systems lack
         with self._transaction("EXCLUSIVE"):
             if not self.ask("SELECT * FROM sqlite_master"):
                 self.ask("CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
@@ -142,20 +142,20 @@ class Store:
     @contextmanager
     def _transaction(self, kind: str = "") -> Iterator[None]:
         self.ask(f"BEGIN {kind}")
-        with self.connection:  # rolls back what an error leaves open
+        with self.connection:  # rolls back after an error
             yield
             self.ask("COMMIT")
 
     def about(self) -> dict[str, Any]:
-        """Read what its cases share, by the names of `About`."""
+        """Read the fields of `About`, by name."""
         return {name: json.loads(value) for name, value in self.ask("SELECT name, value FROM about")}
 
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> None:
-        """Write all cases of a sweep to the file, unless they are there; with `retry` failed ones run again.
+        """Write to the file all cases that are not in it; with `retry` failed cases run again.
 
-        A StoreError refuses cases of another sweep or version. Cases may be added; stored ones must be asked for.
+        The cases must include all that are stored; others may be added. A StoreError refuses another sweep or other versions.
         """
-        texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters however they were given
+        texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters
         keys = {text: number for number, text in enumerate(texts)}
         if first := [number for number, text in enumerate(texts) if keys[text] != number]:
             raise ValueError(f"case {first[0]} is given twice: {texts[first[0]]}")
@@ -167,7 +167,7 @@ class Store:
             for name, value in about._asdict().items():
                 self.ask("INSERT OR REPLACE INTO about VALUES (?, ?)", (name, json.dumps(value)))
             insert = "INSERT INTO cases (number, parameters) VALUES (?, ?) ON CONFLICT (parameters) DO UPDATE SET number = ?"
-            for key, number in keys.items():  # in a store that grows every case may have another number
+            for key, number in keys.items():  # the number of a stored case changes where cases are added before it
                 self.ask(insert, (number, key, number))
             if retry:
                 self.ask("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
@@ -179,11 +179,11 @@ class Store:
             raise StoreError(f"{self.path} holds a sweep of {found['study']}, not of {about.study}; name another file")
         for name, version in about.versions.items() if found else ():
             if found["versions"].get(name) != version:
-                was = found["versions"].get(name)
-                raise StoreError(f"{self.path} was made with {name} {was}, this is {version}; name another file")
+                old = found["versions"].get(name)
+                raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
-    def take(self, path: Path, about: About) -> None:
-        """Copy the results of planned cases from another store of the same study, such as that of a part."""
+    def copy(self, path: Path, about: About) -> None:
+        """Copy the results of the cases of this sweep from another store of the study, such as that of a part."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)
@@ -192,14 +192,14 @@ class Store:
                         self.record(row)
 
     def record(self, row: Row) -> None:
-        """Write a case that has ended, unless it has; it stays written if the process is killed right after."""
+        """Write the result of a case, unless it has one; the row survives if the process is killed."""
         update = "UPDATE cases SET status = ?, result = ? WHERE parameters = ? AND status IS NULL"
         content = asdict(row)
         key, _ = to_json(content.pop("parameters")), content.pop("number")
         self.ask(update, (content.pop("status"), to_json(content), key))
 
     def rows(self) -> list[Row]:
-        """Read every case that has ended, in the order of the plan."""
+        """Read all cases that have ended, in the order of the sweep."""
         rows = []
         for number, parameters, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
             content = json.loads(text)
@@ -211,15 +211,15 @@ class Store:
 
 
 def read(path: Path) -> tuple[list[Row], dict[str, str]]:
-    """Read the rows of a store that have ended, and the units of the parameters."""
+    """Read the rows of all cases in a store that have ended, and the units of the parameters."""
     if not path.is_file():
         raise StoreError(f"{path}: no such file")
-    with Store(path) as book:
-        return book.rows(), book.about().get("units", {})
+    with Store(path) as store:
+        return store.rows(), store.about().get("units", {})
 
 
 def _explain(error: sqlite3.Error, path: Path | None) -> str:
-    """Say what SQLite's error means for a sweep."""
+    """Explain an error of SQLite in terms of the store."""
     text = str(error)
     if "locked" in text:
         return f"{path} is in use: another sweep works on it; wait for its end, or name another file"
@@ -229,8 +229,9 @@ def _explain(error: sqlite3.Error, path: Path | None) -> str:
 
 
 def _difference(foreign: str, keys: Iterable[str]) -> str:
-    asked = [json.loads(key) for key in keys]
+    """Describe how a stored case differs from the cases of the sweep, both given as JSON of their parameters."""
+    cases = [json.loads(key) for key in keys]
     for name, value in json.loads(foreign).items():
-        if all(case.get(name) != value for case in asked):
+        if all(case.get(name) != value for case in cases):
             return f"with {name} = {value}, which is not asked for now"
     return "with the same values in other combinations"

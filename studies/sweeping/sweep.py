@@ -1,6 +1,7 @@
-"""Sweeps: many cases of one study on any executor, each stored as it ends.
+"""Sweeps: many cases of one study, run on an executor, on processes of this machine, or in this process.
 
-The same call with the same store runs only what has not ended. Rows do not depend on the executor.
+The result of a case is a row, which is stored when the case ends. So a call with the store of an interrupted sweep runs only the
+other cases. Rows do not depend on the executor.
 """
 
 from __future__ import annotations
@@ -29,20 +30,20 @@ from .store import About, Part, Row, Store, StoreError, read
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
 
 IN_FLIGHT = 1000
-"""Cases handed to a given executor at once: enough for the workers of a cluster, few enough for its scheduler's memory."""
+"""Most cases submitted to an executor at once: enough for the workers of a cluster, few enough for its scheduler's memory."""
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-"""Start of processes: never a fork of this one, which has threads and an open store. A fork server imports the study once."""
+"""Start method of processes: no fork of this process, which has threads and an open store. A fork server imports only once."""
 STARTS = 3
-"""Attempts to start processes that load the study, as they may be killed while they start."""
+"""Attempts to start processes that import the study, because processes may be killed while they start."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
-_ONE_AT_A_TIME = threading.Lock()
-"""Lock of this process: the engine is not made for threads."""
+_ENGINE_LOCK = threading.Lock()
+"""Lock for one run at a time in a process: the engine is not safe for threads."""
 
 
 class SweepError(RuntimeError):
-    """A failure of the workers or the store, not of a case; what has ended stays stored."""
+    """Failure of the workers or the store, not of a case; the rows of cases that have ended are stored."""
 
 
 def sweep(
@@ -58,23 +59,23 @@ def sweep(
     name: str = "",
     units: Mapping[str, str] | None = None,
 ) -> list[Row]:
-    """Run a study for many parameters; return the rows of all cases, in their order, or of the cases of the part.
+    """Run a study for many parameters; return the rows of all cases, or of the cases of the part, in their order.
 
     Parameters
     ----------
-    study : its name in the registry, or a module with `run` that workers can import
-    cases : the study's own `Parameters`, no two alike; one that fails is a row with its status and message
-    workers : processes of this machine, 0 for none but this; a process that dies is replaced
-    executor : `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `MPIPoolExecutor`; it is not shut down here
-    store : file that keeps the rows; cases that it has, or a store of a part beside it, do not run again
-    part : run only this part of the cases, and keep them in `part.store(store)`
+    study : name in the registry, or a module with `run` that workers can import
+    cases : instances of the study's `Parameters`, no two alike; a case that fails gives a row with status and message
+    workers : number of worker processes, 0 to run in this process; a process that dies is replaced
+    executor : `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `MPIPoolExecutor`; the caller shuts it down
+    store : file of the rows; cases that it has, or a store of a part beside it has, do not run again
+    part : run only this part of the cases, and store them in `part.store(store)`
     retry : run cases again that are stored as failed
-    name, units : name of the study and units of its parameters in the store; by default its own
+    name, units : name of the study and units of its parameters in the store; by default those of the study
 
     Raises
     ------
     ValueError : two cases are the same or one is not of this study
-    StoreError : the store is in use, damaged, full, or of another sweep
+    StoreError : the store is in use, damaged, on a full disk, or of another sweep
     SweepError : the workers cannot load the study, have other versions, or are lost
     """
     if workers < 0:
@@ -86,11 +87,11 @@ def sweep(
     name = name or (study if isinstance(study, str) else module.__name__)
     units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
     about, numbers = About(name, versions(), units), range(part.number - 1 if part else 0, len(cases), part.of if part else 1)
-    with Store(part.store(store) if part and store else store) as book:
-        book.plan(about, cases, retry)
+    with Store(part.store(store) if part and store else store) as opened:
+        opened.plan(about, cases, retry)
         for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")) if store and not part else ():
-            book.take(other, about)
-        ended = {row.number for row in book.rows()}
+            opened.copy(other, about)
+        ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))
@@ -100,41 +101,43 @@ def sweep(
                     others = ", ".join(f"{key} {version}" for key, version in row.provenance["versions"].items())
                     raise SweepError(f"the worker on {row.provenance['host']} has other versions: {others}")
                 try:
-                    book.record(row)
-                except StoreError as error:  # an error of the disk, not of the arguments
+                    opened.record(row)
+                except StoreError as error:  # the store was usable above: an error of the disk
                     raise SweepError(str(error)) from None
-        return [row for row in book.rows() if row.number in numbers]
+        return [row for row in opened.rows() if row.number in numbers]
 
 
 class Job(NamedTuple):
-    """One case: its number, the module of its study, its parameters."""
+    """Case to run: its number, the module of its study, its parameters.
+
+    `cases` is the number of cases that its worker runs in all, for a forecast of their duration; 1 for no forecast.
+    """
 
     number: int
     module: str
     parameters: StudyParameters
     cases: float = 1.0
-    """Cases one after another, of which this is the first, for the estimate of their duration."""
 
 
 def run_case(job: Job) -> Row:
-    """Run one case. An exception of the study becomes a row; one of its import does not."""
+    """Run one case. An exception of its run gives a row with status ERROR; an exception of its import is raised."""
     study: Any = importlib.import_module(job.module)
-    with _ONE_AT_A_TIME:
+    with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            followed = {"progress": Progress(quiet=True, cases=job.cases)} if job.cases > 1 else {}
-            result = study.run(job.parameters, **followed)
-            found = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
+            display = {"progress": Progress(quiet=True, cases=job.cases)} if job.cases > 1 else {}
+            result = study.run(job.parameters, **display)
+            outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            message = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(place.filename).name}:{place.lineno})"
-            found = {"status": "ERROR", "message": message}
+            origin = traceback.extract_tb(error.__traceback__)[-1]
+            message = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(origin.filename).name}:{origin.lineno})"
+            outcome = {"status": "ERROR", "message": message}
         wall = time.perf_counter() - start
-    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=provenance(), **found)
+    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=provenance(), **outcome)
 
 
-def _begin() -> None:
-    """Start a worker process: it leaves Ctrl-C to its parent, and ends when its parent does."""
+def _initialise() -> None:
+    """Prepare a worker process: it ignores Ctrl-C, which its parent handles, and ends when its parent does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_follow_parent, daemon=True).start()
 
@@ -146,13 +149,13 @@ def _follow_parent() -> None:
 
 
 def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Generator[Row]:
-    """Run jobs on the executor, on processes, or here; yield rows as they end."""
+    """Run jobs on the executor, on processes, or in this process; yield the row of each job when it ends."""
     if jobs and executor is not None:
         _load(executor, jobs[0].module)
         for job, outcome in _outcomes(executor, jobs, IN_FLIGHT):
             if isinstance(outcome, BrokenExecutor):
                 raise SweepError(f"{type(executor).__name__} has lost a worker and starts no other: {outcome}")
-            yield _row_of(job, outcome)
+            yield _make_row(job, outcome)
     elif jobs and workers:
         yield from _in_processes(jobs, workers)
     else:
@@ -160,11 +163,14 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
 
 
 def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
-    """Run jobs on processes of this machine. Those in flight when one dies run again, one at a time in a single process."""
-    left, suspects, starts = {job.number: job for job in jobs}, set[int](), 0
-    while left:
-        alone = [left[number] for number in sorted(suspects)]
-        batch, count = (alone, 1) if alone else (list(left.values()), min(workers, len(left)))
+    """Run jobs on processes of this machine.
+
+    If a process dies, every job that was running is a suspect: it runs again alone, to find the job that kills its process.
+    """
+    remaining, suspects, starts = {job.number: job for job in jobs}, set[int](), 0
+    while remaining:
+        alone = [remaining[number] for number in sorted(suspects)]
+        batch, count = (alone, 1) if alone else (list(remaining.values()), min(workers, len(remaining)))
         with _processes(count, batch[0].module) as pool:
             try:
                 _load(pool, batch[0].module)
@@ -172,7 +178,7 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
                 starts += 1
                 if starts == STARTS:
                     raise
-                time.sleep(0.2)  # a fork server that is being killed is taken for alive
+                time.sleep(0.2)  # until then a fork server that is being killed is still used
                 continue
             starts = 0
             for job, outcome in _outcomes(pool, batch, count):
@@ -180,18 +186,18 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
                     suspects.add(job.number)
                     continue
                 suspects.discard(job.number)
-                del left[job.number]
-                yield _row_of(job, outcome)
+                del remaining[job.number]
+                yield _make_row(job, outcome)
 
 
 @contextmanager
 def _processes(count: int, module: str) -> Iterator[Executor]:
-    """Open a pool of processes that have imported the study; end them at once if it is left by an exception."""
+    """Open a pool of processes that have imported the study; an exception in the `with` block ends them at once."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # processes on all cores, each with as many threads, would overload the machine
+        os.environ.setdefault(name, "1")  # by default each process would have as many threads as the machine has cores
     context = multiprocessing.get_context(START)
     context.set_forkserver_preload([__name__, module])
-    before, pool = set(multiprocessing.active_children()), ProcessPoolExecutor(count, context, _begin)
+    before, pool = set(multiprocessing.active_children()), ProcessPoolExecutor(count, context, _initialise)
     try:
         yield pool
     except BaseException:
@@ -204,7 +210,7 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Yield each job with its row or exception as it ends, `limit` in flight; a broken executor gets no further ones."""
+    """Yield each job with its row or exception when it ends; at most `limit` jobs are submitted, none to a broken executor."""
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:
@@ -226,10 +232,11 @@ def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[t
             future.cancel()
 
 
-def _row_of(job: Job, outcome: Row | Exception) -> Row:
+def _make_row(job: Job, outcome: Row | Exception) -> Row:
+    """Return the row of a job, CRASHED if its process died; raise a SweepError for failures outside the case."""
     if isinstance(outcome, Row):
         return outcome
-    if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # of Dask, after tries of its own
+    if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # Dask raises it after several attempts
         return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=provenance())
     if isinstance(outcome, CancelledError):
         raise SweepError("the executor has dropped its cases: it was shut down, or its scheduler is gone")

@@ -1,6 +1,6 @@
-"""Cases of a sweep from the words of `--vary`; their table and figures, each number with its error; all cases as CSV.
+"""Cases of a sweep from the texts of `--vary`; their table and figures, each number with its error; all cases as CSV.
 
-`thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`, `models=strut,beam`: combined each with each.
+`thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`, `models=strut,beam`: all combinations are cases.
 """
 
 from __future__ import annotations
@@ -26,25 +26,24 @@ from ..kit.style import COLOURS, Figure, subplots
 from .store import Row
 
 DIGITS = 12
-"""Significant digits of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm without a rounding error."""
+"""Significant digits of the values inside a range: 0.1mm:0.5mm:9 then contains 0.15 mm without a rounding error."""
 MOST_CASES = 1_000_000
-"""Largest number of cases: more are taken for a typing error."""
+"""Largest number of cases: a larger one is probably a typing error."""
 VALID = ("OK", "SUSPECT")
-"""Status of cases that give numbers."""
+"""Status of cases whose metrics are shown."""
 MOST_LINES = 100
-"""Lines of the table in the terminal; the CSV has all."""
-DEFAULT_SHOWN = 4
-"""Metrics shown if none are named."""
+"""Most lines of the table in the terminal; the CSV has all."""
+
 MARKS = "os^vDP*Xhd"
-"""Marks of the lines of a family, in order."""
+"""Marks of the curves of a figure, in order."""
 CONSTANT = 1e-9
-"""Spread over size below which all values are one, as the rest is rounding."""
+"""Spread of values, relative to the largest, below which a figure draws them as equal: differences are rounding errors."""
 
 
 class Axis(NamedTuple):
-    """Varied parameter and its values; `log` where they are spaced in the logarithm.
+    """Varied parameter and its values; `log` where the values are equally spaced in the logarithm.
 
-    Tables and figures show it in `unit`, as it was written, whose size is `factor`; without one in the parameter's own unit.
+    Tables and figures show the values in `unit`, that of the text, which is `factor` in SI; without it in the parameter's unit.
     """
 
     name: str
@@ -63,14 +62,14 @@ class Axis(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Cases of a sweep, and the parameters that vary."""
+    """Cases of a sweep, and its varied parameters."""
 
     cases: Sequence[StudyParameters]
     axes: Sequence[Axis]
 
 
 def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
-    """Read one `NAME=VALUES`."""
+    """Read one text `NAME=VALUES` of `--vary`."""
     name, equals, values = text.partition("=")
     known = specs(kind)
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
@@ -80,29 +79,31 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
         raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT or {name}=A,B,C")
     try:
         if ":" in values:
-            return _as_written(_range(name, values, known[name]), values, known[name].unit)
-        listed = tuple(_value(name, part, known[name]) for part in values.split(","))
-        if len(set(listed)) < len(listed):
+            return _set_unit(_range(name, values, known[name]), values, known[name].unit)
+        items = tuple(_value(name, part, known[name]) for part in values.split(","))
+        if len(set(items)) < len(items):
             raise ValueError("one of them given twice")
-        return _as_written(Axis(name, listed), values, known[name].unit)
+        return _set_unit(Axis(name, items), values, known[name].unit)
     except ValueError as reason:
         raise ValueError(f"--vary {text}: {reason}") from None
 
 
-def _as_written(axis: Axis, text: str, unit: str) -> Axis:
-    given = written_unit(re.split("[:,]", text)[0])
-    if not given or not isinstance(axis.values[0], float):
+def _set_unit(axis: Axis, text: str, unit: str) -> Axis:
+    """Give an axis of numbers the unit of the first value in the text, where it has one."""
+    shown = written_unit(re.split("[:,]", text)[0])
+    if not shown or not isinstance(axis.values[0], float):
         return axis
-    return axis._replace(unit=given, factor=parse_quantity(f"1 {given}", unit) if unit else float(measured(f"1 {given}")))
+    return axis._replace(unit=shown, factor=parse_quantity(f"1 {shown}", unit) if unit else float(measured(f"1 {shown}")))
 
 
 def _value(name: str, text: str, spec: Declaration) -> Any:
-    """Read a value; one alone of a parameter that takes several."""
+    """Read one value; for a parameter that is a list, the only item."""
     value = spec.spec.read(name, text)
     return value[0] if isinstance(value, tuple) else value
 
 
 def _range(name: str, text: str, spec: Declaration) -> Axis:
+    """Read START:STOP:COUNT or START:STOP:COUNT:log."""
     start, stop, *rest = text.split(":")
     log = rest[-1:] == ["log"]
     low, high = _value(name, start, spec), _value(name, stop, spec)
@@ -120,19 +121,19 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
     spaced = (np.geomspace if log else np.linspace)(low, high, int(counts[0]))
     inner: list[Any] = [float(f"{x:.{DIGITS}g}") + 0.0 for x in spaced[1:-1]]
     if isinstance(low, int):
-        if odd := [x for x in inner if not x.is_integer()]:
-            raise ValueError(f"gives {odd[0]:g}, which is not a whole number; choose another count or list them")
+        if fractions := [x for x in inner if not x.is_integer()]:
+            raise ValueError(f"gives {fractions[0]:g}, which is not a whole number; choose another count or list them")
         inner = [int(x) for x in inner]
     return Axis(name, (low, *inner, high), log)
 
 
-def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
-    """Make a case for each combination of values, with the `given` parameters; a ValueError says in one line why it cannot."""
+def plan(kind: type[StudyParameters] | Cases, shared: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
+    """Make a case for each combination of values of the axes, with the other parameters that all cases share."""
     names = [axis.name for axis in axes]
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"--vary {name}: given twice")
-        if name in given:
+        if name in shared:
             raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
     total = math.prod(len(axis.values) for axis in axes)
     if total > MOST_CASES:
@@ -141,7 +142,7 @@ def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes:
     for values in product(*(axis.values for axis in axes)):
         varied = dict(zip(names, values, strict=True))
         try:
-            cases.append(kind(**{**given, **varied}))
+            cases.append(kind(**{**shared, **varied}))
         except ValueError as error:
             shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
             raise ValueError(f"{shown}: {error}") from None
@@ -149,22 +150,21 @@ def plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], axes:
 
 
 class DesignPoint(NamedTuple):
-    """Point of the design: its values, and its case that has ended."""
+    """Point of the sweep: its values of the varied parameters, and the row of its case."""
 
     values: tuple[Any, ...]
     row: Row
 
     def metric(self, name: str) -> Metric | None:
-        """Return a metric; None where the case gives none."""
+        """Return a metric of the case; None if it failed or has no such metric."""
         return self.row.metrics.get(name) if self.row.status in VALID else None
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
-    """Gather the points of the plan's cases, in their order; `strut.force` and `beam.force` are `force` where the word varies."""
+    """Gather the points of the sweep; in a case whose varied parameter is `strut`, the metric `strut.force` is called `force`."""
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
-        given = [getattr(case, axis.name) for axis in plan.axes]
-        pairs = zip(plan.axes, given, strict=True)
+        pairs = ((axis, getattr(case, axis.name)) for axis in plan.axes)
         values = tuple(axis.show(value[0] if isinstance(value, tuple) else value) for axis, value in pairs)
         metrics = {}
         for name, metric in row.metrics.items():
@@ -175,23 +175,21 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
 
 
 def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str]:
-    """Choose the metrics to show, with their units; a ValueError for one that no case has."""
+    """Return the metrics to show, by default the first four, with their units; a ValueError for one that no case has."""
     known = _units([point.row for point in found])
     for name in wanted:
         if name not in known:
             raise ValueError(f"--metrics {name}: no such metric; there are: {', '.join(known) or 'none, no case has any'}")
-    return {name: known[name] for name in wanted or list(known)[:DEFAULT_SHOWN]}
+    return {name: known[name] for name in wanted or list(known)[:4]}
 
 
 def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
-    """Tabulate the points of the design."""
-    failing = any(point.row.status != "OK" for point in found)
+    """Tabulate the points of the sweep; with a column `status` where not all are OK."""
+    has_status = any(point.row.status != "OK" for point in found)
     headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
-    headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * failing
-    lines = [
-        [*point.values, *(_cell(point.metric(name)) for name in shown)] + [point.row.status] * failing
-        for point in found[:MOST_LINES]
-    ]
+    headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * has_status
+    cells = [[*point.values, *(_cell(point.metric(name)) for name in shown), point.row.status] for point in found[:MOST_LINES]]
+    lines = [line if has_status else line[:-1] for line in cells]
     notes = [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
     others = [name for name in _units([point.row for point in found]) if name not in shown]
     return Table(headers, lines, notes="\n".join(notes + [f"--metrics takes also: {', '.join(others)}"] * bool(others)))
@@ -213,16 +211,16 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw lines over the number with most values, one for each combination of the others; hollow marks are suspect."""
+    """Draw a curve over the number with most values for each combination of the others; hollow marks are suspect cases."""
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
     labels = np.array([", ".join(_label(axis, point.values[i], units) for i, axis in others) for point in found])
-    read = [(np.nan, None) if each is None else (each.value, each.off) for each in (point.metric(metric) for point in found)]
-    y, error = np.array(read, float).T
-    known = np.isfinite(y)
-    if known.any() and np.ptp(y[known]) <= CONSTANT * np.abs(y[known]).max():
-        y[known] = np.median(y[known])
+    metrics = [point.metric(metric) for point in found]
+    y, error = np.array([(np.nan, None) if each is None else (each.value, each.off) for each in metrics], float).T
+    is_known = np.isfinite(y)
+    if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
+        y[is_known] = np.median(y[is_known])
     fig, ax = subplots(height=90)
     ax.set_ylabel(label_with_unit(metric, unit))
     if across is None:
@@ -236,30 +234,29 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
             ax.set_xscale("log")
         else:
             ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
-    status, families = np.array([point.row.status for point in found]), list(dict.fromkeys(labels.tolist()))
-    for i, label in enumerate(families):
+    status = np.array([point.row.status for point in found])
+    for i, label in enumerate(dict.fromkeys(labels.tolist())):
         mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
-        family = np.flatnonzero(labels == label)
-        family = family[np.argsort(x[family], kind="stable")]
-        bars = None if np.isnan(error[family]).all() else np.nan_to_num(error[family])
-        fmt = mark if across is None else f"{mark}-"
-        ax.errorbar(x[family], y[family], bars, fmt=fmt, color=colour, label=label or None, capsize=2, elinewidth=0.8)
-        suspect = family[status[family] == "SUSPECT"]
+        curve = np.flatnonzero(labels == label)
+        curve = curve[np.argsort(x[curve], kind="stable")]
+        bars = None if np.isnan(error[curve]).all() else np.nan_to_num(error[curve])
+        style: Any = {"fmt": mark if across is None else f"{mark}-", "color": colour, "capsize": 2, "elinewidth": 0.8}
+        ax.errorbar(x[curve], y[curve], bars, label=label or None, **style)
+        suspect = curve[status[curve] == "SUSPECT"]
         ax.plot(x[suspect], y[suspect], mark, mfc="white", mec=colour, zorder=5)
     failed = x[~np.isin(status, VALID)]
-    if failed.size:  # matplotlib lays figures out wrongly around an empty curve that is not clipped
+    if failed.size:  # an empty curve that is not clipped would spoil the layout of matplotlib
         ax.plot(failed, np.full(failed.size, 0.03), "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
     _legend(ax, failed.size > 0, "SUSPECT" in status)
     return fig
 
 
 def _legend(ax: Any, failed: bool, suspect: bool) -> None:
-    """Name the curves and the marks that occur."""
+    """Write the legend: names of the curves, and marks of failed and suspect cases where there are some."""
     from matplotlib.lines import Line2D
 
     handles, labels = ax.get_legend_handles_labels()
-    marks = {"failed": "x"} if failed else {}
-    marks |= {"suspect": "o"} if suspect else {}
+    marks = {name: mark for name, mark, occurs in (("failed", "x", failed), ("suspect", "o", suspect)) if occurs}
     handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
     if handles:
         ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)
@@ -273,7 +270,7 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
-    """Columns by their names with units: number, parameters, status, metrics each with its relative error, provenance."""
+    """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, provenance."""
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]
@@ -291,16 +288,14 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[obj
 
 
 def to_csv(rows: Sequence[Row], units: Mapping[str, str]) -> str:
-    """Write all cases as CSV, units in the headers; numbers keep every digit."""
+    """Write all cases as CSV, with units in the headers and all digits of the numbers."""
     text, found = io.StringIO(), columns(rows, units)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(found)
-    writer.writerows(zip(*found.values(), strict=True))
+    csv.writer(text, lineterminator="\n").writerows([found, *zip(*found.values(), strict=True)])
     return text.getvalue()
 
 
 def to_dataframe(rows: Sequence[Row], units: Mapping[str, str]) -> Any:
-    """Return all cases as a data frame; needs pandas, `pip install 'buckler[tables]'`."""
-    import pandas  # an extra
+    """Return all cases as a data frame of pandas, which `pip install 'buckler[tables]'` installs."""
+    import pandas
 
     return pandas.DataFrame(columns(rows, units))
