@@ -1,6 +1,6 @@
-"""Assumptions that the paper on rattling joints does not give, as parameters: gravity, pins, friction, damping and kind of modes.
+"""Parameters of what the paper on rattling joints does not give: gravity, pins, friction speeds, damping and kind of modes.
 
-`buffering` varies them all.
+The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame. The study `buffering` varies all assumptions.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from buckler.mbs.modal import AdamsDamping
 from ..kit.parameters import Gravity, choice, choices, integer, quantity
 
 JOINTS = "OABC"
-"""Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""
+"""Points of the joints, in the order of the mechanism."""
 BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
-"""Bodies of each joint: the one that carries the pin by default, then the one that carries the bush."""
+"""Bodies of each joint: by default the first carries the pin, the second the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
-"""Joints, each with the two bodies that may carry the pin."""
+"""Values of `pin_on`, as O.crank: the crank carries the pin of joint O."""
 FIRST = PINS[::2]
-"""Bodies that carry the pins by default."""
+"""Default of `pin_on`."""
 THRESHOLDS = 0.1, 1.0
-"""Sliding speeds [m/s] at which ADAMS friction is static, and from which it is dynamic, by default."""
+"""Sliding speeds [m/s]: friction is static at the first, dynamic from the second on. They are defaults of ADAMS."""
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
-    """Return Rayleigh's damping by mass and stiffness, ratio at the lowest two modes: ratio (f1 f2/f + f)/(f1 + f2)."""
+    """Compute the damping ratios of Rayleigh damping, `ratio` at the lowest two frequencies: ratio (f1 f2/f + f)/(f1 + f2)."""
     low, high = np.sort(hertz)[[0, min(1, len(hertz) - 1)]]
     return ratio * (low * high / hertz + hertz) / (low + high)
 
@@ -38,10 +38,10 @@ DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
     "ADAMS": lambda hertz, _: AdamsDamping().ratios(hertz),
     "Rayleigh": rayleigh,
 }
-"""Damping ratios as functions of frequencies [Hz] and the given ratio, which ADAMS's default ignores."""
+"""Damping ratios of modes as functions of their frequencies [Hz] and of a ratio, which the default of ADAMS ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
-"""Kinds of modes: of the free rocker by Timoshenko's or Euler and Bernoulli's theory; of a clamped one with its static shapes, as
-a modal neutral file has them."""
+"""Kinds of modes: of the free rocker by Timoshenko's or by Euler and Bernoulli's beam theory, or Craig and Bampton's, with static
+shapes, which ADAMS takes from modal neutral files."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class JointAssumptions(Gravity):
 
     @property
     def reversed_joints(self) -> str:
-        """Joints whose pin is on the body that carries the bush by default; ValueError if one is named twice."""
-        named = [name[0] for name in self.pin_on]
-        if len(set(named)) < len(named):
+        """Joints whose pin is on the second of their `BODIES`; a ValueError if `pin_on` names a joint twice."""
+        joints = [name[0] for name in self.pin_on]
+        if len(set(joints)) < len(joints):
             raise ValueError(f"pin_on = {','.join(self.pin_on)}: one body a joint")
         return "".join(joint for joint in JOINTS if f"{joint}.{BODIES[joint][1]}" in self.pin_on)
 
@@ -111,5 +111,5 @@ class ModalAssumptions(Assumptions):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        many = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
-        return f"{super().describe()}{many}, frequencies × {self.frequency_factor:g}"
+        number = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
+        return f"{super().describe()}{number}, frequencies × {self.frequency_factor:g}"

@@ -1,11 +1,11 @@
-"""The crank-rocker with clearance in its joints: its mechanism, and the parameters of all studies of it.
+"""Crank-rocker with clearance in its joints: the mechanism, the modes of its rocker, and the parameters of all its studies.
 
-The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
-bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
-(`damping_unit`): in N.s/m the joints rattle; in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
+The published paper does not give clearance, pins, friction speeds and the plane in which the bars bend: each is a parameter. The
+unit of its largest contact damping, 253 "N×S/m", decides the physics (`damping_unit`): in N.s/m the joints rattle; in N.s/mm,
+which is 0.1 % of the stiffness as the paper recommends, they stay closed.
 
-"Modes four, five and six" may be counted among a free body's modes, the first six of which are rigid; among its flexible
-modes in space; among those in the plane; or among the bending modes in the plane.
+The paper's "modes four, five and six" of the rocker may be counted in four ways: among the modes of a free body, the first six
+of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
 """
 
 from __future__ import annotations
@@ -28,15 +28,17 @@ from ..kit.published import BAR_AREA, CONTACT_DAMPING, DAMPING_UNITS, STEEL
 from .assumptions import DAMPINGS, JOINTS, JointAssumptions, ModalAssumptions
 from .turns import Runs
 
-OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
-"""Parameters that only a rocker of modes has."""
+MODAL_PARAMETERS = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
+"""Parameters that act only on a modal rocker."""
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
+"""Mesh of the solid rocker: elements along its length, its depth in the plane, and its width."""
 COUNTED = 40
-"""Flexible modes of the solid that are computed; all in `SETS` are among them."""
+"""Number of flexible modes of the solid rocker that are computed; all modes of `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
 LETTERS = {"b": BENDING, "a": AXIAL}
+"""Kinds of modes by the letter of `SETS`."""
 SETS: dict[str, Any] = {
     "none": (),
     "bending_1": ("b1",),
@@ -52,7 +54,7 @@ SETS: dict[str, Any] = {
     "456_bending": ("b4", "b5", "b6"),
     "craig_bampton": CraigBampton(),
 }
-"""Modes by `LETTERS` and number, or counted as `FreeModes` does; or all of Craig and Bampton's."""
+"""Sets of modes of the solid rocker: b2 is its second bending mode in the plane; or as `FreeModes` and `CraigBampton` define."""
 NAMES = {
     "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
     "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
@@ -60,46 +62,47 @@ NAMES = {
     "456_flexible": "4, 5, 6 flexible", "456_in_plane": "4, 5, 6 in the plane", "456_bending": "bending 4–6",
     "craig_bampton": "Craig–Bampton",
 }  # fmt: skip
+"""Names of `SETS` in tables and figures."""
 
 
 def section(depth: float) -> Section:
-    """Return the section of all bars with this side in the plane [m]."""
+    """Return the section of the bars, whose side in the plane is `depth` [m]."""
     return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
 def solid_modes(depth: float) -> ReducedModel:
-    """Compute the lowest flexible modes of the free solid rocker, in space."""
+    """Compute the `COUNTED` lowest flexible modes in space of the free rocker, meshed by solid elements."""
     return reduced(Modal(section(depth), FreeModes(tuple(range(1, COUNTED + 1))), mesh=MESH), LENGTH)
 
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
-    """Compute eight bending and eight axial frequencies [Hz] of the free bar: Timoshenko's, or Euler–Bernoulli's."""
-    found = Modal(section(depth), BarModes(8, 8, shear)).frequencies(LENGTH)
-    return {BENDING: found[:8], AXIAL: found[8:]}
+    """Compute eight bending and eight axial frequencies [Hz] of the free bar, by Timoshenko's or Euler-Bernoulli's theory."""
+    hertz = Modal(section(depth), BarModes(8, 8, shear)).frequencies(LENGTH)
+    return {BENDING: hertz[:8], AXIAL: hertz[8:]}
 
 
-def numbers(depth: float, name: str) -> tuple[int, ...]:
-    """Return the flexible modes of a set that move in the plane; a planar mechanism does not excite the others."""
-    wanted = SETS[name]
-    if isinstance(wanted, FreeModes):
-        return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).plane.numbers)
-    table = solid_modes(depth).table()
-    found = {letter: [row[0] for row in table if row[2] == kind] for letter, kind in LETTERS.items()}
-    return tuple(found[mode[0]][int(mode[1:]) - 1] for mode in wanted)
+def planar_modes(depth: float, name: str) -> tuple[int, ...]:
+    """Return the numbers of the flexible modes of a set that move in the plane, which alone a planar mechanism excites."""
+    modes = SETS[name]
+    if isinstance(modes, FreeModes):
+        return tuple(int(n) for n in reduced(Modal(section(depth), modes, mesh=MESH), LENGTH).plane.numbers)
+    table = [(number, kind) for number, _, kind, *_ in solid_modes(depth).table()]
+    by_letter = {letter: [number for number, each in table if each == kind] for letter, kind in LETTERS.items()}
+    return tuple(by_letter[mode[0]][int(mode[1:]) - 1] for mode in modes)
 
 
-def flexibility(depth: float, name: str, damping: float) -> Modal | None:
-    """Make a rocker of the modes of a set that move in the plane, by rising frequency; None if there are none."""
+def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
+    """Make a modal rocker of the modes of a set that move in the plane, by rising frequency; None if none does."""
     if isinstance(SETS[name], CraigBampton):
         return Modal(section(depth), SETS[name], damping, MESH)
-    wanted = tuple(sorted(numbers(depth, name)))
-    return Modal(section(depth), FreeModes(wanted), damping, MESH) if wanted else None
+    modes = tuple(sorted(planar_modes(depth, name)))
+    return Modal(section(depth), FreeModes(modes), damping, MESH) if modes else None
 
 
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
-    """Make a rocker of modes without damping, by `KINDS`: free ones from beam theory, or all of Craig and Bampton's.
+    """Make a modal rocker without damping, by `KINDS`: with modes of a free beam, or all modes of Craig and Bampton.
 
-    All frequencies take the factor, the modulus its square.
+    The factor multiplies all frequencies, its square Young's modulus.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
@@ -109,7 +112,7 @@ def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, fact
 
 
 def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
-    """Return the same rocker with damping ratios by `DAMPINGS`."""
+    """Return the rocker with damping ratios by one of the `DAMPINGS`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
     modes = CraigBampton(tuple(model.numbers.tolist())) if isinstance(rocker.modes, CraigBampton) else rocker.modes
@@ -118,7 +121,7 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
 
 @dataclass(frozen=True)
 class PlayParameters(JointAssumptions):
-    """The crank-rocker's bars, joints with clearance, contact and drive."""
+    """Bars, joints with clearance, contact and drive of the crank-rocker."""
 
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
@@ -152,22 +155,22 @@ class PlayParameters(JointAssumptions):
         self, *, gap: float | None = None, speed: float | None = None, rocker: Body | None = None, joints: str = JOINTS,
         angle: float = 0.0,
     ) -> Mechanism:  # fmt: skip
-        """Return the crank-rocker, by default rigid; a clearance [m] or speed [rad/s] given replaces the study's.
+        """Make the crank-rocker, by default with a rigid rocker; `gap` [m] and `speed` [rad/s] replace the study's.
 
-        Joints without clearance are ideal. Turned joints have the pin on the body that carries the bush by default.
+        Joints other than `joints` are ideal; with a gap of 0 all are. The crank starts at `angle` [rad].
         """
-        law, friction, turned, bar = self.law, self.friction, self.reversed_joints, section(self.in_plane_depth)
+        law, friction, bar = self.law, self.friction, section(self.in_plane_depth)
         clearance = self.clearance if gap is None else gap
 
         def play(point: str, first: str, second: str) -> Clearance:
-            pair = (second, first) if point in turned else (first, second)
-            return Clearance(point, *pair, self.pin, clearance, law, friction)
+            pin, bush = (second, first) if point in self.reversed_joints else (first, second)
+            return Clearance(point, pin, bush, self.pin, clearance, law, friction)
 
-        made = crank_rocker(
+        mechanism = crank_rocker(
             rocker or Rigid(bar), speed=self.speed if speed is None else speed, play=play,
             with_play=joints if clearance else "", section=bar, angle=angle,
         )  # fmt: skip
-        return replace(made, gravity=self.pull)
+        return replace(mechanism, gravity=self.pull)
 
 
 @dataclass(frozen=True)
@@ -175,29 +178,29 @@ class FourBarParameters(PlayParameters, Runs):
     """Parameters of studies on the compiled solver."""
 
     def agree(self) -> None:
-        """Check parameters against each other; build the bars."""
+        """Check parameters against each other, by making the mechanism."""
         super().agree()
         self.bars(rocker=None)
 
 
 @dataclass(frozen=True)
 class RockerParameters(FourBarParameters, ModalAssumptions):
-    """Parameters of studies whose rocker is rigid, or one of modes."""
+    """Parameters of studies whose rocker is rigid or modal."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
 
     def agree(self) -> None:
-        """Check that a rigid rocker is given no modes."""
-        plain = {each.name: each.default for each in fields(self)}
-        asked = [f"{name} = {getattr(self, name)}" for name in OF_MODES if getattr(self, name) != plain[name]]
-        if self.rocker == "rigid" and asked:
-            raise ValueError(f"{', '.join(asked)}: only a rocker of modes can have them; choose rocker = modal")
+        """Check that parameters of modes are given to a modal rocker only."""
+        defaults = {each.name: each.default for each in fields(self)}
+        changed = [f"{name} = {getattr(self, name)}" for name in MODAL_PARAMETERS if getattr(self, name) != defaults[name]]
+        if self.rocker == "rigid" and changed:
+            raise ValueError(f"{', '.join(changed)}: only a rocker of modes can have them; choose rocker = modal")
         super().agree()
 
     def bars(self, **changes: Any) -> Mechanism:
-        """Return the crank-rocker, some arguments of `bars` changed."""
+        """Make the crank-rocker with the study's rocker, unless the changes, arguments of the base's `bars`, have another."""
         if "rocker" not in changes and self.rocker == "modal":
-            changes["rocker"] = flexible(self)
+            changes["rocker"] = modal_rocker(self)
         return super().bars(**changes)
 
     def describe(self) -> str:
@@ -205,7 +208,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         return super().describe() if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
 
 
-def flexible(p: Any, depth: float | None = None) -> Modal:
-    """Make the modal rocker by a study's assumptions."""
-    modes = rocker_modes(p.modes_of, depth or p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
-    return set_damping(modes, p.modal_damping, p.rocker_damping)
+def modal_rocker(p: Any) -> Modal:
+    """Make the modal rocker of a study's `ModalAssumptions`."""
+    rocker = rocker_modes(p.modes_of, p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
+    return set_damping(rocker, p.modal_damping, p.rocker_damping)

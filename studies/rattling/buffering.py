@@ -1,15 +1,15 @@
-"""Does a flexible rocker buffer? Each published claim, over all assumptions that the paper on rattling joints does not give.
+"""Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
-Every option names the values that an assumption may have: a sample draws one of each, by a scrambled Sobol' sequence; two ends of
-a range are drawn between, alike in the logarithm. A sample runs in each reading of c_max and with each gravity, with a rigid and
-with a flexible rocker, whose members start with journals drawn over the clearance.
+Each option lists the values that an assumption may have, or the two ends of its range. A sample draws a value of each assumption
+by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a reading of the unit of c_max and a gravity.
+Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places in their bushes.
 
-A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. Errors are kept apart.
-Sampling: the standard error of a sample's ratio, from the scatter of its members. Model: the scatter of the ratios over samples
-beyond that. Share: Wilson's interval of the share of samples in which the claim holds. Its lower end counts samples in which the
-claim holds by an interval of 95 %, its upper end those in which that interval does not exclude it. A claim holds if the share is
-above one half by this interval, does not hold if it is below, and is undecided otherwise. `level` is the chance that any verdict
-of the table is wrong (Bonferroni). A claim flips where it holds without gravity and not with it.
+A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
+a sampling error, the standard error from the scatter of its runs, and a model error, the scatter over samples beyond that. The
+share of samples in which the claim holds has Wilson's confidence interval: its lower end counts samples in which the claim surely
+holds (by the ratio's interval of 95 %), its upper end also those in which it may hold. A claim holds if this interval is above
+one half, does not hold if it is below, and is undecided otherwise. `level` is the probability that any verdict of the table is
+wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with the last.
 
 References
 ----------
@@ -36,22 +36,23 @@ from ..kit.published import DAMPING_UNITS, GRAVITY
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
-from .bars import RockerParameters, flexible
+from .bars import RockerParameters, modal_rocker
 from .claims import CLAIMS, FAILS, HOLDS, READINGS, UNDECIDED, VERDICTS, ideal_motion, ratio
-from .turns import Judged, run_turns
+from .turns import TestedRuns, run_turns
 
 RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
 """Assumptions whose two values are ends of a range."""
 CHOSEN = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")
-"""Assumptions with one of the values named."""
+"""Assumptions that take one of the listed values."""
 ONE_END = 0.025
-"""Chance that the truth of a sample's ratio lies beyond one end of its interval: 95 % between both."""
+"""Probability that the true ratio of a sample lies beyond one end of its interval, which has 95 %."""
 OPEN = "left open"
+"""Heading, in the help, of what the paper does not give."""
 
 
 @dataclass(frozen=True)
-class Parameters(Judged):
-    """Parameters of the study: sets of assumptions, and how many runs."""
+class Parameters(TestedRuns):
+    """Parameters of the study: values of each assumption, numbers of samples and runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
     gravity_angle: tuple[float, ...] = quantities(
@@ -80,7 +81,7 @@ class Parameters(Judged):
     samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
 
     def agree(self) -> None:
-        """Ranges have at most two ends; the first and the last values make a mechanism."""
+        """Check that ranges have at most two ends, and that the first and the last values make a mechanism."""
         for name in RANGES:
             if len(getattr(self, name)) > 2:
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in getattr(self, name))}: must be one number or two ends")
@@ -88,7 +89,7 @@ class Parameters(Judged):
             self.case([x] * len(self.axes()))
 
     def axes(self) -> dict[str, Sequence[Any]]:
-        """Return what a sample draws: assumptions by name, and for each joint the bodies that may carry its pin."""
+        """Return the values from which a sample draws: of each assumption by name, and the pins of each joint."""
         axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *CHOSEN)}
         for joint in JOINTS:
             bodies = [f"{joint}.{body}" for body in BODIES[joint]]
@@ -96,43 +97,47 @@ class Parameters(Judged):
         return axes
 
     def case(self, point: Sequence[float]) -> RockerParameters:
-        """Return the assumptions at a point of the unit cube."""
+        """Return the assumptions at a point of the unit cube, whose coordinates belong to the `axes`."""
         values: dict[str, Any] = {}
-        for x, (name, among) in zip(point, self.axes().items(), strict=True):
-            ends = name in RANGES and len(among) > 1
-            values[name] = among[0] * (among[1] / among[0]) ** x if ends else among[int(x * len(among))]
+        for x, (name, options) in zip(point, self.axes().items(), strict=True):
+            is_range = name in RANGES and len(options) > 1
+            values[name] = options[0] * (options[1] / options[0]) ** x if is_range else options[int(x * len(options))]
         pins = tuple(values.pop(f"pin {joint}") for joint in JOINTS)
         return RockerParameters(rocker="modal", pin_on=pins, **values)
 
     def cases(self) -> list[RockerParameters]:
-        """Draw all samples; the first are the same for any number of them."""
+        """Draw all samples; a larger number adds samples to the same first ones."""
         sobol = qmc.Sobol(len(self.axes()), rng=np.random.default_rng(self.seed))
         return [self.case(point) for point in sobol.random_base2(ceil(log2(self.samples)))[: self.samples].tolist()]
 
     def cells(self) -> list[tuple[str, float]]:
-        """Return readings of c_max and gravities, in each of which every sample runs."""
+        """Return the cells: pairs of a unit of c_max and a gravity [m/s^2]."""
         return list(product(self.damping_unit, self.gravity))
 
 
 def cell_name(unit: str, gravity: float) -> str:
-    """Name a reading of c_max and a gravity in metrics.json."""
+    """Return the name of a cell in metrics.json."""
     return f"c_max[{unit}].g{gravity:g}"
 
 
 def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
-    """Run both rockers; return ratio, standard error and half width of its interval, (3, samples, claims), nan where unsound."""
-    soft, stiff = ([case.bars(rocker=each) for case, each in zip(cases, of, strict=True)] for of in (bodies, [None] * len(cases)))
-    both = run_turns(p, [*soft, *stiff], READINGS, batch, ideal_motion(cases[0].speed))
+    """Run all samples with a flexible and a rigid rocker; return the ratios of their means.
+
+    The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
+    """
+    rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]
+    mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
+    turns = run_turns(p, mechanisms, READINGS, batch, ideal_motion(cases[0].speed))
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
-    for i, (bent, rigid) in enumerate(zip(both[: len(cases)], both[len(cases) :], strict=True)):
-        for k, reading in enumerate(READINGS if not bent.notes + rigid.notes else ()):
-            one = ratio(bent.means[reading], rigid.means[reading])
-            found[:, i, k] = one.value, one.error, one.reach(ONE_END)
+    for i, (soft, rigid) in enumerate(zip(turns[: len(cases)], turns[len(cases) :], strict=True)):
+        for k, reading in enumerate(READINGS if not soft.notes + rigid.notes else ()):
+            quotient = ratio(soft.means[reading], rigid.means[reading])
+            found[:, i, k] = quotient.value, quotient.error, quotient.half_width(ONE_END)
     return found
 
 
 class Judgement(NamedTuple):
-    """One claim in one cell: median ratio, its errors, and the share of samples, with its interval, in which the claim holds."""
+    """Test of a claim in a cell: median ratio, sampling and model error, share of samples that agree, ends of its interval."""
 
     ratio: float
     sampling: float
@@ -143,26 +148,26 @@ class Judgement(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Verdict by the interval of the share."""
+        """Verdict on the claim by the interval of the share."""
         return HOLDS if self.low > 0.5 else FAILS if self.high < 0.5 else UNDECIDED
 
 
-def judge(values: Array, errors: Array, reach: Array, margin: float, level: float) -> Judgement:
-    """Judge a claim by its ratios, their standard errors and half widths, each (samples,); unsound samples do not count."""
-    sound = np.isfinite(values)
-    value, error, half, n = values[sound], errors[sound], reach[sound], int(sound.sum())
+def judge(values: Array, errors: Array, half_widths: Array, margin: float, level: float) -> Judgement:
+    """Test a claim by its ratios, their standard errors and half widths, each (samples,); samples that are nan do not count."""
+    is_sound = np.isfinite(values)
+    value, error, half, n = values[is_sound], errors[is_sound], half_widths[is_sound], int(is_sound.sum())
     if not n:
         return Judgement(np.nan, np.nan, np.nan, np.nan, 0.0, 1.0)
-    sampling, below = float(np.mean(error**2)), value - (1 - margin)
+    sampling, excess = float(np.mean(error**2)), value - (1 - margin)  # variance; the claim holds where the excess is negative
     model = max(float(value.var(ddof=1)) - sampling, 0.0) if n > 1 else np.nan
-    surely, perhaps = (int((below + sign * half < 0).sum()) for sign in (1, -1))
-    low, high = (binomtest(hits, n).proportion_ci(1 - level, "wilson") for hits in (surely, perhaps))
-    share = float((below < 0).mean())
+    surely, possibly = (int((excess + sign * half < 0).sum()) for sign in (1, -1))
+    low, high = (binomtest(hits, n).proportion_ci(1 - level, "wilson") for hits in (surely, possibly))
+    share = float((excess < 0).mean())
     return Judgement(float(np.median(value)), sampling**0.5, model**0.5, share, float(low.low), float(high.high))
 
 
 def overall(verdicts: Sequence[str]) -> str:
-    """Sum up a claim over its cells."""
+    """Summarise the verdicts on a claim in all cells."""
     holds, fails = HOLDS in verdicts, FAILS in verdicts
     if holds == fails:
         return "holds in part" if holds else UNDECIDED
@@ -170,14 +175,14 @@ def overall(verdicts: Sequence[str]) -> str:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run all samples in all cells and judge every claim."""
+    """Run all samples in all cells, and test every claim."""
     samples, cells = p.cases(), p.cells()
-    bodies = [flexible(case) for case in samples]
+    bodies = [modal_rocker(case) for case in samples]
     found = np.stack([
         ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
         for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))
     ])  # fmt: skip
-    metrics = judged_metrics(p, found)
+    metrics = judge_claims(p, found)
     unsound = int(np.isnan(found[:, 0, :, 0]).sum())
     metrics["unsound"] = Metric(unsound, "1")
     return StudyResult(
@@ -190,32 +195,33 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def judged_metrics(p: Parameters, found: Array) -> dict[str, Metric]:
-    """Judge every claim in every cell, (cells, 3, samples, claims), and count how often gravity reverses it."""
+def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
+    """Test every claim in every cell by the `ratios`, (cells, 3, samples, claims), and compute the share of its flips."""
     metrics: dict[str, Metric] = {}
     level = p.level / (len(CLAIMS) * len(found))
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            one = judge(cell[0, :, k], cell[1, :, k], cell[2, :, k], p.margin, level)
-            metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in one._asdict().items()}
-            metrics[f"{name}.verdict"] = Metric(VERDICTS[one.verdict], "1")
+            judgement = judge(*cell[:, :, k], p.margin, level)
+            metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
+            metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):
-            sound = np.isfinite(first[:, k] + last[:, k])
-            flips = first[sound, k] > last[sound, k]
-            metrics[f"c_max[{unit}].{claim.name}.flips"] = Metric(float(flips.mean()) if sound.any() else np.nan, "1")
+            is_sound = np.isfinite(first[:, k] + last[:, k])
+            flips = first[is_sound, k] > last[is_sound, k]
+            metrics[f"c_max[{unit}].{claim.name}.flips"] = Metric(float(flips.mean()) if flips.size else np.nan, "1")
     return metrics
 
 
 def _verdict(metrics: Mapping[str, Metric], name: str) -> str:
+    """Return the verdict on a claim in a cell, whose number is a metric."""
     return next(verdict for verdict, number in VERDICTS.items() if number == metrics[f"{name}.verdict"].value)
 
 
 def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
-    """Make a table for one unit of c_max: a row for each claim, three columns for each gravity."""
+    """Tabulate the cells of a unit of c_max: a row for each claim, three columns for each gravity."""
     rows = []
     for claim in CLAIMS:
         row = [claim.text]
@@ -242,22 +248,22 @@ def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the ratios of all samples, panels of cells and rows of claims, with their median and the share that buffers."""
+    """Draw the ratios of all samples and their medians: a panel for each cell, a row for each claim, coloured by verdict."""
     p = result.of(Parameters)
     fig, axes = subplots(1, len(p.cells()), height=115, squeeze=False, sharex=True, sharey=True)
-    places, draw = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
+    heights, jitter = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
     colours = {HOLDS: COLOURS[2], UNDECIDED: COLOURS[0], FAILS: COLOURS[1]}
     for ax, cell, values in zip(axes[0], p.cells(), result.signals["ratio"], strict=True):
-        for k, (claim, place) in enumerate(zip(CLAIMS, places, strict=True)):
-            one, name = values[np.isfinite(values[:, k]), k], f"{cell_name(*cell)}.{claim.name}"
+        for k, (claim, height) in enumerate(zip(CLAIMS, heights, strict=True)):
+            sound, name = values[np.isfinite(values[:, k]), k], f"{cell_name(*cell)}.{claim.name}"
             colour = colours[_verdict(result.metrics, name)]
-            ax.plot(one, place + draw.uniform(-0.25, 0.25, len(one)), ".", color=colour, markersize=2.5, alpha=0.6)
-            ax.plot(result.metrics[f"{name}.ratio"].value, place, "|", color="#000000", markersize=10, markeredgewidth=1.2)
+            ax.plot(sound, height + jitter.uniform(-0.25, 0.25, len(sound)), ".", color=colour, markersize=2.5, alpha=0.6)
+            ax.plot(result.metrics[f"{name}.ratio"].value, height, "|", color="#000000", markersize=10, markeredgewidth=1.2)
         ax.axvline(1 - p.margin, color="#999999", linewidth=0.8)
         ax.set(xscale="log", xlabel="flexible/rigid", title=f"{cell[0]}, {cell[1]:g} m/s²")
         ax.title.set_fontsize(8)
         plain_ticks(ax.xaxis, (1, 3))
-    axes[0][0].set_yticks(places, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
+    axes[0][0].set_yticks(heights, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
     for verdict, colour in colours.items():
         axes[0][0].plot([], [], ".", color=colour, label=verdict)
     fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=3)

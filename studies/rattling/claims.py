@@ -1,8 +1,8 @@
-"""Published claims about a flexible rocker, as readings of each turn of the crank.
+"""Published claims that a flexible rocker reduces motions and forces, each as a reading of one turn of the crank.
 
-The paper on rattling joints shows x-velocities (Figs 5, 6), x-accelerations (7, 8) and x contact forces (9, 10) of one run.
-It says that with the flexible rocker they fluctuate less, peak lower and run smoother. A run of rattling joints is one draw
-of many. So a claim is decided by means over turns of many runs, rigid and flexible, with the standard error of their ratio.
+The paper on rattling joints shows x-velocities (Figs 5, 6), x-accelerations (7, 8) and x contact forces (9, 10) of one run. It
+claims that with the flexible rocker they fluctuate less, have lower peaks and smoother curves. Rattling is chaotic, so that one
+run shows little. A claim is tested by the ratio of means over turns of many runs, flexible over rigid, with its standard error.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .turns import FORCE
 
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 VERDICTS = {HOLDS: 1.0, UNDECIDED: 0.0, FAILS: -1.0}
-"""Verdicts and their numbers in metrics.json."""
+"""Numbers of the verdicts in metrics.json."""
 SAMPLES = 2001
-"""Times of a turn at which the ideal motion is kept, 0.1 ms apart at 300 r/min."""
+"""Number of times in a turn at which the ideal motion is sampled, 0.1 ms apart at 300 r/min."""
 
 
 class Claim(NamedTuple):
-    """Number of a turn said to be smaller with the flexible rocker: words, reading of an ensemble, unit."""
+    """Claim that a reading of a turn is smaller with the flexible rocker: its name and text, the reading and its unit."""
 
     name: str
     text: str
@@ -45,46 +45,45 @@ FAMILIES = {
     "smooth_velocity": ("velocity curve is smoother", "rms({0}.ax - ideal.{1}_ax)", "m/s^2"),
     "smooth_acceleration": ("acceleration curve is smoother", "variation({0}.ax)", "m/s^2"),
 }
-"""Claims in words, the reading that decides each, and its unit. Ideal are rigid bars in ideal joints: the distance of the
-velocity says how much it fluctuates, that of the acceleration how rough its curve is.
+"""Text, reading and unit of each family of claims. {0} is a signal and {1} its link; `ideal` is the motion of rigid bars in
+ideal joints. The rms difference from its velocity measures fluctuation, from its acceleration the smoothness of the velocity.
 """
 PLACES = {
     "coupler": ("coupler", "coupler", "coupler"),
     "rocker": ("rocker, centre of mass", "rocker", "rocker"),
     "rocker_middle": ("rocker, mid-point", "rocker.middle", "rocker"),
 }
-"""Places in words, their signals, and the links whose ideal motion they are compared with."""
+"""Text of each place, its signals, and the link whose ideal motion it is compared with."""
 FORCES = {"coupler_rocker": ("coupler–rocker", "B"), "rocker_frame": ("rocker–frame", "C")}
-"""Joints whose forces the paper shows."""
-
-
+"""Text and point of the joints whose forces the paper shows."""
 CLAIMS = tuple(
     Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
     for family, (text, reading, unit) in FAMILIES.items()
     for name, place in (FORCES if family == "force" else PLACES).items()
 )
-"""All claims, a row of a table each."""
+"""All claims, in the order of the tables' rows."""
 READINGS = tuple(claim.reading for claim in CLAIMS)
+"""Readings of the claims, in their order."""
 
 
 @lru_cache(maxsize=16)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
-    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by the names that readings have.
+    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by their names in readings.
 
-    They are periodic functions of the time since the crank's angle was 0.
+    They are periodic functions of the time since the crank's angle was 0: cubic splines, with a relative error of 1e-6.
     """
-    made, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
-    plain = simulate(made, times[-1], solver=Closure(Equal(4000)))  # samples that splines join to 1e-6
-    found = {}
+    mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
+    result = simulate(mechanism, times[-1], solver=Closure(Equal(4000)))
+    splines = {}
     for link in ("coupler", "rocker"):
-        for x in ("vx", "ax"):
-            values = plain.at(f"{link}.{x}", times)
-            found[f"ideal.{link}_{x}"] = CubicSpline(times, np.append(values[:-1], values[0]), bc_type="periodic")
-    return found
+        for signal in ("vx", "ax"):
+            values = result.at(f"{link}.{signal}", times)
+            splines[f"ideal.{link}_{signal}"] = CubicSpline(times, np.append(values[:-1], values[0]), bc_type="periodic")
+    return splines
 
 
 class Ratio(NamedTuple):
-    """Ratio of two means, its standard error, and the degrees of freedom of that (Welch and Satterthwaite)."""
+    """Ratio of two means, its standard error, and the degrees of freedom of that error (Welch and Satterthwaite)."""
 
     value: float
     error: float
@@ -95,14 +94,14 @@ class Ratio(NamedTuple):
         """Metric with the relative standard error."""
         return Metric(self.value, "1", error=self.error / self.value)
 
-    def reach(self, level: float) -> float:
-        """Return the half width of the interval with this chance that the truth is beyond one given end (Student)."""
+    def half_width(self, level: float) -> float:
+        """Return the half width of the confidence interval by Student's t; `level` is the probability beyond each of its ends."""
         return float(student.isf(level, self.freedom)) * self.error if self.error else 0.0
 
 
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:
-    """Divide two means from independent runs; errors to first order."""
-    parts = [each.error / each.value for each in (flexible, rigid)]
-    value, error = flexible.value / rigid.value, hypot(*parts)
-    spread = sum(part**4 / (each.n - 1) for part, each in zip(parts, (flexible, rigid), strict=True))
+    """Divide two means from independent runs; errors propagate to first order."""
+    relative = [each.error / each.value for each in (flexible, rigid)]
+    value, error = flexible.value / rigid.value, hypot(*relative)
+    spread = sum(part**4 / (each.n - 1) for part, each in zip(relative, (flexible, rigid), strict=True))
     return Ratio(value, value * error, error**4 / spread if spread else float(rigid.n - 1))

@@ -1,9 +1,9 @@
 """Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of the paper on rattling.
 
-One turn of the crank, journals centred at the start. Both rockers are compared with the rigid mechanism with ideal
-joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many. The numbers are means
-over `members` runs of successive seeds, with standard errors; the figures show one run, as the paper does, in front of the band
-in which two thirds of the runs lie. N.s/mm is nearly repeatable.
+A run is one turn of the crank; its journals start centred. Both rockers are compared with rigid bars in ideal joints. With
+`damping_unit` N.s/m the joints rattle and the motion is chaotic, with N.s/mm it is nearly repeatable. The numbers are means over
+`members` runs of successive seeds, with standard errors. The figures show one run, as the paper does, in front of the band in
+which two thirds of the runs lie.
 """
 
 from __future__ import annotations
@@ -28,33 +28,32 @@ from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
-from .turns import STEPS_A_TURN, chance, force_on_second
+from .turns import STEPS_A_TURN, draw_offset, force_on_second
 
 BAND = 2001
-"""Number of times at which the members' band is drawn."""
+"""Number of times at which the band of the members is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
+"""Names of the joints in figures."""
 SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
+"""Signals that are drawn, besides forces."""
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
-"""Joints whose force is read."""
+"""Joints whose forces are read and drawn, by their names in metrics.json."""
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
 where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but last microseconds only: they come out some
 percent too small, less with a smaller `tolerance`."""
-
-
+"""Notes below the table."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Order in which joints get clearance: first those that the paper shows, coupler–rocker and rocker–frame."""
-
-
+"""Joints with clearance, by their number: first those whose forces the paper shows, coupler–rocker and rocker–frame."""
 ROCKERS = ("rigid", "beam", "modal")
 """Bodies of the rocker; all but the first are flexible."""
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
-"""Colours of curves by `label`."""
+"""Colours of curves by the name of their variant."""
 
 
 def label(rocker: str) -> str:
-    """Return the name of a rocker's results: `rigid` or `flexible`."""
+    """Return the name of the variant with this rocker: `rigid` or `flexible`."""
     return "rigid" if rocker == "rigid" else "flexible"
 
 
@@ -68,19 +67,19 @@ class Parameters(PlayParameters, Assumptions):
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
     duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
     settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
-    seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
+    seed: int = integer(0, 0, 2**31 - 1, "seed of the offset of the crank at the start, 1e-9 rad N(0, 1)", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
     def agree(self) -> None:
-        """Check parameters against each other; build what will be run."""
+        """Check parameters against each other, and make the mechanisms that will run."""
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
         if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
-            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
-            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = rigid,modal")
+            modal = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+            raise ValueError(f"{modal}: only a rocker of modes can have them; choose rocker = rigid,modal")
         if self.settle >= self.duration:
             raise ValueError(f"settle = {self.settle:g} s: must be less than duration = {self.duration:g} s")
         for rocker in self.rocker:
@@ -97,25 +96,25 @@ class Parameters(PlayParameters, Assumptions):
         return WITH_PLAY[self.clearance_joints]
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Make the crank-rocker with this rocker and clearance in these joints; by default in `clearance_joints` of them."""
+        """Make the crank-rocker with one of the `ROCKERS`, and with clearance in these joints, by default those of the study."""
         joints = self.with_play if with_play is None else with_play
-        return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + chance(self.seed))
+        return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + draw_offset(self.seed))
 
     def body(self, rocker: str) -> Rigid | Beam | Modal:
-        """Make the body of the rocker; a modal one has modes of a mesh of solid elements, or as `modes_of` says."""
+        """Make one of the `ROCKERS`; a modal one has modes of a mesh of solid elements, or those that `modes_of` names."""
         if rocker == "rigid":
             return Rigid(self.section)
         if rocker == "beam":
             return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
-        plain = Modal(self.section, damping=self.rocker_damping)
-        other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
-        plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
-        return plain if self.modal_damping == "constant" else set_damping(plain, self.modal_damping, self.rocker_damping)
+        modal = Modal(self.section, damping=self.rocker_damping)
+        others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
+        modal = replace(modal, modes=others[self.modes_of]) if self.modes_of in others else modal
+        return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One run: its name, the joints with clearance, and the result."""
+    """Run of a variant of the mechanism: its name `ideal`, `rigid` or `flexible`, the joints with clearance, the result."""
 
     name: str
     with_play: str
@@ -123,35 +122,35 @@ class Variant:
 
 
 def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
-    """Run the rigid mechanism with ideal joints, as `ideal`, and each requested rocker with clearance."""
+    """Run the variant `ideal`, rigid with ideal joints, and a variant with clearance for each requested rocker."""
     cases = [("ideal", "rigid", ""), *((label(rocker), rocker, p.with_play) for rocker in p.rocker)]
     return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
 
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
-    """Run one mechanism, energy ledger included."""
+    """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
     longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)
-    rattling, ideal = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
-    solver = rattling if with_play else ideal
+    engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
+    solver = engine if with_play else closure
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
 
 
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
-    """Return numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
+    """Compute the numbers of a run from `settle` [s] on, each with its unit; nan where the run ended before."""
     result, signals, found = variant.result, variant.result.signals, {}
-    kept = result.time >= settle
+    late = result.time >= settle
 
     def curve(values: Array) -> Curve:
-        return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
+        return Curve(result.time[late], values[late]) if late.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
     for name, joint in FORCES.items():
         size = np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))
         found[f"peak_force_{name}"] = (curve(size).max(), "N")
     for link in ("coupler", "rocker"):
-        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
+        difference = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
         found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
-        found[f"rms_vx_error_{link}"] = (curve(off).rms(), "m/s")
+        found[f"rms_vx_error_{link}"] = (curve(difference).rms(), "m/s")
     deepest = max((curve(np.abs(signals[f"{joint}.penetration"])).max() for joint in variant.with_play), default=0.0)
     contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in variant.with_play)
     checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
@@ -159,20 +158,21 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
 
 
 def signal_prefix(joint: str) -> str:
-    """Return the beginning of a joint's force among the samples: B.coupler-rocker."""
+    """Return the beginning of the names of a joint's force in signals.npz, as B.coupler-rocker."""
     return f"{joint}.{'-'.join(BODIES[joint])}"
 
 
 def samples(variant: Variant) -> dict[str, Array]:
-    """Return arrays of one run by name, for signals.npz."""
-    names = [*SAMPLES, *(f"{at}.{name}" for at in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
+    """Return the arrays of a run for signals.npz, by name."""
+    states = ("journal_x", "journal_y", "contact_state")
+    names = [*SAMPLES, *(f"{joint}.{state}" for joint in variant.with_play for state in states)]
     signals = {name: variant.result.signals[name] for name in names}
     signals |= {f"{signal_prefix(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run the mechanism with ideal joints and with each rocker, and read them."""
+    """Run all variants with each seed; compute means over the seeds, and bands."""
     runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
     found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
@@ -192,20 +192,20 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
-    """Return the range of the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
+    """Compute the range of the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
     if len(members) < 3 or name == "ideal":
         return {}
-    each = [samples(v) for v in members]
-    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
+    arrays = [samples(v) for v in members]
+    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), BAND)
     found = {f"{name}.band.time": time}
     for signal in (*SAMPLES, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
-        values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
+        values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in arrays]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found
 
 
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
-    """Make the table (numbers, variants), with the ratio flexible over rigid."""
+    """Tabulate the numbers, a column for each variant, and the ratio flexible over rigid."""
     rows: list[list[Any]] = []
     names = [name.partition(".")[2] for name in metrics if name.startswith("ideal.")]
     both = {"rigid", "flexible"} <= set(variants)
@@ -246,7 +246,7 @@ def _variants(result: StudyResult) -> list[str]:
 
 
 def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
-    """Draw columns of rockers and rows of signals, over those of the ideal mechanism."""
+    """Draw signals over time: a row for each signal, a column for each rocker, dashed the ideal mechanism."""
     s, variants = result.signals, _variants(result)
     fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
     for line, (signal, name) in zip(axes, rows.items(), strict=True):
@@ -255,8 +255,7 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
                 if f"{case}.band.time" in s:
                     low, high = s[f"{case}.band.{signal}"]
-                    look = {"color": COLOURS[case], "alpha": 0.25, "linewidth": 0}
-                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, **look)
+                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, color=COLOURS[case], alpha=0.25, linewidth=0)
                 ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)
@@ -272,7 +271,7 @@ def _name(case: str) -> str:
 
 
 def _orbits(result: StudyResult) -> Figure:
-    """Draw paths of the pins' centres in their bushes, over the clearance; within the unit circle there is no contact."""
+    """Draw the paths of the pins' centres in their bushes, over the clearance; inside the unit circle there is no contact."""
     s, variants = result.signals, _variants(result)
     p = result.of(Parameters)
     joints = [joint for joint in JOINTS if joint in p.with_play]

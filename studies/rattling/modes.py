@@ -1,8 +1,8 @@
-"""Influence of the modes of the rocker: sets of modes of a solid, compared with the rigid rocker and the largest set.
+"""Influence of the rocker's modes: sets of modes of a solid rocker, compared with the rigid rocker and the largest set.
 
-The paper gives its rocker "modes four, five and six" and does not say how they are counted: of the free body's modes, the first
-six of which are rigid; of its flexible modes in space; of those in the plane; or of its bending modes. The compiled solver runs
-the crank-rocker with each set.
+The paper's rocker has "modes four, five and six", which may be counted among the modes of a free body, the first six of which are
+rigid; among its flexible modes in space; among those in the plane; or among its bending modes. The crank-rocker runs with each of
+these sets on the compiled solver. A case is a reading of the unit of c_max and a side of the bars in the plane.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
-from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, flexibility, set_damping, solid_modes
+from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, set_damping, solid_modes, solid_rocker
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
-from .turns import Judged, Turns, run_turns
+from .turns import TestedRuns, Turns, run_turns
 
 MOST_ROWS = 12
-"""Flexible modes in the printed table."""
+"""Number of flexible modes in the printed table."""
 BASE = "none"
-"""Set of the rigid rocker, with which others are compared."""
+"""Empty set: the rigid rocker."""
 BEST = "bending_1_8_axial_1_4"
-"""Largest set, with which others are compared."""
+"""Largest set."""
 PRINTED = {
     "force.coupler_rocker": "force B", "force.rocker_frame": "force C", "acceleration.coupler": "peak a coupler",
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
 }  # fmt: skip
-"""Claims in the printed table and the figure; metrics.json has all."""
-SUMMED = {name: PRINTED[name] for name in ("force.coupler_rocker", "acceleration.rocker")}
-"""Claims in the table of all cases."""
+"""Claims in the printed table and the figure, with their headers; metrics.json has all claims."""
+SUMMARISED = {name: PRINTED[name] for name in ("force.coupler_rocker", "acceleration.rocker")}
+"""Claims in the table of all cases, with their headers."""
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
-"""Comparison of a set with the largest one, and its number in metrics.json."""
+"""Numbers in metrics.json of the comparison of a set with the largest one."""
 SPEED = FourBarParameters().speed
 """Crank speed [rad/s]."""
 
@@ -49,7 +49,7 @@ Case = tuple[str, float]
 
 
 @dataclass(frozen=True)
-class Parameters(Assumptions, Judged):
+class Parameters(Assumptions, TestedRuns):
     """Parameters of the study."""
 
     sets: tuple[str, ...] = choices(tuple(SETS)[:-1], tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
@@ -61,7 +61,7 @@ class Parameters(Assumptions, Judged):
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
 
     def agree(self) -> None:
-        """The kind of modes is one of the sets here; a joint has one pin."""
+        """Check that `modes_of` has its default, because the sets define the modes, and that the mechanism can be made."""
         super().agree()
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
@@ -69,32 +69,32 @@ class Parameters(Assumptions, Judged):
 
     @property
     def mode_sets(self) -> list[str]:
-        """Sets to run, in order."""
+        """Names of the sets that run, in the order of `SETS`."""
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
     @property
     def cases(self) -> dict[str, Case]:
-        """All cases, by their names in metrics.json."""
+        """Cases by their names in metrics.json."""
         return {f"c_max[{unit}].h{1e3 * h:g}mm": (unit, h) for unit, h in product(self.damping_unit, self.in_plane_depth)}
 
     def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
-        """Return the crank-rocker of a case."""
-        given = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
-        return FourBarParameters(**given).bars(rocker=rocker)
+        """Make the crank-rocker of a case."""
+        values = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
+        return FourBarParameters(**values).bars(rocker=rocker)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Count the modes, run every set in every case, compare."""
+    """Compute the frequencies of the modes, run every set in every case, and compare the sets."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        rockers = [flexibility(depth, modes, p.rocker_damping) for modes in p.mode_sets]
+        rockers = [solid_rocker(depth, modes, p.rocker_damping) for modes in p.mode_sets]
         damped = [rocker and set_damping(rocker, p.modal_damping, p.rocker_damping) for rocker in rockers]
-        made = [p.bars(unit, depth, rocker) for rocker in damped]
-        turns = dict(zip(p.mode_sets, run_turns(p, made, READINGS, batch, ideal_motion(SPEED)), strict=True))
-        wrong += [f"{name}.{modes}: {note}" for modes, own in turns.items() for note in own.notes]
-        for modes, own in turns.items():
-            metrics |= _numbers(p, f"{name}.{modes}", own, turns[BASE], turns[BEST])
+        mechanisms = [p.bars(unit, depth, rocker) for rocker in damped]
+        turns = dict(zip(p.mode_sets, run_turns(p, mechanisms, READINGS, batch, ideal_motion(SPEED)), strict=True))
+        wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
+        for modes, each in turns.items():
+            metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[BEST])
     return StudyResult(
         parameters=p,
         **status_of(wrong),
@@ -105,22 +105,22 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _count_modes(depth: float) -> dict[str, Metric]:
-    """Return frequencies by kind, those in the plane with the exact ones of beam theory."""
+    """Return the frequencies of the solid rocker's modes in the plane, with those of Timoshenko's theory as exact values."""
     found, table = {}, solid_modes(depth).table()
     for kind, exact in beam_frequencies(depth).items():
-        of_solid = [hertz for _, hertz, what, *_ in table if what == kind]
-        for i, (hertz, known) in enumerate(zip(of_solid, exact, strict=False), 1):
-            found[f"h{1e3 * depth:g}mm.{kind.replace(' ', '_')}.{i}"] = Metric(hertz, "Hz", exact=float(known))
+        of_solid = [hertz for _, hertz, each, *_ in table if each == kind]
+        for i, (hertz, theory) in enumerate(zip(of_solid, exact, strict=False), 1):
+            found[f"h{1e3 * depth:g}mm.{kind.replace(' ', '_')}.{i}"] = Metric(hertz, "Hz", exact=float(theory))
     return found
 
 
 def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
-    """Return every claim's number for one set, and its ratios to that of the rigid rocker and to that of the largest set."""
+    """Return the number of each claim for a set, its ratios to the rigid rocker and the largest set, and the comparison."""
     found: dict[str, Metric] = {}
-    level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))
+    level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
     for claim in CLAIMS:
-        mean, one = turns.means[claim.reading], Ratio(1.0, 0.0, 1.0)
-        rigid, fullest = (one if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
+        mean, itself = turns.means[claim.reading], Ratio(1.0, 0.0, 1.0)
+        rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
         found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
         found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, level, p.margin)], "1")
@@ -128,18 +128,18 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
 
 
 def sameness(found: Ratio, level: float, margin: float) -> str:
-    """Return = if the confidence interval lies within the margin about 1; else ≠ if it excludes 1, ? if not.
+    """Return = if the confidence interval of a ratio lies within the margin about 1; else ≠ if it excludes 1, ? if not.
 
     The `level` is the probability beyond each end of the interval.
     """
-    reach = found.reach(level)
-    if abs(found.value - 1) + reach < margin:
+    half = found.half_width(level)
+    if abs(found.value - 1) + half < margin:
         return AGREES
-    return DIFFERS if abs(found.value - 1) > reach else UNDECIDED
+    return DIFFERS if abs(found.value - 1) > half else UNDECIDED
 
 
 def _modes_table(depth: float) -> Table:
-    """Make the table of the modes, numbered in each way of counting."""
+    """Tabulate the flexible modes of the solid rocker, with their numbers in each way of counting."""
     rows: list[list[Any]] = []
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
     for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:MOST_ROWS]:
@@ -154,7 +154,7 @@ def _modes_table(depth: float) -> Table:
 
 
 def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
-    """Make a table of one case, (sets, claims): each number over the rigid rocker's, and its mark."""
+    """Tabulate a case, a row for each set and a column for each claim: the ratio to the rigid rocker, and the mark."""
     rows = []
     for name in p.mode_sets:
         rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in PRINTED)])
@@ -166,23 +166,23 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
 
 
 def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
-    """Return a number over the rigid rocker's, by formats of its value and its error, with its mark."""
+    """Write the ratio to the rigid rocker, in formats of its value and its error, and its mark."""
     mark = next(mark for mark, value in MARKS.items() if value == metrics[f"{name}.agrees"].value)
     return f"{metrics[f'{name}.over_rigid'].format(*formats)} {mark}"
 
 
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
-    """Make a table of all cases, a row for each set: the numbers in `SUMMED` over the rigid rocker's, and their marks."""
+    """Tabulate all cases, a row for each set: the ratios in `SUMMARISED` to the rigid rocker, and their marks."""
     rows = []
     for name in p.mode_sets[1:]:
-        cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMED) for case in p.cases]
+        cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMARISED) for case in p.cases]
         rows.append([NAMES[name], *cells])
-    heads = [f"{unit}, {1e3 * depth:g} mm: {', '.join(SUMMED.values())}" for unit, depth in p.cases.values()]
+    heads = [f"{unit}, {1e3 * depth:g} mm: {', '.join(SUMMARISED.values())}" for unit, depth in p.cases.values()]
     return Table(["modes", *heads], rows, "All cases: over the rigid rocker's")
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw ratios to the rigid rocker with bars of two standard errors, a panel for each unit of c_max and side."""
+    """Draw ratios to the rigid rocker with bars of two standard errors, a panel for each case."""
     p = result.of(Parameters)
     shape = {"squeeze": False, "sharey": True, "sharex": True}
     fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)
@@ -191,11 +191,11 @@ def figure(result: StudyResult) -> Figure:
         ax.axvline(1, color="#999999", linewidth=0.8)
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
         for i, (claim, colour) in enumerate(zip(PRINTED, COLOURS, strict=False)):
-            over = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
-            found = np.array([(m.value, m.value * (m.error or 0.0)) for m in over])
-            dots: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
-            place = np.arange(len(names)) + 0.11 * (2.5 - i)
-            ax.errorbar(found[:, 0], place, xerr=2 * found[:, 1], label=PRINTED[claim], **dots)
+            ratios = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
+            value, error = np.array([(m.value, m.value * (m.error or 0.0)) for m in ratios]).T
+            style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
+            heights = np.arange(len(names)) + 0.11 * (2.5 - i)  # the claims of a set one above another
+            ax.errorbar(value, heights, xerr=2 * error, label=PRINTED[claim], **style)
         ax.set_title(case)
         ax.set_yticks(range(len(names)), [NAMES[name] for name in names])
         ax.set_xscale("log")

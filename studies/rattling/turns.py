@@ -1,7 +1,7 @@
-"""Means over turns of the crank-rocker with clearance, of many members on the compiled solver.
+"""Ensembles of the crank-rocker with clearance on the compiled solver: means of readings over turns of the crank.
 
-Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Beyond that only means over turns
-of members whose journals start anywhere in their bushes are results, with their standard errors.
+Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. So results are means over turns
+and members of an ensemble, with standard errors. The journals of each member start at random places in their bushes.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ..kit.statistics import Mean
 from .assumptions import BODIES, JOINTS
 
 LOOSE = 1e-6
-"""Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
+"""Tolerance above which stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 START_OFFSET = 1e-9
-"""Scale [rad] of the random offset of the crank at the start of a run on the engine: far below all errors."""
+"""Standard deviation of the crank's angle at the start of a run on the engine [rad]: far below all errors."""
 STEPS_A_TURN = 720
-"""Least number of the engine's steps for a turn of the crank."""
+"""Smallest number of steps of the engine in a turn of the crank."""
 FORCE = "max(sqrt({0}.normal_force**2 + {0}.friction_force**2))"
 """Reading of a joint's largest force [N]."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
@@ -42,21 +42,21 @@ class Runs(StudyParameters):
     members: int = integer(4, 2, 10_000, "runs of each case; their scatter gives its standard error", "statistics")
     cycles: int = integer(2, 1, 10**5, "turns measured of each run", "statistics")
     settle: int = integer(1, 0, 10**5, "turns before that", "statistics")
-    seed: int = integer(0, 0, 2**30, "of the runs' starts", "statistics")
-    tolerance: float = quantity(LOOSE, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
-    workers: int = integer(2, 1, 256, "threads", "numerics")
+    seed: int = integer(0, 0, 2**30, "seed of the random starts of the runs", "statistics")
+    tolerance: float = quantity(LOOSE, "1", 1e-12, 1e-3, "error of a step, over the longest bar or a radian", "numerics")
+    workers: int = integer(2, 1, 256, "number of threads", "numerics")
 
 
 @dataclass(frozen=True)
-class Judged(Runs):
-    """Runs whose means are judged."""
+class TestedRuns(Runs):
+    """Runs whose means decide on claims."""
 
     level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any verdict of the table is wrong", "statistics")
     margin: float = quantity(0.05, "1", 0, 0.5, "least difference that counts", "statistics")
 
 
 class Turns(NamedTuple):
-    """Means over members and turns by reading, the deepest pin over its clearance, and objections, each beginning with a name."""
+    """Means over members and turns by reading, largest penetration over the clearance, and faults that make them invalid."""
 
     means: dict[str, Mean]
     depth: float
@@ -64,26 +64,29 @@ class Turns(NamedTuple):
 
 
 def run_turns(
-    p: Runs, mechanisms: Sequence[Mechanism], of: Sequence[str], batch: int = 0, curves: Mapping[str, Any] | None = None
+    p: Runs, mechanisms: Sequence[Mechanism], readings: Sequence[str], batch: int = 0, curves: Mapping[str, Any] | None = None
 ) -> list[Turns]:
-    """Run members of crank-rockers with clearance whose cranks have the same speed; other batches start at other states."""
-    turn, asked = period(mechanisms[0]), tuple(dict.fromkeys((*of, *DEPTHS)))
+    """Run an ensemble of each crank-rocker, all with the same crank speed; return the means of the readings over turns.
+
+    The seed of the random starts follows from the study's seed and the batch. `curves` are functions of time for readings.
+    """
+    turn, all_readings = period(mechanisms[0]), tuple(dict.fromkeys((*readings, *DEPTHS)))
     with ThreadPoolExecutor(p.workers) as pool:
         found = run_ensemble(
-            mechanisms, (p.settle + p.cycles) * turn, p.members, of=asked, curves=curves, skip=p.settle, each=turn, executor=pool,
-            solver=solver(mechanisms[0], p.tolerance), seed=10_000 * p.seed + batch, progress=False,
+            mechanisms, (p.settle + p.cycles) * turn, p.members, of=all_readings, curves=curves, skip=p.settle, each=turn,
+            solver=solver(mechanisms[0], p.tolerance), seed=10_000 * p.seed + batch, executor=pool, progress=False,
         )  # fmt: skip
-    cells = {reading: found.cells(reading) for reading in of}
-    made = []
+    cells = {reading: found.cells(reading) for reading in readings}
+    turns = []
     for k, mechanism in enumerate(mechanisms):
-        means = {reading: Mean(*cells[reading][k][2:]) for reading in of}
+        means = {reading: Mean(*cells[reading][k][2:]) for reading in readings}
         failed = [reason for cell, reason in zip(found.members.cells, found.said, strict=True) if cell == k and reason]
         deepest = max((found.of(depth, k).max(initial=0.0) for depth in DEPTHS), default=0.0)
         depth = np.nan if failed else deepest / max(joint.gap for joint in clearances(mechanism))
         notes = [f"FAILED: {len(failed)} of {p.members} runs, one by {failed[0]}"] if failed else []
         notes += [f"PENETRATION: a pin {depth:.2g} clearances deep in its bush: no law holds there"] if depth > 1 else []
-        made.append(Turns(means, float(depth), tuple(notes)))
-    return made
+        turns.append(Turns(means, float(depth), tuple(notes)))
+    return turns
 
 
 def period(mechanism: Mechanism) -> float:
@@ -95,18 +98,18 @@ def period(mechanism: Mechanism) -> float:
 
 
 def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
-    """Make a solver with steps of this tolerance, at most a hundredth of a turn, explicit unless stability would limit them."""
+    """Make the compiled solver, with steps of at most a hundredth of a turn; below the tolerance `LOOSE` they are explicit."""
     steps = Controlled(tolerance, max_step=period(mechanism) / 100, max_steps=20_000_000)
     return Spectral(steps, method="chosen" if tolerance >= LOOSE else "explicit")
 
 
-def chance(seed: int) -> float:
-    """Draw the offset of the crank at the start [rad]."""
+def draw_offset(seed: int) -> float:
+    """Draw the offset of the crank's angle at the start of a run on the engine [rad]."""
     return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Return the force on the second of a joint's `BODIES` [N], whichever of the two carries the pin."""
+    """Return the force on the second of a joint's `BODIES` [N]; where that carries the pin, the signal is minus the force."""
     first, second = BODIES[joint]
-    s, turned = result.signals, f"{joint}.{second}-{first}.f{axis}"
-    return -s[turned] if turned in s else s[f"{joint}.{first}-{second}.f{axis}"]
+    signals, if_reversed = result.signals, f"{joint}.{second}-{first}.f{axis}"
+    return -signals[if_reversed] if if_reversed in signals else signals[f"{joint}.{first}-{second}.f{axis}"]

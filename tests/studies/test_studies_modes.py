@@ -20,10 +20,10 @@ from buckler.studies.rattling.bars import (
     MESH,
     SETS,
     beam_frequencies,
-    flexibility,
-    numbers,
+    planar_modes,
     section,
     solid_modes,
+    solid_rocker,
 )
 from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
 from buckler.studies.rattling.modes import AGREES, BEST, DIFFERS, UNDECIDED, Parameters, sameness
@@ -71,9 +71,9 @@ def test_sets_hold_the_modes_they_name():
         for name, kinds in SETS.items():
             if isinstance(kinds, tuple) and kinds:
                 expected = sorted({"b": known[BENDING], "a": known[AXIAL]}[k[0]][int(k[1:]) - 1] for k in kinds)
-                found = np.sort(flexibility(depth, name, 0.01).frequencies(L))
+                found = np.sort(solid_rocker(depth, name, 0.01).frequencies(L))
                 assert found == pytest.approx(expected, rel=0.03), name
-    assert [flexibility(depth, name, 0.01) for depth in hertz for name in ("none", "456_free")] == [None] * 4
+    assert [solid_rocker(depth, name, 0.01) for depth in hertz for name in ("none", "456_free")] == [None] * 4
 
 
 def test_modes_four_five_and_six_by_counting():
@@ -81,9 +81,9 @@ def test_modes_four_five_and_six_by_counting():
     kinds = {depth: {row[0]: row[2] for row in solid_modes(depth).table()} for depth in (20e-3, 5e-3)}
     assert [kinds[20e-3][n] for n in (4, 5, 6)] == ["torsion", "out-of-plane bending", "out-of-plane bending"]
     assert [kinds[5e-3][n] for n in (4, 5, 6)] == ["torsion", BENDING, BENDING]
-    assert numbers(20e-3, "456_flexible") == () and numbers(5e-3, "456_flexible") == (5, 6)
-    assert [kinds[20e-3][n] for n in numbers(20e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
-    assert [kinds[5e-3][n] for n in numbers(5e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
+    assert planar_modes(20e-3, "456_flexible") == () and planar_modes(5e-3, "456_flexible") == (5, 6)
+    assert [kinds[20e-3][n] for n in planar_modes(20e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
+    assert [kinds[5e-3][n] for n in planar_modes(5e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
     rows = {row[0]: row for row in modes._modes_table(20e-3).rows}
     assert rows[4][1:4] == [10, None, "torsion"] and rows[11][2:4] == [3, AXIAL] and rows[3][2] == 1
     assert rows[11][-1] == f"{np.sqrt(E / RHO) / (2 * L):.0f}"
@@ -92,7 +92,7 @@ def test_modes_four_five_and_six_by_counting():
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_modal_data_of_the_solid_are_those_of_the_beam(depth):
     """Two sources of one bar."""
-    solid = flexibility(depth, "bending_1_3_axial_1", 0.02).planar(L)
+    solid = solid_rocker(depth, "bending_1_3_axial_1", 0.02).planar(L)
     beam = beam_modes(width=1e-4 / depth, thickness=depth, bending=3, axial=1, damping=0.02).planar(L)
     order = np.argsort(beam.frequency)  # the solid's come by frequency
     ends = [shapes[1, :2].sum(axis=0) for shapes in (solid.shapes, beam.shapes[:, :, order])]
@@ -178,7 +178,7 @@ def test_the_axial_mode_softens_closed_joints_and_the_first_bending_mode_alone_d
 
 def test_axial_mode_of_the_solid_strikes_as_the_beams_does():
     """First impacts of closed joints: modal data from two sources."""
-    data = flexibility(20e-3, "axial_1", 0.01), beam_modes(bending=0, axial=1)
+    data = solid_rocker(20e-3, "axial_1", 0.01), beam_modes(bending=0, axial=1)
     forces = [run(FourBar(law=CLOSED, modes=each), 0.02, samples=11).peak_force[:, 3].max() for each in data]
     assert forces[0] == pytest.approx(forces[1], rel=0.02)
 
