@@ -234,8 +234,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         "velocity": _histories(result, {f"{link}.vx": f"{link}, $v_x$ [m/s]" for link in ("coupler", "rocker")}),
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
         "contact_force": _histories(
-            result,
-            {f"{signal_prefix(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
+            result, {f"{signal_prefix(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()}
         ),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})

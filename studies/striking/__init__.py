@@ -1,1 +1,1 @@
-"""Studies of the compliant slider-crank, and its design."""
+"""Studies of the compliant slider-crank that strikes a stop, and its inverse design."""

@@ -1,8 +1,7 @@
-"""Inverse design of the striking slider-crank: strip, stop and speed for given contact force, impact force and contact angle.
+"""Inverse design of the striking slider-crank: strip, stop and speed for a wished contact force, impact force and contact angle.
 
-The exact elastica and the closed-form peak of the stop's law give the design (`inverse`); one simulated turn checks it. `strut`,
-the coupler a massless exact elastica, is the model of the closed form. `beam` gives the coupler its inertia: nearly straight,
-it buckles late and strikes far harder.
+The equations of `inverse` give the design, and one simulated turn checks it. They are for a massless coupler, the model `strut`.
+The coupler of the model `beam` has inertia: nearly straight, it buckles late and strikes far harder.
 
 References
 ----------
@@ -25,16 +24,15 @@ from ..kit.parameters import choice, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, plain_ticks, subplots
 from .impact import MODELS, ModelRun, StrikeParameters, read
-from .impact_models import simulate_model, striking
+from .impact_models import make_slider_crank, simulate_model
 from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limits
 
 AFTER_RELEASE = np.radians(2.0)
-"""Crank angle simulated after the release [rad]."""
-BARS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
-"""Largest relative error of the simulated turn: the closed form errs by 1 % in the impact, the rest is exact."""
-
+"""Angle by which the crank turns in the simulation after the slider has left the stop [rad]."""
+LARGEST_ERRORS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
+"""Largest relative differences of the simulated turn from the wish: the equations err by 1 % in the impact only."""
 UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
-"""Units of what is solved for."""
+"""Units of the unknowns of the design."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +53,12 @@ class Parameters(StrikeParameters):
 
     @property
     def wish(self) -> Wish:
-        """Wished numbers."""
+        """Wished forces and contact angle."""
         return Wish(self.contact_force, self.impact_force, self.contact_angle)
 
     @property
     def given_numbers(self) -> Given:
-        """Given numbers."""
+        """Numbers that the design does not change."""
         return Given(
             self.width, self.mass, self.stop_stiffness, self.restitution, self.friction_force, self.yield_strength,
             fastest=self.fastest,
@@ -68,34 +66,36 @@ class Parameters(StrikeParameters):
 
 
 def check(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
-    """Simulate a designed slider-crank from crank angle 0 until it has left the stop."""
+    """Simulate a designed slider-crank from crank angle 0 until the slider has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
     stop = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
-    sizes = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
-    made = striking(model, section, p, stop, given.friction, given.lengths, **sizes)
+    numbers = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
+    mechanism = make_slider_crank(model, section, p, stop, given.friction, given.lengths, **numbers)
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
-    return simulate_model(model, made, p.lasts((2 * pi - chosen.angle + AFTER_RELEASE) / chosen.speed), solver, p.timeout)
+    duration = p.longest_time((2 * pi - chosen.angle + AFTER_RELEASE) / chosen.speed)
+    return simulate_model(model, mechanism, duration, solver, p.timeout)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Design, and simulate one turn of what was designed."""
+    """Solve for the design, and simulate one turn of it."""
     d = design(p.wish, p.given_numbers)
     bounds = {f"limit.{limit.name}": Metric(float(limit.use), "1") for limit in limits(d)}
     if not feasible(d):
         return StudyResult(parameters=p, status="INFEASIBLE", message=str(binding(d)), metrics=bounds)
     turn = check(p.model, d, p)
     found = read(turn)
-    asked = {"contact_force": found.force_180, "impact_force": found.impact_peak, "contact_angle": degrees(found.contact_turn)}
-    wish = {name: degrees(value) if name == "contact_angle" else value for name, value in vars(d.wish).items()}
     metrics = {
-        **{name: Metric(value, "deg" if name == "contact_angle" else "N", exact=wish[name]) for name, value in asked.items()},
+        "contact_force": Metric(found.force_180, "N", exact=p.contact_force),
+        "impact_force": Metric(found.impact_peak, "N", exact=p.impact_force),
+        "contact_angle": Metric(degrees(found.contact_turn), "deg", exact=degrees(p.contact_angle)),
         **{name: Metric(getattr(d, name), unit) for name, unit in UNITS.items()},
         "settled": Metric(degrees(found.settled), "deg"),
         "energy_balance": Metric(turn.energy_balance, "1"),
         **bounds,
     }
-    wrong = [f"{name} off by {metrics[name].error:.2g}" for name, bar in BARS.items() if not (metrics[name].error or 0.0) <= bar]
+    errors = {name: (metrics[name].error or 0.0, most) for name, most in LARGEST_ERRORS.items()}
+    wrong = [f"{name} off by {error:.2g}" for name, (error, most) in errors.items() if not error <= most]
     wrong += [] if isfinite(found.settled) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
     wrong = [f"{p.model}: {line}" for line in wrong]
     notes = f"exact: the wish. limit: share of a bound that is used.\n{p.describe()}; friction {p.friction_force:g} N."
@@ -109,16 +109,16 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the contact force over thickness and contact angle, grey where the impact force wished cannot be had with it."""
+    """Draw contours of the contact force over thickness and contact angle; grey where the limits exclude the wished impact."""
     p = result.of(Parameters)
     d = design(p.wish, p.given_numbers)
     fig, ax = subplots(height=90)
-    h, turned = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
-    u = np.clip(d.given.lengths.shortening(pi, d.given.lengths.slider(pi - turned / 2)), 0.0, 1.0)
+    h, angle = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
+    u = np.clip(d.given.lengths.shortening(pi, d.given.lengths.slider(pi - angle / 2)), 0.0, 1.0)
     force = law.fast(u) * d.given.modulus * p.width * h**3 / 12 / d.given.coupler**2
-    kept = feasible(design(Wish(force, p.impact_force, turned), d.given))
-    ax.contourf(1e3 * h, np.degrees(turned), kept, levels=[-0.5, 0.5], colors=["#dddddd"])
-    lines = ax.contour(1e3 * h, np.degrees(turned), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")
+    is_feasible = feasible(design(Wish(force, p.impact_force, angle), d.given))
+    ax.contourf(1e3 * h, np.degrees(angle), is_feasible, levels=[-0.5, 0.5], colors=["#dddddd"])
+    lines = ax.contour(1e3 * h, np.degrees(angle), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")
     ax.clabel(lines, fmt="%.3g N", fontsize=7)
     ax.plot(1e3 * d.thickness, degrees(p.contact_angle), "o", color="#D55E00", label="design")
     ax.set(xscale="log", xlabel="thickness [mm]", ylabel="contact angle [deg]")

@@ -1,8 +1,12 @@
-"""Assumptions, parameters and numbers of the studies of the striking slider-crank; its models are in `impact_models`."""
+"""Striking slider-crank: parameters of its studies, the run of a model, and the numbers that are read from a turn of the crank.
+
+A contact is a stretch of time in which the stop feels a force. The first contact is the impact; later ones are rebounds. The
+slider rests if the last contact that begins on the inward stroke, before the dead centre at 180 degrees, lasts beyond it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan, nan, pi
 from typing import Any, NamedTuple
@@ -21,13 +25,14 @@ from ..kit.published import GRAVITY, STRIP_WIDTH
 from ..kit.report import Metric, Table, relative
 
 MODELS = ("stitched", "strut", "beam")
+"""Models of the slider-crank, see `impact_models`."""
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
-"""Crank angle [rad] before which a contact begins on the inward stroke."""
+"""Crank angle before which contacts count as those of the inward stroke [rad]."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
-"""Crank angles [rad] between which the largest contact force is looked for."""
+"""Crank angles between which the contact force of a resting slider has its maximum [rad]."""
 SLOWED = 1.2
-"""Factor on the time of a run whose crank a motor turns: motors that explain the forces are slower by less."""
+"""Factor on the time of a run whose crank a motor turns: motors that explain the published forces are less than 20 % slower."""
 
 
 @dataclass(frozen=True)
@@ -39,23 +44,23 @@ class StrikeAssumptions(Gravity):
     )
     motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "of the motor's rotor at the crank", "left open")
 
-    def under(self, made: Mechanism) -> Mechanism:
-        """Put the mechanism under gravity, and let the motor turn its crank instead of the drive.
+    def apply(self, mechanism: Mechanism) -> Mechanism:
+        """Add gravity to a mechanism, and replace the drive of its crank by the motor.
 
-        The voltage is the one at which the motor without load has the drive's speed; it starts with that speed. The torque
-        constant is 1 N m/A: only the slope of torque over speed matters, its square over the resistance.
+        The motor starts with the speed of the drive, and its voltage is that at which it has this speed without load. As only
+        the slope of torque over speed matters, constant^2/resistance, the torque constant is 1 N m/A.
         """
         if self.gravity:
-            made = replace(made, gravity=self.pull)
+            mechanism = replace(mechanism, gravity=self.pull)
         if not self.motor:
-            return made
-        speed: Any = made.drives[0].speed
+            return mechanism
+        speed: Any = mechanism.drives[0].speed
         voltage, first = (lambda t: speed.speed(t), speed.speed(0.0)) if isinstance(speed, Ramp) else (speed, speed)
         motor = Motor("crank", voltage, resistance=1 / self.motor, constant=1.0, inertia=self.motor_inertia)
-        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first)})
+        return replace(mechanism, drives=(), loads=(*mechanism.loads, motor), velocities={"crank": float(first)})
 
-    def lasts(self, duration: float) -> float:
-        """Bound the time [s] in which the crank turns as far as it would at the speed without load in `duration` [s]."""
+    def longest_time(self, duration: float) -> float:
+        """Bound the time in which a motor turns the crank as far as the drive does in `duration` [s]."""
         return duration * (SLOWED if self.motor else 1.0)
 
     def describe(self) -> str:
@@ -66,7 +71,7 @@ class StrikeAssumptions(Gravity):
 
 @dataclass(frozen=True)
 class StrikeParameters(StrikeAssumptions):
-    """Gravity and motor, and how the strip is simulated."""
+    """Gravity and motor, the strip's damping and bow, and the accuracy of a simulation."""
 
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
     imperfection: float = quantity(
@@ -78,7 +83,7 @@ class StrikeParameters(StrikeAssumptions):
 
 
 def crank_angle(signals: Mapping[str, Array]) -> Array:
-    """Return the crank angle from 0 at the start [rad]: of the drive, or where a motor has turned the crank."""
+    """Return the crank angle from 0 at the start [rad]: position of the drive, or of the crank that a motor turns."""
     if "drive.position" in signals:
         return np.asarray(signals["drive.position"])
     return np.unwrap(np.arctan2(signals["crank.y"], signals["crank.x"]))
@@ -86,7 +91,7 @@ def crank_angle(signals: Mapping[str, Array]) -> Array:
 
 @dataclass(frozen=True)
 class ImpactParameters(StrikeParameters):
-    """Parameters of every study of the slider-crank; each adds its drive."""
+    """Parameters of the slider-crank without its drive, which each study adds."""
 
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
@@ -112,17 +117,17 @@ class ImpactParameters(StrikeParameters):
 
 @dataclass(frozen=True)
 class ModelRun:
-    """One model's run.
+    """Run of one model; arrays have the shape (samples,).
 
     Attributes
     ----------
-    status, message : as of `buckler.mbs.Result`; an OK run may carry a message about the mechanism
+    status, message : those of `buckler.mbs.Result`; the message of an OK run is a remark on the mechanism
     time, angle, force, speed, shortening, push : time [s]; crank angle [rad]; force on the stop [N]; slider speed towards the
-        stop [m/s]; shortening of the strip over its length; compression of the strip [N]; shape (samples,)
-    overload : above 1 before the slider has met the stop, the strip has buckled on its way: compression of the rigid coupler
-        over the Euler load (stitched), or shortening over 1e-3; shape (samples,)
-    energy_balance : largest ledger error over the energy put through
-    work : wall_s, steps
+        stop [m/s]; end shortening of the strip over its length; compression of the strip [N]
+    overload : indicator of buckling, above 1 where the strip is buckled before the slider meets the stop: compression of the
+        rigid coupler over the Euler load (stitched), or shortening over 1e-3 (strut, beam)
+    energy_balance : largest error of the energy ledger over the throughput
+    work : wall_s, the run time [s]; steps
     """
 
     model: str
@@ -145,7 +150,7 @@ class ModelRun:
 
 
 def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
-    """Compute the force of the exact elastica on the stop [N] in equilibrium, at crank angles in contact [rad]."""
+    """Compute the force of the exact elastica on the stop in equilibrium [N], at crank angles in contact [rad]."""
     return PAPER.push(pinned.load, parameters.section.bending_stiffness, angle, PAPER_STOP)
 
 
@@ -154,16 +159,16 @@ class TurnReading(NamedTuple):
 
     Attributes
     ----------
-    contact_angle, settled, release_angle : crank angles of first contact, from which the slider rests against the stop, and of
-        last contact [rad]; `settled` is nan if the slider is off the stop at the dead centre
-    contact_time, settling_time : from first contact until the last, and until the slider rests [s]
-    impact_speed, rebound_ratio : speed of the slider at first contact [m/s], and the share of it with which it leaves
+    contact_angle, settled, release_angle : crank angles [rad] at the first contact, at the onset of rest, at the end of the
+        last contact; `settled` is nan if the slider is off the stop at the dead centre
+    contact_time, settling_time : times from the first contact to the end of the last, and to the onset of rest [s]
+    impact_speed, rebound_ratio : speed of the slider at first contact [m/s]; speed after the impact over that
     impact_peak, impact_impulse, impact_time : largest force [N], impulse [N s] and duration [s] of the first impact
     impact_push : largest compression of the strip until the first impact ends [N]
-    rebounds : returns of the slider to the stop on the way in
-    force_180, contact_max : force at the dead centre, and the largest around it if the slider rests [N]
+    rebounds : number of contacts after the first on the inward stroke
+    force_180, contact_max : force at the dead centre [N]; largest force around it if the slider rests [N]
     shortening, early_shortening : largest end shortening, and its change before first contact, over the length
-    buckles_before_stop : whether the strip buckles before the slider meets the stop
+    buckles_before_stop : true if the strip buckles before the slider meets the stop
     """
 
     contact_angle: float = nan
@@ -186,30 +191,35 @@ class TurnReading(NamedTuple):
 
     @property
     def contact_turn(self) -> float:
-        """Angle from first contact to the last [rad]."""
+        """Angle that the crank turns from the first contact to the end of the last [rad]."""
         return self.release_angle - self.contact_angle
+
+    @property
+    def is_settled(self) -> bool:
+        """True if the slider rests against the stop at the dead centre."""
+        return not isnan(self.settling_time)
 
 
 def read(run: ModelRun, turn: int = 0) -> TurnReading:
-    """Read one turn of the crank; the first is number 0."""
+    """Read one turn of the crank; the first turn is number 0."""
     part = slice(*np.searchsorted(run.angle, (2 * pi * turn, 2 * pi * (turn + 1))))
     time, angle, force, speed = run.time[part], run.angle[part] - 2 * pi * turn, run.force[part], run.speed[part]
     if not time.size:
         return TurnReading()
-    own = force.copy()
-    own[[0, -1]] = 0.0  # contacts across the ends belong to other turns
-    contacts, shortening = spells(own), run.shortening[part]
-    until = contacts[0, 0] + 1 if len(contacts) else None
+    inner = force.copy()
+    inner[[0, -1]] = 0.0  # contacts across the ends of the turn are left out
+    contacts, shortening = spells(inner), run.shortening[part]  # rows: first sample of a contact, first sample after it
+    before = slice(contacts[0, 0] + 1 if len(contacts) else None)
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
         shortening=float(shortening.max()),
-        early_shortening=float(np.ptp(shortening[:until])),
-        buckles_before_stop=bool((run.overload[part][:until] > 1).any()),
+        early_shortening=float(np.ptp(shortening[before])),
+        buckles_before_stop=bool((run.overload[part][before] > 1).any()),
     )
     if not len(contacts):
         return found
     (start, free), released = contacts[0], contacts[-1, 1] - 1
-    with_ends = slice(start - 1, free + 1)  # with the adjacent samples without force
+    with_ends = slice(start - 1, free + 1)  # the impact and the adjacent samples, whose force is 0
     return found._replace(
         contact_angle=float(angle[start]),
         release_angle=float(angle[released]),
@@ -225,51 +235,52 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
 
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
-    """Count how often the slider comes back, and find from where on it stays."""
-    inwards = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # later ones are on the outward stroke
-    if not len(inwards):
+    """Count the rebounds on the inward stroke; where the slider rests, find the onset of rest and the largest contact force."""
+    inward = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]
+    if not len(inward):
         return {}
-    (start, free), rebounds = inwards[-1], {"rebounds": len(inwards) - 1}
+    (start, free), rebounds = inward[-1], {"rebounds": len(inward) - 1}
     if not angle[start] < pi <= angle[free - 1]:
         return rebounds
-    top = force[(angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])].max()
+    is_central = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
+    settling_time = float(time[start] - time[contacts[0, 0]])
     return {
-        **rebounds, "settled": float(angle[start]), "settling_time": float(time[start] - time[contacts[0, 0]]),
-        "contact_max": float(top),
+        **rebounds, "settled": float(angle[start]), "settling_time": settling_time, "contact_max": float(force[is_central].max()),
     }  # fmt: skip
 
 
+STATES: dict[str, Callable[[TurnReading], bool]] = {
+    "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": lambda x: x.buckles_before_stop,
+    "NO_CONTACT: the slider does not meet the stop": lambda x: x.contact_time == 0,
+    "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": lambda x: (
+        not (x.is_settled or x.contact_time == 0)
+    ),
+    "NO_REBOUND: the force does not return to zero, so that impact and contact are one": lambda x: x.settling_time == 0,
+}
+"""Remarks on the mechanism, each with a name, and the condition for them."""
+
+
 def findings(run: ModelRun, readings: Sequence[TurnReading]) -> list[str]:
-    """List remarks of a finished run on the mechanism, not on the run, each beginning with a name."""
+    """List the remarks on the mechanism that apply to a finished run, with the turns in which they do."""
     if run.status not in ("OK", "SUSPECT"):
         return []
-    states = {
-        "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": lambda r: (
-            r.buckles_before_stop
-        ),
-        "NO_CONTACT: the slider does not meet the stop": lambda r: r.contact_time == 0,
-        "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": lambda r: (
-            r.contact_time > 0 and isnan(r.settling_time)
-        ),
-        "NO_REBOUND: the force does not return to zero, so that impact and contact are one": lambda r: r.settling_time == 0,
-    }
     found = [run.message] if run.status == "OK" and run.message else []
-    for state, holds in states.items():
-        if turns := [str(turn) for turn, reading in enumerate(readings, 1) if holds(reading)]:
+    for state, applies in STATES.items():
+        if turns := [str(turn) for turn, reading in enumerate(readings, 1) if applies(reading)]:
             found.append(state + (f" (turn {', '.join(turns)})" if len(readings) > 1 else ""))
     return [f"{run.model}: {text}" for text in found]
 
 
 def by_case(metrics: Mapping[str, Mapping[str, Metric]]) -> dict[str, Metric]:
-    """Name every metric by its case, a model as a rule, and itself."""
-    return {f"{case}.{name}": metric for case, own in metrics.items() for name, metric in own.items()}
+    """Name every metric by its case, often a model, and itself."""
+    return {f"{case}.{name}": metric for case, each in metrics.items() for name, metric in each.items()}
 
 
 def compare(metrics: Mapping[str, Mapping[str, Metric]], title: str, notes: Iterable[str]) -> Table:
-    """Tabulate the metrics of all cases: published, exact, and the value of each with its relative error."""
+    """Tabulate the metrics of all cases, a row for each metric: published and exact value, and the values of the cases."""
     rows: list[list[Any]] = []
-    for name in dict.fromkeys(name for own in metrics.values() for name in own):
-        found = [own.get(name) for own in metrics.values()]
+    for name in dict.fromkeys(name for each in metrics.values() for name in each):
+        found = [each.get(name) for each in metrics.values()]
         first = next(metric for metric in found if metric is not None)
         shown = [None if metric is None else _format(metric) for metric in found]
         rows.append([name, first.unit, first.published, first.exact, *shown])
@@ -277,7 +288,7 @@ def compare(metrics: Mapping[str, Mapping[str, Metric]], title: str, notes: Iter
 
 
 def _format(metric: Metric) -> str:
-    """Write a value, and in brackets its error or its deviation from the published one."""
+    """Write a value, and in brackets its relative error, or else its relative difference from the published value."""
     error = metric.error
     if error is None and metric.published:
         error = abs(metric.value / metric.published - 1)

@@ -1,26 +1,27 @@
-"""The striking coupler over speed, bow, stop stiffness and slider mass, in dimensionless numbers: the regime of every strike.
+"""First impacts of the striking slider-crank over speed, bow, stop stiffness and slider mass, in dimensionless numbers.
 
-Every point of the grid is one strike of the beam of `slider-crank`, with the strip's largest compression and the stop's largest
-force, both over the Euler load P. An independent theory, a strip of sine modes (`SineStrip`), is compared with it. Two numbers
-decide the regime: the strip's deflection at first contact over its radius of gyration, and the dimensionless rate of compression,
+A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the largest
+compression of the strip and the largest force of the stop, both over the Euler load P_E. An independent theory, a strip of sine
+modes (`SineStrip`), is compared with it. Two numbers decide the regime of a strike: the strip's deflection at first contact over
+its radius of gyration, and the rate of compression in Euler loads over a radian of the strip's first vibration,
 
-    s = K' v/(P w1 cos phi).
+    s = K' v/(P_E w1 cos phi).
 
-K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the lean of the chord:
-s is in Euler loads over a radian of the first vibration. A straight strip buckles late, at a compression that grows as the root
-of s; one that has time to buckle pushes with P (plateau); a bowed one is a soft spring (sagging); one that has buckled before
-contact swings, and its slider may never arrive.
+K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the angle of the
+strip's chord to the slider's line. In the regime "late buckling" a straight strip reaches a compression that grows as sqrt(s). In
+"plateau" the strip has time to buckle and pushes with P_E. In "sagging" it is bowed and acts as a soft spring. In "swing" it has
+buckled before contact, swings, and the slider may never reach the stop.
 
-The coupler from the crank's pin A to the slider B has bending stiffness E I, mass mu a length, axial stiffness E A, and no axial
-inertia. Seen from its chord it is y = sum of a_n sin(n pi s/L), stress-free b_n. Bending shortens it. So its compression is:
+Theory: the coupler from the crank's pin A to the slider B has bending stiffness E I, mass per length mu, axial stiffness E A, no
+axial inertia, and material damping of time constant tau. Its deflection from the chord AB is the sum of a_n sin(n pi x/L), b_n
+where it is free of stress. Bending shortens the chord. So the compression P and the amplitudes obey
 
-    P = (E A/L) (L - l - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),     l = |AB|;                                        (1)
+    P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),                                                   (1)
 
     mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
 
-The q_n are the sine components of weight and of the chord's transverse acceleration, linear from A to B. The slider obeys
-m x'' = -P cos(phi) + F - f sign(x'), F the stop's force. This is Hoff's column with more modes, a mass that is struck at its end,
-and a stop that gives way.
+The q_n are the sine components of weight and of the chord's transverse acceleration, which is linear from A to B. The slider of
+mass m and friction f obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is Hoff's column with more modes.
 
 References
 ----------
@@ -53,28 +54,28 @@ from .slider_crank import CONTACT
 from .slider_crank import Parameters as Case
 
 END = np.radians(190.0)
-"""Crank angle at which a run ends [rad]: the first impact of every regime is over."""
+"""Crank angle at which a run of the beam ends [rad]: the first impact of every regime is over."""
 MOST_DIFFERENCE = 0.05
-"""Largest median difference of the peaks of sine strip and simulation; beyond it the study is suspect."""
+"""Largest relative difference of the median peaks of theory and simulation, above which the study is suspect."""
 LATE = 1.5
-"""Compression over the Euler load above which buckling is late."""
+"""Compression over the Euler load above which the regime is "late buckling"."""
 SAGGING = 0.95
-"""Compression over the Euler load below which the strip sags."""
+"""Compression over the Euler load below which the regime is "sagging"."""
 STRAIGHT = 5.0
 """Deflection at first contact over the radius of gyration up to which the power law of late buckling is fitted."""
 REGIMES = ("late buckling", "plateau", "sagging", "swing")
-SHAPES = ("o", "s", "^", "x")
+MARKS = ("o", "s", "^", "x")
 BEFORE = np.radians(3.0)
-"""Crank angle before first contact at which integration begins [rad]."""
+"""Crank angle from the start of the theory's integration to first contact [rad]."""
 AFTER = np.radians(25.0)
-"""Crank angle after first contact at which integration ends [rad]."""
-REGULAR = 1e-3
-"""Speed of the slider below which friction is linear [m/s]."""
+"""Largest crank angle from first contact to the end of the theory's integration [rad]."""
+LINEAR = 1e-3
+"""Speed of the slider below which its friction is proportional to the speed in the theory [m/s]."""
 N = np.arange(1, 11)
-"""Half waves of the modes."""
+"""Numbers n of the modes."""
 R, L = PAPER.crank, PAPER.coupler
 K = N * np.pi / L
-"""Wave numbers of the modes [1/m]."""
+"""Wave numbers k of the modes [1/m]."""
 
 
 @dataclass(frozen=True)
@@ -93,116 +94,126 @@ class Parameters(StrikeAssumptions):
     workers: int = integer(0, 0, 256, "processes, 0 for none but this", "numerics")
 
     def cases(self) -> list[Case]:
-        """Make one strike for each mass, stiffness, bow and speed, in this order of loops."""
-        given = self.share(Case) | {"models": ("beam",), "until": END}
+        """Make a case for each mass, stiffness, bow and speed, in this order of loops."""
+        shared = self.share(Case) | {"models": ("beam",), "until": END}
         return [
-            Case(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
+            Case(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **shared)
             for mass, stiffness, bow, speed in product(self.masses, self.stiffnesses, self.bows, self.speeds)
         ]
 
 
 @dataclass(frozen=True)
 class SineStrip:
-    """The slider-crank of a case, its coupler a strip of sine modes and its crank at constant speed."""
+    """Slider-crank of a case by equations (1) and (2), with constant crank speed.
+
+    The state y has the slider's position x [m] and velocity, the amplitudes a_n [m], and their rates.
+    """
 
     case: Case
 
     @cached_property
     def frequency(self) -> float:
-        """First frequency [rad/s]."""
+        """First frequency w1 of the strip [rad/s]."""
         return self.case.section.first_frequency(L)
 
     @cached_property
     def free(self) -> Array:
-        """Stress-free amplitudes [m], positive to the left of the way from A to B."""
+        """Stress-free amplitudes b_n [m], positive to the left when looking from A to B."""
         return np.where(N == 1, -self.case.imperfection * L, 0.0)
 
     @cached_property
     def bend(self) -> Array:
-        """Bending stiffness of the modes, E I k^4 [N/m^2]."""
+        """Bending stiffness E I k^4 of the modes [N/m^2]."""
         return np.asarray(self.case.section.bending_stiffness * K**4)
 
     @cached_property
-    def onset(self) -> float:
-        """Speed of the slider at first contact [m/s]."""
+    def impact_speed(self) -> float:
+        """Speed v of the slider at first contact [m/s]."""
         return -float(PAPER.slider_rate(CONTACT)) * self.case.speed
 
     @property
-    def lasts(self) -> float:
-        """Time after first contact by which the strip has buckled and the slider has rebounded [s]."""
-        p, rise = self.case, self.case.stop_stiffness * self.onset
-        rate = rise / (p.section.euler_load(L) * self.frequency)
+    def duration(self) -> float:
+        """Time after first contact by which the impact is over [s].
+
+        It is a period of the slider on its stop and (3 + 6 s^(-1/3))/w1, enough for the growth a'' = s w1^3 t a of the first
+        mode, at most the time of `AFTER`.
+        """
+        p = self.case
+        rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s of the stop alone
         slider = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness)
         return float(min(AFTER / p.speed, slider + (3 + 6 / np.cbrt(rate)) / self.frequency))
 
     def peak(self) -> float:
-        """Integrate from shortly before the first contact to the end of the impact; largest force on the stop [N]."""
-        begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.lasts
+        """Integrate from shortly before the first contact to the end of the impact; return the largest force of the stop [N]."""
+        begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
 
-        def leaves(t: float, y: Array) -> float:
+        def distance(t: float, y: Array) -> float:
+            """Compute the distance of the slider from the stop, whose rise through 0 ends the impact."""
             return float(y[0] - PAPER_STOP)
 
-        leaves.terminal, leaves.direction = True, 1.0  # type: ignore[attr-defined]
+        distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]
         run = solve_ivp(
             self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
-            events=leaves, max_step=longest / 300,
+            events=distance, max_step=longest / 300,
         )  # fmt: skip
         largest = max(self._forces(t, y)[1] for t, y in zip(run.t, run.y.T, strict=True))
         return largest if largest > 0 else np.nan
 
-    def settle(self, angle: float) -> tuple[Array, float]:
-        """Compute amplitudes in equilibrium [m] and compression [N], the slider moving as on a rigid coupler."""
-        p, lean = self.case, float(np.sqrt(1 - (R / L * np.sin(angle)) ** 2))
-        moved = float(PAPER.slider_second_rate(angle)) * p.speed**2
-        load = (p.friction_force - p.mass * moved) / lean
-        pulled = self._across(angle, R * np.cos(angle) - lean * L, moved)
-        least = 0.1 * self.bend[0]  # beyond four fifths of the Euler load the strip swings; no equilibrium is meant
-        return (self.bend * self.free + pulled) / np.maximum(self.bend - load * K**2, least), load
+    def balance(self, angle: float) -> tuple[Array, float]:
+        """Compute amplitudes a_n in equilibrium [m] and compression [N], for a slider that moves as on a rigid coupler."""
+        p, cosine = self.case, float(np.sqrt(1 - (R / L * np.sin(angle)) ** 2))
+        acceleration = float(PAPER.slider_second_rate(angle)) * p.speed**2
+        load = (p.friction_force - p.mass * acceleration) / cosine
+        q = self._transverse(angle, R * np.cos(angle) - cosine * L, acceleration)
+        least = 0.1 * self.bend[0]  # a bound near the Euler load, where the strip swings and an equilibrium says nothing
+        return (self.bend * self.free + q) / np.maximum(self.bend - load * K**2, least), load
 
     def _start(self, angle: float) -> Array:
         """Return the initial state: the slider moves as on a rigid coupler, the modes are in equilibrium."""
-        a, load = self.settle(angle)
+        a, load = self.balance(angle)
         short = load * L / self.case.section.axial_stiffness + self._shortening(a)
         x = R * np.cos(angle) - np.sqrt((L - short) ** 2 - (R * np.sin(angle)) ** 2)
         return np.concatenate([[x, float(PAPER.slider_rate(angle)) * self.case.speed], a, np.zeros(N.size)])
 
     def _shortening(self, a: Array) -> float:
+        """Compute the shortening of the chord by bending [m], the sum in equation (1)."""
         return float((N**2 * np.pi**2 * (a**2 - self.free**2)).sum() / (4 * L))
 
-    def _across(self, angle: float, x: float, moved: float) -> Array:
-        """Compute q_n: weight less inertia of the chord, of a slider at x with an acceleration."""
+    def _transverse(self, angle: float, x: float, acceleration: float) -> Array:
+        """Compute q_n [N/m], weight less inertia of the chord, from the slider's position and acceleration."""
         pin = R * np.array([np.cos(angle), np.sin(angle)])
-        along = np.array([x, 0.0]) - pin
-        left = np.array([-along[1], along[0]]) / np.hypot(*along)
-        weight = left @ self.case.pull
-        first, last = -(self.case.speed**2) * (left @ pin) - weight, left[0] * moved - weight
+        chord = np.array([x, 0.0]) - pin
+        normal = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
+        weight = normal @ self.case.pull
+        first, last = -(self.case.speed**2) * (normal @ pin) - weight, normal[0] * acceleration - weight  # at A and at B
         return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
     def _forces(self, t: float, y: Array) -> tuple[float, float, float]:
-        """Compute compression of the strip and force of the stop [N], and the cosine of the chord's lean."""
+        """Compute the compression P of the strip, the force F of the stop [N], and cos(phi)."""
         p, angle = self.case, self.case.speed * t
         dx, dy, depth = y[0] - R * np.cos(angle), R * np.sin(angle), PAPER_STOP - y[0]
         chord = np.hypot(dx, dy)
         load = p.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
         chi = float(CarvalhoMartins.hysteresis(p.restitution))
-        force = max(0.0, p.stop_stiffness * depth * (1 - chi * y[1] / self.onset)) if depth > 0 else 0.0
+        force = max(0.0, p.stop_stiffness * depth * (1 - chi * y[1] / self.impact_speed)) if depth > 0 else 0.0
         return float(load), float(force), float(-dx / chord)
 
     def _rates(self, t: float, y: Array) -> Array:
-        load, force, lean = self._forces(t, y)
-        rubbed = self.case.friction_force * min(max(y[1] / REGULAR, -1.0), 1.0)
-        moved = (force - load * lean - rubbed) / self.case.mass
+        """Compute the rates of the state by equation (2) and that of the slider."""
+        load, force, cosine = self._forces(t, y)
+        friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
+        acceleration = (force - load * cosine - friction) / self.case.mass
         a, speed = np.split(y[2:], 2)
         bend = self.bend * (a - self.free + 2 * self.case.damping / self.frequency * speed)
-        bent = (load * K**2 * a - bend + self._across(self.case.speed * t, y[0], moved)) / self.case.section.mass_per_length
-        return np.concatenate([[y[1], moved], speed, bent])
+        q = self._transverse(self.case.speed * t, y[0], acceleration)
+        return np.concatenate([[y[1], acceleration], speed, (load * K**2 * a - bend + q) / self.case.section.mass_per_length])
 
 
 class MapPoint(NamedTuple):
-    """One strike, simulated and by sine modes: forces over the Euler load.
+    """Strike of a case: simulated largest force of the stop (`peak`) and of the strip (`compression`), over the Euler load.
 
-    `peak` is the largest force of the stop, simulated, and `sine` by sine modes; `early` the change of the end shortening before
-    contact, over the length; `rate` is s; `bend` the deflection at first contact over the radius of gyration.
+    `sine` is the peak by sine modes; `early` the simulated change of the end shortening before contact, over the length; `rate`
+    is s; `bend` the deflection at first contact over the radius of gyration.
     """
 
     case: Case
@@ -216,7 +227,7 @@ class MapPoint(NamedTuple):
 
     @property
     def regime(self) -> str:
-        """Name of the regime by the simulation."""
+        """Regime by the simulation."""
         doubled = 0.75 * (np.pi * self.case.imperfection) ** 2  # end shortening of a strip whose bow has doubled
         if self.early > BUCKLED_FROM + doubled or not isfinite(self.peak + self.compression):
             return "swing"
@@ -224,19 +235,20 @@ class MapPoint(NamedTuple):
 
     @classmethod
     def of(cls, case: Case, row: Any) -> MapPoint:
-        """Read a row of the sweep, and compute the theory."""
+        """Read the simulation from a row of the sweep, and compute the theory."""
         strip, euler = SineStrip(case), case.section.euler_load(L)
         peak, compression, early = (row.value(f"beam.{name}") for name in ("impact_peak", "impact_push", "early_shortening"))
         failure = "" if row.status in ("OK", "SUSPECT") else f"{case.speed:g} rad/s, bow {case.imperfection:g}: {row.status}"
-        lean = float(PAPER.lean_cosine(CONTACT, PAPER_STOP))
-        stiffness = 1 / (1 / case.stop_stiffness + lean**2 * L / case.section.axial_stiffness)
-        rate = stiffness * strip.onset / (euler * strip.frequency * lean)
-        bend = abs(strip.settle(CONTACT)[0][0]) * np.sqrt(12) / case.thickness
+        cosine = float(PAPER.lean_cosine(CONTACT, PAPER_STOP))
+        stiffness = 1 / (1 / case.stop_stiffness + cosine**2 * L / case.section.axial_stiffness)
+        rate = stiffness * strip.impact_speed / (euler * strip.frequency * cosine)
+        amplitudes, _ = strip.balance(CONTACT)
+        bend = abs(amplitudes[0]) * np.sqrt(12) / case.thickness
         return cls(case, (peak or nan) / euler, compression / euler, early, strip.peak() / euler, rate, float(bend), failure)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Strike everywhere on the grid, by simulation and by sine modes."""
+    """Compute every strike of the grid by simulation and by sine modes."""
     cases = p.cases()
     rows = sweep("slider-crank", cases, workers=p.workers, progress=progress)
     points = [MapPoint.of(case, row) for case, row in zip(cases, progress(rows, label="theory"), strict=True)]
@@ -256,7 +268,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
-    """Compare the peaks of strips not buckled at first contact, count the regimes, and fit the power law of late buckling."""
+    """Compare the peaks of strips that are not buckled at first contact, count the regimes, fit the power of late buckling."""
     unbuckled = [x for x in points if x.regime != "swing"]
     ratio = np.array([x.sine / x.peak for x in unbuckled] or [nan])
     found = {
@@ -275,13 +287,13 @@ def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw compression over rate with the slope 1/2, and the peaks of sine modes over the simulated ones."""
+    """Draw the compression over the rate with a line of slope 1/2, and the peaks of sine modes over the simulated peaks."""
     fig, (over, parity) = subplots(2, 1, height=170)
     s = result.signals
     for k, name in enumerate(REGIMES):
-        own, look = s["regime"] == k, {"color": COLOURS[k], "markersize": 4, "linestyle": "", "marker": SHAPES[k], "label": name}
-        over.loglog(s["rate"][own], s["compression"][own], **look)
-        parity.loglog(s["peak"][own], s["sine"][own], **look)
+        part, style = s["regime"] == k, {"color": COLOURS[k], "markersize": 4, "linestyle": "", "marker": MARKS[k], "label": name}
+        over.loglog(s["rate"][part], s["compression"][part], **style)
+        parity.loglog(s["peak"][part], s["sine"][part], **style)
     x, ends = np.sort(s["rate"]), (np.nanmin(s["peak"]), np.nanmax(s["peak"]))
     over.loglog(x, 8 * np.sqrt(x), "k--", linewidth=0.8, label="slope 1/2")
     parity.loglog(ends, ends, "k-", linewidth=0.8)

@@ -1,7 +1,7 @@
-"""The three models of the slider-crank, and the stop that makes each strike as published.
+"""Three models of the striking slider-crank, and the calibration of their stops by the published impact force.
 
-`stitched` is the published model. `strut` and `beam` simulate slider, guide friction, stop and drive together; their coupler is a
-massless exact elastica, or a geometrically exact beam with its own inertia.
+`stitched` is the published model in closed form. The models `strut` and `beam` simulate slider, guide friction, stop and drive.
+The coupler of `strut` is a massless exact elastica, that of `beam` a geometrically exact beam with inertia.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, r
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5
-"""Retardation time of a strut's axial force [s]: a fifth of critical for 0.3 kg on the straight strip."""
+"""Time constant of a strut's axial damping [s]: a fifth of critical damping for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
-"""Relative end shortening from which a strip before contact counts as buckled."""
+"""End shortening over length above which a strip counts as buckled before contact."""
 IMPACT_UNTIL = np.radians(150.0)
-"""Crank angle [rad] at which a run of the first impact only ends."""
+"""Crank angle at which a run of the first impact only ends [rad]."""
 CALIBRATED_TO = 1e-3
-"""Relative difference of a calibrated force from the published one: a tenth of the accuracy of readings from the figures."""
+"""Largest relative difference of a calibrated force from the published one: a tenth of the accuracy of values from figures."""
 TRIALS = 12
-"""Runs that a calibration may take; five are enough as a rule."""
+"""Largest number of iterations of a calibration; five are usually enough."""
 
 
-def striking(
+def make_slider_crank(
     model: str, section: Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, lengths: SliderCrank = PAPER,
-    **given: Any,
+    **numbers: Any,
 ) -> Mechanism:  # fmt: skip
-    """Make the slider-crank of a model, in SI units; friction is that of the slider [N], the rest as of `slider_crank`.
+    """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N]; numbers are those of `slider_crank`.
 
-    A strut is damped along its axis, a beam is bowed to the side to which its inertia bends it.
+    A strut is damped along its axis; a beam has a bow to the side to which its inertia bends it.
     """
     if model == "strut":
         body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
@@ -52,21 +52,21 @@ def striking(
         damped = section.damped(p.damping, lengths.coupler)
         body = Beam(damped, elements=p.elements, imperfection=-p.imperfection * lengths.coupler)
     guide = GuideFriction(friction) if friction else None
-    return p.under(slider_crank(body, law=law, friction=guide, lengths=lengths, **given))
+    return p.apply(slider_crank(body, law=law, friction=guide, lengths=lengths, **numbers))
 
 
 def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
     """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
     law = CarvalhoMartins(stiffness, p.restitution, exponent=1.0)
-    return striking(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
+    return make_slider_crank(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
 
 
-def simulate_model(model: str, made: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
-    """Run a mechanism for a time [s] by a solver."""
-    result = mbs.simulate(made, duration, solver=solver, ledger=True, timeout=timeout)
+def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
+    """Run the mechanism of a model for a duration [s], with its energy ledger."""
+    result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
-    shortening = signals["coupler.end_shortening"] / (made.points["A"][0] - made.points["B"][0])
+    shortening = signals["coupler.end_shortening"] / (mechanism.points["A"][0] - mechanism.points["B"][0])
     work = {name: result.work[name] for name in ("wall_s", "steps")}
     return ModelRun(
         model, str(result.status), result.message, result.time, crank_angle(signals), signals["B.contact_force"],
@@ -83,15 +83,15 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     parameters : ImpactParameters
     stop : duration of an impact [s] for stitched, stiffness of the stop [N/m] for the others
     speed : speed of the crank [rad/s]
-    duration : time of the run [s]
+    duration : duration of the run [s]
     """
     p = parameters
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
-        held = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
+        remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
-            model, "OK", held, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
+            model, "OK", remark, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
             trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
         )  # fmt: skip
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
@@ -100,16 +100,16 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
-    """Run one model past its first impact."""
+    """Run one model from crank angle 0 until its first impact is over."""
     return run_model(model, parameters, stop, speed, IMPACT_UNTIL / speed)
 
 
 class NotCalibratedError(ValueError):
-    """No stop makes a model strike with the published force."""
+    """Failure to find a stop with which a model strikes with the published force."""
 
 
 class Calibration(NamedTuple):
-    """The stop with which a model strikes with 27 N at 1.25 rad/s, and the force it gave [N]."""
+    """Stop with which a model strikes with 27 N at 1.25 rad/s: duration [s] or stiffness [N/m], and the force of its run [N]."""
 
     model: str
     stop: float
@@ -117,18 +117,18 @@ class Calibration(NamedTuple):
 
     @property
     def metrics(self) -> dict[str, Metric]:
-        """The stop by its name, and the force with the published one as exact value."""
+        """Metrics of the stop and of its force, whose exact value is the published force."""
         name, unit = ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
         return {name: Metric(self.stop, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
-    """Fit the parameter of a model's stop: directly if the force is m (1 + e) v/dt, else by the secant method in logarithms.
+    """Fit a model's stop to the published force: by m (1 + e) v/dt for stitched, else by the secant method in logarithms.
 
     Raises
     ------
     NotCalibratedError
-        If a trial fails or does not strike, or too many are needed.
+        If a run fails or has no impact, or the method does not converge in `TRIALS` iterations.
     """
     speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
     if model == "stitched":
@@ -136,18 +136,19 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     forces: dict[float, float] = {}
 
     @cache
-    def off(log_stop: float) -> float:
+    def log_ratio(log_stop: float) -> float:
+        """Compute the logarithm of force over published force, 0 where the stop is accurate enough."""
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
         force = forces[log_stop] = read(run).impact_peak
         if run.status not in ("OK", "SUSPECT") or not force:
             why = run.message or "the slider does not meet the stop"
             raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N: {why}")
-        missed = log(force / IMPACT_FORCE)
-        return missed if abs(missed) >= CALIBRATED_TO else 0.0
+        ratio = log(force / IMPACT_FORCE)
+        return ratio if abs(ratio) >= CALIBRATED_TO else 0.0
 
-    first = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass)  # elastic: F = v sqrt(k m)
-    second = first - 2 * off(first)
-    root = root_scalar(off, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
-    if off(root):
+    first = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
+    second = first - 2 * log_ratio(first)
+    root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
+    if log_ratio(root):
         raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {forces[root]:.4g} N")
     return Calibration(model, exp(root), forces[root])

@@ -1,24 +1,25 @@
-"""Inverse design of the striking slider-crank: strip, stop and speed for given forces and contact angle.
+"""Inverse design of the striking slider-crank: equations for strip, stop and speed by wished forces and contact angle.
 
-A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g; in between the buckled coupler, a pinned
-strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta), the exact
-elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
+A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g. In between the coupler, a pinned strip of width b
+and thickness h, is buckled and presses the slider against the stop, with the largest force at the dead centre pi. The crank has
+length r and speed omega, the coupler length L; x(theta) is the slider's position, v its speed at first contact, K the stiffness
+of the stop, p(u) the load of the exact elastica (`buckler.elastica.law.fast`):
 
     contact angle 2 g      ->  stop at x(pi - g);                                                               (1)
     contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;            (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
-At the dead centre the coupler lies on the slider's line, and the stop has given way by F_c/K. A coupler that never
-pushes with more than its Euler load pushes in the impact with Q = P_cr cos(phi) - f, f the friction of the slider. It does so
-once the strip is pressed up to that load, after a time t. Until then K (1 + chi) v t slows the slider down. It falls behind
-by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4. So:
+At the dead centre the coupler lies on the slider's line, and the depth in the stop is F_c/K. During the impact the coupler, which
+makes the angle phi with the slider's line, pushes the slider with Q = P_cr cos(phi) - f: P_cr is the Euler load, f the slider's
+friction. It reaches this load after a time t. Until then the stop's force K (1 + chi) v t delays the slider against the crank by
+K (1 + chi) v t^3/(6 m), which compresses the strip. The push that is missing meanwhile costs the momentum 3 Q' t/4, so that:
 
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2.                   (4)
 
-Here Q' = Q - m a leaves out what the slider's own acceleration a asked of the strip before. c0 and c1 are those of
-`buckler.mbs.laws.peak`, chi that of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) are for a massless strip,
-a `Strut`, and hold within 1 % up to Q = 0.4 S. A straight `Beam` buckles late and strikes far harder. Floats or arrays that
-broadcast may stand for every number.
+Here Q' = Q - m a, because the acceleration a of the slider had compressed the strip by m a before. c0 and c1 are the factors of
+`buckler.mbs.laws.peak`, chi is the hysteresis factor of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold for
+a massless strip, a `Strut`, within 1 % up to Q = 0.4 (S - D). A straight `Beam` buckles late and strikes far harder. Each number
+is a float or an array; arrays broadcast.
 
 References
 ----------
@@ -40,39 +41,39 @@ from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
 
 Floats = Any
-"""A float, or an array that broadcasts with the others."""
+"""Float, or array that broadcasts with the others."""
 PASSES = 14
-"""Passes of the fixed point for the speed, which (4) holds implicitly: each takes off two digits or more."""
-SWUNG = 0.8
-"""Most compression on the way over the Euler load: a load that comes suddenly, as at the start, swings over."""
-HARD = 0.4
-"""Most Q over S - D: up to there equation (3) holds within 1 %, and impact and contact are two."""
-PLACES = 33
-"""Number of crank angles before contact at which the compression is computed, for a largest value within 1e-3."""
+"""Fixed-point iterations for the speed, on which D depends: each reduces the error by a factor of 100 or more."""
+MOST_COMPRESSION = 0.8
+"""Largest compression before contact over the Euler load: a load that is applied suddenly, as at the start, overshoots."""
+MOST_PUSH = 0.4
+"""Largest Q over S - D: up to it equation (3) holds within 1 %, and the impact ends before the contact begins."""
+ANGLES = 33
+"""Number of crank angles before contact at which the compression is computed: they give its maximum within 1e-3."""
 
 
-def _refuse(spec: object) -> None:
-    """Raise a ValueError at a number that is not positive; friction may be 0."""
-    for name, value in vars(spec).items():
+def _require_positive(numbers: object) -> None:
+    """Raise a ValueError for a number that is not positive; friction may be 0."""
+    for name, value in vars(numbers).items():
         if not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
             raise ValueError(f"{name} = {value}: must be positive")
 
 
 @dataclass(frozen=True)
 class Wish:
-    """Largest force of the strip on the stop and of the first impact [N]; crank angle from first contact to release [rad]."""
+    """Wished largest forces of the buckled strip and of the first impact [N], and crank angle from contact to release [rad]."""
 
     contact_force: Floats
     impact_force: Floats
     contact_angle: Floats
 
     def __post_init__(self) -> None:
-        _refuse(self)
+        _require_positive(self)
 
 
 @dataclass(frozen=True)
 class Given:
-    """Numbers fixed beforehand, in SI units: of the strip, the slider, the stop and the linkage."""
+    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units; `fastest` is the drive's limit."""
 
     width: Floats = 0.030
     mass: Floats = 0.3
@@ -86,7 +87,7 @@ class Given:
     fastest: Floats = 10.0
 
     def __post_init__(self) -> None:
-        _refuse(self)
+        _require_positive(self)
         if not np.all(np.less(self.crank, self.coupler)):
             raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
 
@@ -103,10 +104,10 @@ class Given:
 
 @dataclass(frozen=True)
 class StrikeDesign:
-    """A mechanism with the wished numbers, if its `limits` allow it; floats, or arrays of one shape, in SI units.
+    """Slider-crank with the wished forces and angle, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
-    `stop` is its place on the slider's line, `angle` that of the crank at first contact, `shortening` the strip's largest over
-    its length; `push` and `strength` are Q and S - D of equation (3); strength is 0 where the push alone is too much.
+    `stop` is the stop's position on the slider's line, `angle` the crank angle at first contact, `shortening` the largest end
+    shortening over length. `push` is Q and `strength` is S - D in equation (3), or 0 where Q alone exceeds the wished force.
     """
 
     wish: Wish
@@ -123,9 +124,9 @@ class StrikeDesign:
 
 
 def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
-    """Solve equations (1) to (4) for thickness, stop and, by fixed-point iteration, speed.
+    """Solve equations (1) and (2) for stop and thickness, and (3) with (4) for the speed by fixed-point iteration.
 
-    Where a wish cannot be had the numbers stay finite, and one of `limits` says so.
+    For a wish without a solution the numbers are finite, and violate one of the `limits`.
     """
     given = Given() if given is None else given
     lengths, (r, L) = given.lengths, given.lengths
@@ -142,10 +143,10 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
     axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
     for _ in range(PASSES):
-        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
-        lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D without (K/m)^(1/6)
-        hit = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)
-        speed = hit / (rate * np.sqrt(stiffness * mass))
+        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # Q'; limits exclude more
+        lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D over (K/m)^(1/6)
+        elastic = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
+        speed = elastic / (rate * np.sqrt(stiffness * mass))
     found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
     return StrikeDesign(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
@@ -155,34 +156,35 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
 
 
 class Limit(NamedTuple):
-    """One limit of a design: its number and the most it may be, floats or arrays."""
+    """Limit of a design: a number, its description and its upper bound; floats or arrays."""
 
     name: str
-    what: str
+    text: str
     value: Floats
     most: Floats
 
     @property
     def use(self) -> Floats:
-        """Number over its bound, above 1 if that is violated."""
+        """Number over its bound: above 1 the limit is violated."""
         return self.value / self.most
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.what} {self.value:.4g}, at most {self.most:.4g} allowed"
+        return f"{self.name}: {self.text} {self.value:.4g}, at most {self.most:.4g} allowed"
 
 
 def limits(chosen: StrikeDesign) -> list[Limit]:
-    """List the limits of a design, or of an array of them.
+    """List the limits of a design, or of an array of designs.
 
-    A run shows the rest: whether the slider comes to rest before the dead centre, and whether impact and contact are two.
+    Only a run shows if the slider comes to rest before the dead centre, and if the impact ends before the contact begins.
     """
-    u, least = np.clip(chosen.shortening, 0.0, 1.0), 1e-3 * chosen.wish.impact_force
+    u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, 1e-3 * chosen.wish.impact_force)
+    compression = _compression(chosen) / chosen.euler_load
     stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
         Limit("shortening", "end shortening over length", chosen.shortening, 1.0),
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
-        Limit("buckling", "compression on the way over the Euler load", _compression(chosen) / chosen.euler_load, SWUNG),
-        Limit("push", "push of the strip over the impact's strength", chosen.push / np.maximum(chosen.strength, least), HARD),
+        Limit("buckling", "compression on the way over the Euler load", compression, MOST_COMPRESSION),
+        Limit("push", "push of the strip over the impact's strength", chosen.push / strength, MOST_PUSH),
         Limit("speed", "crank speed in rad/s", chosen.speed, chosen.given.fastest),
     ]
 
@@ -193,14 +195,14 @@ def feasible(chosen: StrikeDesign) -> Floats:
 
 
 def binding(chosen: StrikeDesign) -> Limit:
-    """Return the first limit that a design violates, or the one nearest to its bound if there is none."""
+    """Return the first limit that a design violates, or else the limit that is nearest to its bound."""
     found = limits(chosen)
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 
 
 def _compression(chosen: StrikeDesign) -> Floats:
-    """Find the largest compression of the coupler, taken as rigid, from crank angle 0 to contact [N]."""
-    angle = np.linspace(0.0, 1.0, PLACES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
+    """Find the largest compression of a rigid coupler before contact [N], by inertia and friction of the slider."""
+    angle = np.linspace(0.0, 1.0, ANGLES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
     inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
     return np.maximum(((chosen.given.friction - inertia) / lean).max(axis=0), 0.0)

@@ -1,10 +1,9 @@
 """Figures 5, 6, 10 and 11 of the paper on the striking slider-crank, on the paper's axes for comparison with the print.
 
-Same axes, ranges and units: force on the stop over time, linear, several turns from a crank angle of 0. `stitched` is the
-paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that explain the measured
-forces. Each model has the stop with which it strikes with 27 N at 1.25 rad/s; everything else is predicted.
-The ramp of Fig. 6 needs a light slider, whose mass the paper does not state.
-Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+Each figure shows the force on the stop over time, in several turns from crank angle 0. `stitched` is the model of the paper. The
+beam has by default a bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with
+which it strikes with 27 N at 1.25 rad/s; all other numbers are predictions. The ramp of Fig. 6 needs a light slider, whose mass
+the paper does not give. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -27,14 +26,14 @@ from .slider_crank import REFERENCE_VOLTAGE
 
 
 class Printed(NamedTuple):
-    """One figure of the paper: caption; ends of its axes [s, N] and spacing of the force [N]; crank speed; force shown [N]."""
+    """Figure of the paper: caption, ends of its axes [s, N], spacing of ticks [N], crank speed [rad/s], published force [N]."""
 
     caption: str
     until: float
     force: float
     ticks: float
     speed: float | Ramp
-    shows: float | None
+    published: float | None
 
 
 PRINTED = {
@@ -43,7 +42,7 @@ PRINTED = {
     "10": Printed("2.5 V", 15.0, 30.0, 5.0, IMPACT_SPEED * 2.5 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[2.5]),
     "11": Printed("3 V", 12.0, 35.0, 5.0, IMPACT_SPEED * 3.0 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[3.0]),
 }
-"""Figures by their number."""
+"""Figures of the paper by their numbers."""
 
 
 @dataclass(frozen=True)
@@ -57,21 +56,22 @@ class Parameters(ImpactParameters):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Calibrate every model, run it for every figure."""
+    """Calibrate every model, run it for every figure, and read the first and the last impact."""
     runs, metrics = {}, {}
     for number, model in progress([(number, model) for number in p.figures for model in p.models], label="figures"):
-        own, printed = replace(p, mass=p.ramp_mass) if number == "6" else p, PRINTED[number]
+        case, printed = replace(p, mass=p.ramp_mass) if number == "6" else p, PRINTED[number]
         try:
-            done = run_model(model, own, calibrate(model, own).stop, printed.speed, printed.until)
+            done = run_model(model, case, calibrate(model, case).stop, printed.speed, printed.until)
         except NotCalibratedError as error:
             return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
-        met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns past the stop at 120 degrees
-        found = [read(done, turn).impact_peak for turn in range(met)]
+        whole, rest = divmod(done.angle[-1], 2 * pi)
+        turns = int(whole) + int(rest > 5 * pi / 6)  # the impact at 120 degrees is over at 150
+        peaks = [read(done, turn).impact_peak for turn in range(turns)]
         key = f"fig{number}.{model}"
         runs[key] = done
-        metrics[f"{key}.first"] = Metric(float(found[0]), "N", published=printed.shows)
-        metrics[f"{key}.last"] = Metric(float(found[-1]), "N", published=printed.shows)
-        metrics[f"{key}.turns"] = Metric(float(len(found)), "1")
+        metrics[f"{key}.first"] = Metric(float(peaks[0]), "N", published=printed.published)
+        metrics[f"{key}.last"] = Metric(float(peaks[-1]), "N", published=printed.published)
+        metrics[f"{key}.turns"] = Metric(float(turns), "1")
     notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.describe()}."
     return StudyResult(
         parameters=p,
@@ -84,7 +84,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw one row a figure of the paper, one column a model, on the printed axes."""
+    """Draw a row of panels for each figure of the paper and a column for each model, on the printed axes."""
     p = result.of(Parameters)
     fig, axes = subplots(len(p.figures), len(p.models), height=20 + 42 * len(p.figures), squeeze=False)
     for line, number in zip(axes, p.figures, strict=True):
@@ -92,8 +92,8 @@ def figure(result: StudyResult) -> Figure:
         for ax, model in zip(line, p.models, strict=True):
             time, force = (result.signals[f"fig{number}.{model}.{what}"] for what in ("time", "force"))
             ax.plot(time, force, color="#000000", linewidth=0.7)
-            if printed.shows:
-                ax.axhline(printed.shows, color="#009E73", linestyle=":", linewidth=1)
+            if printed.published:
+                ax.axhline(printed.published, color="#009E73", linestyle=":", linewidth=1)
             ax.set(xlim=(0, printed.until), ylim=(0, printed.force), title=f"Fig. {number}, {printed.caption}: {model}")
             ax.set_yticks(np.arange(0, printed.force + 1, printed.ticks))
             ax.set_xticks(np.arange(0, printed.until + 1, 5.0 if printed.until == 15 else 2.0))

@@ -1,13 +1,13 @@
 """The compliant slider-crank striking its stop: three models against Figs 5, 6, 10, 11, Table 2 and the exact elastica.
 
 `--drive speed`: one turn at constant speed. The slider meets the stop at 120 degrees, rebounds until it rests, and is pressed
-against it by the buckled coupler until 240 degrees. `stitched` is the published model; `strut` and `beam` simulate it.
+against it by the buckled coupler until 240 degrees. `stitched` is the published model; `strut` and `beam` simulate the mechanism.
 
 `--drive ramp`: Fig. 6, the crank speeds up. Contact forces at the top speed need a light slider, as `--mass 20g`.
 
-`--drive voltage`: Figs 10 and 11, the speed in proportion to the voltage. Every model predicts the forces, and so does
-the beam with a bow, under gravity and on a DC motor. Ramp and voltage give each case the
-stop with which it strikes with 27 N at 1.25 rad/s. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+`--drive voltage`: Figs 10 and 11, with a speed proportional to the voltage. Cases are the models, and the beam with other bows,
+under gravity, and on a DC motor; each predicts the forces. With `ramp` and `voltage` each case has the stop with which it strikes
+with 27 N at 1.25 rad/s. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -24,37 +24,29 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 from ..kit.parameters import choice, quantities, quantity
-from ..kit.published import (
-    CONTACT_FORCES,
-    GRAVITY,
-    IMPACT_FORCE,
-    IMPACT_SPEED,
-    SENSOR_RANGE,
-    SENSOR_VOLTAGE,
-    VOLTAGE_FORCES,
-)
+from ..kit.published import CONTACT_FORCES, GRAVITY, IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
 from ..kit.report import QUIET, Metric, Progress, StudyResult, worst
 from ..kit.statistics import exponent
 from ..kit.style import Figure
 from .impact import ImpactParameters, ModelRun, TurnReading, by_case, compare, exact_force, findings, read
 from .impact_models import NotCalibratedError, calibrate, run_model, strike
-from .slider_crank_figure import DRAWN
+from .slider_crank_figure import DRAWINGS
 
 CONTACT = float(PAPER.contact_angle(PAPER_STOP))
 """Crank angle of first contact [rad]."""
 PLATEAU = np.radians((150.0, 210.0))
-"""Crank angles [rad] between which the contact force is compared with the elastica: the slider has come to rest by then."""
+"""Crank angles between which the contact force is compared with the elastica [rad]: the slider is at rest by then."""
 REFERENCE_VOLTAGE = 2.7
-"""Voltage [V] at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""
+"""Voltage at which the crank turns at 1.25 rad/s [V], as all published forces, among them 27 N, are 10 N/V times a voltage."""
 MASSES = (0.01, 10.0)
-"""Range of the slider's mass [kg]."""
+"""Range of the slider's mass in which the heaviest that rests is searched [kg]."""
 MOTOR = 1.6
-"""Slope of torque over speed [N m s] of the assumed motor, with which the forces are within 0.1 N of those published."""
+"""Slope of torque over speed of the assumed motor [N m s]: with it the forces are within 0.1 N of the published ones."""
 READ = {
     "impact_impulse": "N.s", "impact_time": "s", "impact_push": "N", "rebound_ratio": "1", "rebounds": "1", "settling_time": "s",
     "early_shortening": "1", "buckles_before_stop": "1",
 }  # fmt: skip
-"""Numbers of a reading that are metrics as they are, and their units."""
+"""Fields of a `TurnReading` that are metrics without conversion, and their units."""
 NOTES = {
     "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not 120. 27 N is no\n"
     "prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded); beam has that of strut.",
@@ -81,13 +73,13 @@ class Parameters(ImpactParameters):
     impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
 
     def agree(self) -> None:
-        """The ramp has a whole turn."""
+        """Check that the ramp has a whole turn."""
         if self.ramp.position(self.duration) < 2 * pi:
             raise ValueError(f"duration = {self.duration:g} s: the crank does not complete a turn; longer, or faster")
 
     @property
     def ramp(self) -> Ramp:
-        """The rising speed."""
+        """Crank speed of `--drive ramp`, which rises linearly."""
         return Ramp(self.start, self.end, self.duration)
 
     @property
@@ -97,10 +89,10 @@ class Parameters(ImpactParameters):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run each model with the chosen drive and read it."""
-    chosen = {"speed": _run_turn, "ramp": _run_ramp, "voltage": _run_voltages}[p.drive]
+    """Run each model with the chosen drive, and read its turns."""
+    run_drive = {"speed": _run_turn, "ramp": _run_ramp, "voltage": _run_voltages}[p.drive]
     try:
-        return chosen(p, progress)
+        return run_drive(p, progress)
     except NotCalibratedError as error:
         return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
 
@@ -112,7 +104,7 @@ def _result(
     metrics: Mapping[str, Mapping[str, Metric]],
     signals: Mapping[str, Array],
 ) -> StudyResult:
-    """Gather status and message of the worst run, all metrics and one table of them."""
+    """Make the result: status of the worst run, metrics by case, and their table."""
     return StudyResult(
         parameters=p,
         **worst([(run.model, run) for run in runs], notes),
@@ -132,8 +124,8 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     stops = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
-    lasts = p.lasts(p.until / p.speed)
-    runs = [run_model(model, p, stops[model], p.speed, lasts) for model in progress(p.models, label="models")]
+    duration = p.longest_time(p.until / p.speed)
+    runs = [run_model(model, p, stops[model], p.speed, duration) for model in progress(p.models, label="models")]
     readings = [read(run) for run in runs]
     metrics = {run.model: _turn_metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
     notes = [note for run, reading in zip(runs, readings, strict=True) for note in findings(run, [reading])]
@@ -143,7 +135,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
-    """Return all numbers of one model, with published and exact values."""
+    """Return the numbers of a model, with published and exact values."""
     at_27 = p.speed == IMPACT_SPEED and p.thickness == 3e-4
     stress, exact_stress = (
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
@@ -162,11 +154,11 @@ def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[st
 
 
 def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
-    """Find the largest relative deviation from the exact elastica on that part of the `PLATEAU` where the slider rests."""
-    resting = (run.angle >= max(reading.settled, PLATEAU[0])) & (run.angle <= PLATEAU[1])
-    if isnan(reading.settled) or not resting.any():
+    """Find the largest relative difference of the force from the exact elastica on the `PLATEAU`, where the slider rests."""
+    is_compared = (run.angle >= max(reading.settled, PLATEAU[0])) & (run.angle <= PLATEAU[1])
+    if isnan(reading.settled) or not is_compared.any():
         return nan
-    return float(np.abs(run.force[resting] / exact_force(p, run.angle[resting]) - 1).max())
+    return float(np.abs(run.force[is_compared] / exact_force(p, run.angle[is_compared]) - 1).max())
 
 
 # --- rising speed -----------------------------------------------------------------------------------------------------
@@ -186,15 +178,15 @@ def _run_ramp(p: Parameters, progress: Progress) -> StudyResult:
 
 
 def _crank_speeds(p: Parameters, angle: float) -> Array:
-    """Compute the crank speed [rad/s] at a crank angle of each turn: the square root of w0^2 + 2 (dw/dt) angle."""
+    """Compute the crank speed of the ramp [rad/s] at a crank angle of each turn: the square root of w0^2 + 2 (dw/dt) angle."""
     return np.sqrt(p.start**2 + 2 * (2 * pi * np.arange(p.turns) + angle) * (p.end - p.start) / p.duration)
 
 
 def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[str, Metric]:
-    """Compute how the numbers of one model change over the turns."""
+    """Compute how the forces and times of a model change over the turns."""
     peaks = np.array([turn.impact_peak for turn in turns])
-    tops = np.array([turn.contact_max for turn in turns if turn.contact_max > 0])  # nan is not
-    middle = float(np.median(tops)) if tops.size else nan
+    maxima = np.array([turn.contact_max for turn in turns if turn.contact_max > 0])  # false for nan: a slider not at rest
+    middle = float(np.median(maxima)) if maxima.size else nan
     times = exponent(_crank_speeds(p, pi), [turn.contact_time for turn in turns])
     found = {
         "impact_first": Metric(peaks[0], "N"),
@@ -202,10 +194,10 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
         "impact_rises": Metric(float((np.diff(peaks) > 0).all()) if len(peaks) > 1 else nan, "1", published=1.0),
         "impact_exponent": Metric(exponent([turn.impact_speed for turn in turns], peaks), "1", published=1.0),
         "contact_max": Metric(middle, "N", exact=float(exact_force(p, pi))),
-        "contact_max_spread": Metric(float(np.ptp(tops)) / middle if tops.size else nan, "1", published=0.0),
+        "contact_max_spread": Metric(float(np.ptp(maxima)) / middle if maxima.size else nan, "1", published=0.0),
         "contact_time_exponent": Metric(times, "1", published=-1.0),
         "turns": Metric(len(turns), "1"),
-        "turns_at_rest": Metric(len(tops), "1", published=float(len(turns))),
+        "turns_at_rest": Metric(len(maxima), "1", published=float(len(turns))),
         "buckles_before_stop": Metric(sum(turn.buckles_before_stop for turn in turns), "1", published=0.0),
         "energy_balance": Metric(run.energy_balance, "1"),
     }
@@ -213,25 +205,25 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
 
 
 def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass [kg] of a stitched slider that rests at the dead centre in every turn, to 1 %; nan: none."""
+    """Bisect for the largest mass [kg] with which the stitched slider rests at the dead centre of every turn, to 1 %, or nan."""
 
-    def rests(mass: float) -> bool:
+    def is_resting(mass: float) -> bool:
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop, p.ramp, p.duration)
-        return all(read(run, turn).settling_time >= 0 for turn in range(p.turns))  # nan is not
+        return all(read(run, turn).is_settled for turn in range(p.turns))
 
     low, high = MASSES
     while high / low > 1.01:
         middle = sqrt(low * high)
-        low, high = (middle, high) if rests(middle) else (low, middle)
-    return low if rests(low) else nan
+        low, high = (middle, high) if is_resting(middle) else (low, middle)
+    return low if is_resting(low) else nan
 
 
 # --- voltage ----------------------------------------------------------------------------------------------------------
 
 
 def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
-    """Calibrate each model, and the beam with each assumption that the paper does not give; predict the forces."""
+    """Calibrate each case, a model or the beam with another assumption, and compute its forces at the voltages."""
     cases = {model: p for model in p.models}
     if "beam" in p.models:
         cases |= {f"beam_bow_{bow:g}": replace(p, imperfection=bow) for bow in p.bows}
@@ -240,9 +232,9 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
     metrics: dict[str, dict[str, Metric]] = {}
     for name, case in progress(cases.items(), label="cases"):
         fit = calibrate(name.partition("_")[0], case)
-        own = [strike(fit.model, case, fit.stop, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE) for voltage in p.voltages]
-        forces = [read(run).impact_peak or nan for run in own]
-        runs += own
+        strikes = [strike(fit.model, case, fit.stop, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE) for voltage in p.voltages]
+        forces = [read(run).impact_peak or nan for run in strikes]
+        runs += strikes
         metrics[name] = fit.metrics | {
             f"force_{voltage:g}V": Metric(force, "N", VOLTAGE_FORCES.get(voltage))
             for voltage, force in zip(p.voltages, forces, strict=True)
@@ -254,4 +246,4 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
 
 def figure(result: StudyResult) -> Figure:
     """Draw the forces of the chosen drive."""
-    return DRAWN[result.of(Parameters).drive](result, exact_force(result.of(Parameters), np.array([CONTACT, pi])))
+    return DRAWINGS[result.of(Parameters).drive](result, exact_force(result.of(Parameters), np.array([CONTACT, pi])))

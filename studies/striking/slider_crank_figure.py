@@ -12,27 +12,28 @@ from ..kit.style import Axes, Figure, subplots
 from .impact import COLOURS, MODELS
 
 WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
-"""Line widths, so that the first model is visible under the others."""
-GREEN = {"color": COLOURS["published"], "linestyle": ":"}
+"""Line widths, which keep the first model visible below the others."""
+DOTTED = {"color": COLOURS["published"], "linestyle": ":"}
+"""Style of lines of published values."""
 
 
 def _models(result: StudyResult) -> list[str]:
     return [model for model in MODELS if f"{model}.time" in result.signals]
 
 
-def draw_forces(ax: Axes, result: StudyResult, along: str, floor: float) -> None:
-    """Draw the force on the stop [N] of each model on a logarithmic axis from a floor; without contact it lies below."""
+def draw_forces(ax: Axes, result: StudyResult, abscissa: str, lowest: float) -> None:
+    """Draw the force on the stop [N] of each model over angle or time, on a logarithmic axis that begins at `lowest`."""
     for model in _models(result):
-        x, force = result.signals[f"{model}.{along}"], result.signals[f"{model}.force"]
-        x = np.degrees(x) if along == "angle" else x
-        ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], lw=WIDTHS[model], label=model)
-    ax.set(ylim=(floor, None), ylabel="force on the stop [N]")
-    ax.set_ylim(top=5 * ax.get_ylim()[1])  # room for the legend
+        x, force = result.signals[f"{model}.{abscissa}"], result.signals[f"{model}.force"]
+        x = np.degrees(x) if abscissa == "angle" else x
+        ax.semilogy(x, np.maximum(force, lowest / 2), color=COLOURS[model], lw=WIDTHS[model], label=model)
+    ax.set(ylim=(lowest, None), ylabel="force on the stop [N]")
+    ax.set_ylim(top=5 * ax.get_ylim()[1])  # space for the legend
     ax.yaxis.set_major_formatter("{x:g}")
 
 
 def _draw_turn(result: StudyResult, exact: Array) -> Figure:
-    """Draw the whole turn on a logarithmic scale, and enlarged the impact."""
+    """Draw the force over a turn on a logarithmic axis, and over the impact on a linear one."""
     fig, (turn, first) = subplots(2, 1, height=140)
     s = result.signals
     draw_forces(turn, result, "angle", exact.min() / 4)
@@ -44,16 +45,16 @@ def _draw_turn(result: StudyResult, exact: Array) -> Figure:
         if (force > 0).any():
             first.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=COLOURS[model], lw=WIDTHS[model])
     times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
-    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # not of contacts that never break
+    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # [ms]; without impacts that pass into contact
     for ax in (turn, first):
-        ax.axhline(IMPACT_FORCE, **GREEN)
+        ax.axhline(IMPACT_FORCE, **DOTTED)
     first.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), ylabel="force on the stop [N]")
     first.set(xlabel="time since first contact [ms]", title="dotted: 27 N of Fig. 5")
     return fig
 
 
 def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
-    """Draw the force over the whole run, and the impact, contact maximum and contact time of every turn."""
+    """Draw the force over the whole run, and the impact, contact maximum and contact time of each turn over its crank speed."""
     fig, axes = subplots(4, 1, height=200)
     run, *below = axes
     draw_forces(run, result, "time", exact[0] / 4)
@@ -66,19 +67,20 @@ def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
             ax.plot(crank, values, "o", color=COLOURS[model], fillstyle="none", markersize=3 + 2 * WIDTHS[model])
         ax.set(xlabel="crank speed [rad/s]", ylabel=label, ylim=(0, None), xlim=(0, None))
     speeds = np.array([0.0, result.signals["turn.crank_speed"].max()])
-    below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **GREEN)
+    below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **DOTTED)
     below[1].axhline(exact[1], color="#000000", linestyle="--")
     return fig
 
 
 def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
+    """Draw the impact force of each case over the voltage, with the published forces and the sensor's range."""
     fig, ax = subplots(height=100)
     voltages = result.signals["voltage"]
-    order, strokes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))
+    order, dashes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))
     for k, name in enumerate(name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")):
         forces = np.array([result.metrics[f"{name}.force_{voltage:g}V"].value for voltage in voltages])
-        look = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": strokes[k % len(strokes)]}
-        ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **look)
+        style = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": dashes[k % len(dashes)]}
+        ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **style)
     ax.plot(*zip(*VOLTAGE_FORCES.items(), strict=True), "k*", markersize=8, label="published")
     ax.errorbar(
         SENSOR_VOLTAGE, SENSOR_RANGE, yerr=np.array([[0.06 * SENSOR_RANGE], [0.0]]), uplims=True, color="black", capsize=3,
@@ -89,5 +91,5 @@ def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
     return fig
 
 
-DRAWN = {"speed": _draw_turn, "ramp": _draw_ramp, "voltage": _draw_voltages}
-"""Figure of each drive, of a result and the exact forces [N] at first contact and at the dead centre."""
+DRAWINGS = {"speed": _draw_turn, "ramp": _draw_ramp, "voltage": _draw_voltages}
+"""Functions that draw a result of each drive, with the exact forces at first contact and at the dead centre [N]."""

@@ -1,14 +1,14 @@
-"""The published model of the compliant slider-crank: three modes of motion in closed form, stitched together.
+"""Published model of the compliant slider-crank: three modes of motion in closed form, one after another in each turn.
 
-1. Rigid: the coupler stays straight, the slider follows from the loop closure (eqs 1-5).
-2. Impact: the slider, of mass m, meets the stop at speed v and leaves it at e v (eq. 6); the stop feels a pulse
-   F = m (1 + e) v / dt. The coupler pushes it back with the constant force F_c of that crank angle; friction f opposes
-   its motion. So it comes back at e v sqrt((F_c - f)/(F_c + f)), and so on until its rebounds are negligible.
-3. Contact: the slider rests against the stop and feels F_c = p(u) E I/L^2 cos(phi) (eqs 7-13), quasi-statically, until
-   the coupler is straight again.
+1. Rigid: the coupler is straight, and the loop closure gives the slider's motion (eqs 1-5).
+2. Impact: the slider of mass m meets the stop at speed v and leaves it at e v (eq. 6). The stop feels a constant force
+   F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back with the constant force F_c of that crank angle,
+   friction f opposes its motion, and it returns at e v sqrt((F_c - f)/(F_c + f)). This repeats until rebounds are negligible.
+3. Contact: the slider rests against the stop, which feels F_c = p(u) E I/L^2 cos(phi) in equilibrium (eqs 7-13), until the
+   coupler is straight again. Here u is the end shortening over length, phi the angle of the coupler to the slider's line.
 
-The energy ledger takes the strip's energy at the actual crank angle and slider position, and the drive's work against the
-strip's actual force. Its error is the energy that the stitching makes or loses.
+The energy ledger computes the strip's energy at the actual crank angle and slider position, and the drive's work against the
+strip's actual force. Its error is the energy that the model creates or loses, because its modes do not fit together exactly.
 
 References
 ----------
@@ -34,16 +34,17 @@ from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 NEGLIGIBLE = 1e-2
-"""Share of the first impact's speed below which rebounds are over: 1e-4 of its energy."""
+"""Speed over that of the first impact below which rebounds are over: 1e-4 of its energy."""
 SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
-"""Samples of a piece of each mode of motion."""
+"""Number of samples in each mode of motion; in `held`, friction holds the slider off the stop after a rebound."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Rebound(NamedTuple):
-    """Flight of a slider off the stop: time and distance to standstill, time until it returns or stays, speed of return.
+    """Motion of the slider off the stop, in SI units.
 
-    `slow` and `fast` are its deceleration, (F + f)/m, and its acceleration back, (F - f)/m, 0 if friction holds it [m/s^2].
+    `outward_time` and `height` are time and distance to standstill, `duration` the time until it returns or is held. `slow` is
+    its deceleration (F_c + f)/m, `fast` its acceleration back (F_c - f)/m, 0 if friction holds it.
     """
 
     speed: float
@@ -56,25 +57,25 @@ class Rebound(NamedTuple):
 
     @classmethod
     def of(cls, speed: float, push: float, friction: float, mass: float) -> Rebound:
-        """Compute the flight at a speed [m/s] against a constant push [N] and friction [N] of a mass [kg]."""
+        """Compute the motion with an initial speed [m/s] against a constant push [N] and friction [N], for a mass [kg]."""
         slow, fast = (push + friction) / mass, max(push - friction, 0.0) / mass
         outward, height = speed / slow, speed**2 / (2 * slow)
         back = sqrt(2 * height / fast) if fast else 0.0
         return cls(speed, slow, fast, outward, height, outward + back, speed * sqrt(fast / slow))
 
     def motion(self, t: Array) -> tuple[Array, Array]:
-        """Compute distance from the stop and speed away from it, at times t since it was left."""
+        """Compute distance and velocity from the stop at times t [s] since the slider has left it."""
         back, out = np.maximum(t - self.outward_time, 0.0), np.minimum(t, self.outward_time)
-        place = self.speed * out - self.slow * out**2 / 2 - self.fast * back**2 / 2
-        return place, np.where(t < self.outward_time, self.speed - self.slow * out, -self.fast * back)
+        distance = self.speed * out - self.slow * out**2 / 2 - self.fast * back**2 / 2
+        return distance, np.where(t < self.outward_time, self.speed - self.slow * out, -self.fast * back)
 
 
 @dataclass(frozen=True)
 class Stitched:
-    """The slider-crank with a stop, as published.
+    """Slider-crank with a stop, as published, in SI units.
 
-    Mass of the slider [kg], restitution e, friction at any speed [N], dt of one impact [s], E I of the strip [N m^2]; lengths,
-    place of the stop on the slider's line [m], and normalised force p(u).
+    `mass` and `friction` are those of the slider, `impact_duration` is dt, `stiffness` is E I of the strip, `stop` the position
+    of the stop on the slider's line, `load` the function p(u).
     """
 
     mass: float
@@ -88,7 +89,7 @@ class Stitched:
 
     @property
     def contact_angle(self) -> float:
-        """Crank angle at which the slider meets the stop [rad]; it leaves it at 2 pi minus this."""
+        """Crank angle at which the slider meets the stop [rad]; at 2 pi minus this angle it leaves the stop."""
         return self.lengths.contact_angle(self.stop)
 
     def strip_force(self, shortening: Reals) -> Reals:
@@ -96,7 +97,7 @@ class Stitched:
         return self.load(shortening) * self.stiffness / self.lengths.coupler**2
 
     def strip_energy(self, shortening: Array) -> Array:
-        """Integrate that force from u = 0 [J] by Gauss quadrature, exact for the quartic."""
+        """Integrate the force of the strip from u = 0 by Gauss quadrature, exact for the quartic [J]."""
         u = np.asarray(shortening)
         mean = (_WEIGHTS * self.load(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
         return u * mean * self.stiffness / self.lengths.coupler
@@ -106,31 +107,31 @@ class Stitched:
         return self.lengths.push(self.load, self.stiffness, angle, self.stop)
 
     def impact_force(self, speed: float) -> float:
-        """Compute the force of a pulse, m (1 + e) v/dt [N]."""
+        """Compute the force on the stop in an impact, m (1 + e) v/dt [N]."""
         return self.mass * (1 + self.restitution) * speed / self.impact_duration
 
     def compression(self, angle: Reals, speed: Reals, acceleration: Reals = 0.0) -> Reals:
-        """Compute the compression [N] of the coupler, taken as rigid, by the slider's inertia and friction.
+        """Compute the compression N of a rigid coupler [N] from the crank's angle, speed and acceleration.
 
-        N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
+        N cos(phi) = -(m x_tt + f sign(x_t)), where x is the position of the slider.
         """
-        rate, second = self.lengths.slider_rate(angle), self.lengths.slider_second_rate(angle)
-        resisting = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
-        return -resisting / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
+        rate, second = self.lengths.slider_rate(angle), self.lengths.slider_second_rate(angle)  # dx/dangle, d2x/dangle2
+        resistance = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
+        return -resistance / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
 
 
 class Trace(NamedTuple):
-    """Motion and ledger of a stitched run; arrays of shape (samples,), two samples where a quantity jumps.
+    """Motion and energy ledger of a run; arrays of shape (samples,), with two samples at a time where a quantity jumps.
 
     Attributes
     ----------
     time, angle, position, speed, force, shortening : time [s]; crank angle [rad]; slider position [m] and velocity [m/s];
-        force on the stop [N]; relative end shortening
+        force on the stop [N]; end shortening over length
     push : compression of the strip [N]
-    load : compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
-        buckles, and the model does not hold.
+    load : compression of the rigid coupler over the Euler load, 0 in the other modes; above 1 the strip buckles in the rigid
+        mode, and the model does not hold
     energy : `kinetic`, `strain`, and since t = 0 `taken_impact`, `taken_friction`, `given_drive`, `error` [J]
-    held : whether friction held the slider off the stop
+    held : true if friction has held the slider off the stop
     """
 
     time: Array
@@ -146,25 +147,27 @@ class Trace(NamedTuple):
 
     @property
     def energy_balance(self) -> float:
-        """Largest ledger error over the largest sum of held and dissipated energy."""
+        """Largest error of the ledger over the largest sum of kinetic, strain and dissipated energy."""
         active = sum(self.energy[name] for name in ("kinetic", "strain", "taken_impact", "taken_friction"))
         return float(np.abs(self.energy["error"]).max() / np.max(active))
 
 
 class _Crank(NamedTuple):
-    """The crank's motion up to the end of the run."""
+    """Motion of the crank in a run of this duration [s]."""
 
     motion: Ramp | Motion
     duration: float
 
-    def along(self, times: Array) -> Array:
+    def sample(self, times: Array) -> Array:
+        """Compute angle, speed and acceleration, (3, times), in SI units."""
         m = self.motion
         return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
 
     def time(self, angle: float) -> float:
-        """Find the time at which the crank reaches an angle, at most the end of the run."""
-        late = self.motion.position(self.duration) <= angle
-        return self.duration if late else float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
+        """Find the time at which the crank reaches an angle, or the end of the run if it comes first."""
+        if self.motion.position(self.duration) <= angle:
+            return self.duration
+        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
 
 
 class _Piece(NamedTuple):
@@ -178,22 +181,22 @@ class _Piece(NamedTuple):
 
 
 def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
-    """Run the model for `duration` seconds from crank angle 0, its crank turned forward by `motion`.
+    """Run the model for a duration [s] from crank angle 0; the crank turns forward by `motion`.
 
     Raises
     ------
     ValueError
-        If the slider never reaches the stop's place.
+        If the stop lies beyond the slider's reach.
     """
     crank = _Crank(motion, duration)
     pieces: list[_Piece] = []
-    time, turn, meeting = 0.0, 0, model.contact_angle
+    time, turn, contact = 0.0, 0, model.contact_angle
     while time < duration:
-        meets, leaves = crank.time(2 * pi * turn + meeting), crank.time(2 * pi * (turn + 1) - meeting)
-        moving = _times("rigid", time, meets)
-        angle, speed, _ = crank.along(moving)
-        pieces.append(_piece("rigid", moving, model.lengths.slider(angle), model.lengths.slider_rate(angle) * speed))
-        pieces += _strike(model, crank, meets, leaves)
+        start, end = crank.time(2 * pi * turn + contact), crank.time(2 * pi * (turn + 1) - contact)
+        times = _times("rigid", time, start)
+        angle, speed, _ = crank.sample(times)
+        pieces.append(_piece("rigid", times, model.lengths.slider(angle), model.lengths.slider_rate(angle) * speed))
+        pieces += _strike(model, crank, start, end)
         time, turn = float(pieces[-1].time[-1]), turn + 1
     return _trace(model, crank, pieces)
 
@@ -207,7 +210,7 @@ def _times(mode: str, start: float, end: float) -> Array:
 
 
 def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
-    """Follow impacts and rebounds until they are negligible, then rest against the stop to the end of contact."""
+    """Compute impacts and rebounds until they are negligible or friction holds the slider, then contact until `end` [s]."""
     time = start
     first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
     while time < end and speed > NEGLIGIBLE * first:
@@ -224,37 +227,37 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
             return
     if time < end:
         rest = _times("contact", time, end)
-        yield _piece("contact", rest, model.stop, force=model.contact_force(crank.along(rest)[0]))
+        yield _piece("contact", rest, model.stop, force=model.contact_force(crank.sample(rest)[0]))
 
 
 def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
-    """Join the pieces and draw up the ledger."""
+    """Join the pieces, and compute the energy ledger."""
     time, position, speed, force = (np.concatenate([piece[i] for piece in pieces]) for i in range(1, 5))
-    number_of = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
-    modes = np.array([piece.mode for piece in pieces])[number_of]
-    angle, turning, faster = crank.along(time)
-    chord, rigid = model.lengths.chord(angle, position), modes == "rigid"
-    shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
-    within = np.diff(number_of, prepend=-1) == 0
+    piece_number = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
+    modes = np.array([piece.mode for piece in pieces])[piece_number]
+    angle, crank_speed, crank_acceleration = crank.sample(time)
+    chord, is_rigid = model.lengths.chord(angle, position), modes == "rigid"
+    shortening = np.where(is_rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
+    is_inside = np.diff(piece_number, prepend=-1) == 0  # false at the first sample of a piece, where quantities jump
 
-    def since_start(increments: Array, where: Array | bool = True) -> Array:
-        return np.cumsum(np.where(within & where, increments, 0.0))
+    def accumulate(increments: Array, where: Array | bool = True) -> Array:
+        return np.cumsum(np.where(is_inside & where, increments, 0.0))
 
     kinetic, push = model.mass * speed**2 / 2, model.strip_force(shortening)
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    power = -push * model.lengths.crank * np.sin(angle) * position / chord * turning
-    work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2
+    power = -push * model.lengths.crank * np.sin(angle) * position / chord * crank_speed
+    work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2  # trapezoidal rule
     energy = {
         "kinetic": kinetic,
         "strain": model.strip_energy(shortening),
-        "taken_impact": since_start(-rise, modes == "impact"),
-        "taken_friction": since_start(rubbing),
-        "given_drive": since_start(np.where(rigid, rise + rubbing, work)),  # a rigid coupler stores no energy
+        "taken_impact": accumulate(-rise, modes == "impact"),
+        "taken_friction": accumulate(rubbing),
+        "given_drive": accumulate(np.where(is_rigid, rise + rubbing, work)),  # a rigid coupler stores no energy
     }
-    held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
-    energy["error"] = held - held[0] + taken - energy["given_drive"]
-    asked = rigid * model.compression(angle, turning, faster)
-    push = np.where(rigid, asked, push)
-    load = asked / model.strip_force(0.0)
+    stored, dissipated = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
+    energy["error"] = stored - stored[0] + dissipated - energy["given_drive"]
+    compression = is_rigid * model.compression(angle, crank_speed, crank_acceleration)
+    push = np.where(is_rigid, compression, push)
+    load = compression / model.strip_force(0.0)
     return Trace(time, angle, position, speed, force, shortening, push, load, energy, bool((modes == "held").any()))

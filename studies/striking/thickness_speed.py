@@ -1,13 +1,13 @@
 """The slider-crank over strip thickness and crank speed: contact force, impact, duration of the contact, energy balance.
 
-Every case is a run of the study `slider-crank`, one model each, swept over processes. The force with which the strip
-presses on the stop at the dead centre goes with the cube of the thickness. It does not depend on the speed if the strip has
-time to come to rest: the published ratios are 27 and 125. Where it has not, the case says why: the slider is still in the
-air, or its inertia and friction have buckled the strip before it got to the stop. The cube is read off at a speed low
-enough for every strip.
+Every case is a run of the study `slider-crank` with one model; a sweep runs them on processes. The force with which the strip
+presses on the stop at the dead centre grows with the cube of the thickness: the published ratios are 27 and 125. It does not
+depend on the speed where the slider comes to rest before. The state of a case tells why it does not: the slider is still off the
+stop ("in the air"), or its inertia and friction have buckled the strip before contact. The ratios of forces are computed at a
+speed low enough for every strip.
 
-A guide's friction of more than the Euler load, 0.054 N at 0.1 mm, keeps the thinnest strip from ever pressing: `friction`
-is 0 here. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+Friction in the guide above the Euler load, 0.054 N at 0.1 mm, would keep the thinnest strip from pressing on the stop. So
+`friction` is 0 by default. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from . import slider_crank
 from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
 CUBE_TO = 2e-3
-"""Largest difference of a ratio of quasi-static forces from the cube; the stop yields by 2e-4."""
+"""Largest relative difference of a ratio of forces from the cube; the compliance of the stop alone gives 2e-4."""
 STATIC_TO = 0.01
-"""Largest relative difference from the elastica in equilibrium of a force that counts as static."""
+"""Largest relative difference from the elastica in equilibrium with which a force counts as static."""
 STATES = {
     "pressed": ("pressed at rest", "o", COLOURS[2]),
     "in the air": ("not at rest at the dead centre", "v", COLOURS[4]),
@@ -40,7 +40,7 @@ STATES = {
     "no contact": ("never meets the stop", "_", COLOURS[6]),
     "SUSPECT": ("suspect or failed", "s", "#999999"),
 }
-"""Outcomes of a case: name, mark, colour."""
+"""States of a case: label, mark and colour in the figure."""
 LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 """Line styles of the models."""
 
@@ -62,16 +62,16 @@ class Parameters(StrikeParameters):
     workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
 
     def agree(self) -> None:
-        """Check the grid."""
+        """Check that the slow speed is not in the grid, and the parameters of every case."""
         if self.slow in self.speeds:
             raise ValueError(f"slow = {self.slow:g} rad/s: is one of the speeds already")
         self.cases()
 
     def cases(self) -> list[slider_crank.Parameters]:
-        """Make one case for each model, thickness and speed, in this order; the slow speed first."""
-        given = self.share(slider_crank.Parameters)
+        """Make a case for each model, thickness and speed, in this order of loops; the slow speed is the first."""
+        shared = self.share(slider_crank.Parameters)
         return [
-            slider_crank.Parameters(**given | {"models": (model,), "thickness": thickness, "speed": speed})
+            slider_crank.Parameters(**shared | {"models": (model,), "thickness": thickness, "speed": speed})
             for model in self.models
             for thickness in self.thicknesses
             for speed in (self.slow, *self.speeds)
@@ -79,17 +79,17 @@ class Parameters(StrikeParameters):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Sweep the grid and read it."""
-    given = p.cases()
-    rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
+    """Run all cases, read them, and check the cube."""
+    cases = p.cases()
+    rows = sweep("slider-crank", cases, workers=p.workers, progress=progress)
     shape = len(p.models), len(p.thicknesses), 1 + len(p.speeds)
-    columns = {name: column.reshape(shape) for name, column in read(given, rows).items()}
+    columns = {name: column.reshape(shape) for name, column in read(cases, rows).items()}
     messages = [f"{case.speed:g} rad/s, {1e3 * case.thickness:g} mm: {row.status}: {row.message.partition(';')[0]}"
-                for case, row in zip(given, rows, strict=True) if row.status != "OK"]  # fmt: skip
+                for case, row in zip(cases, rows, strict=True) if row.status != "OK"]  # fmt: skip
     metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
-    wrong = [f"CUBE: {model}, {line}" for model, own in metrics.items() for line in _off_the_cube(p, own)]
-    stated = f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
-    notes = [f"cube: force over that of the thinnest strip, at {p.slow:g} rad/s.", stated, *messages]
+    wrong = [f"CUBE: {model}, {line}" for model, each in metrics.items() for line in _check_cube(p, each)]
+    assumptions = f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
+    notes = [f"cube: force over that of the thinnest strip, at {p.slow:g} rad/s.", assumptions, *messages]
     return StudyResult(
         parameters=p,
         **status_of(wrong),
@@ -100,62 +100,68 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def read(given: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
-    """Read the rows of the sweep: outcome; force at the dead centre if the slider rests there, and the elastica's [N].
+def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
+    """Read the rows of the sweep, each array of shape (cases,).
 
-    Also the largest force of the first impact [N], the time [s] and the crank's turn [rad] from first to last contact, and the
-    largest ledger error; nan where something does not happen.
+    The arrays are: state; force at the dead centre if the slider rests there, and that of the elastica [N]; largest force of the
+    first impact [N]; time [s] and crank angle [rad] from the first contact to the end of the last; energy balance. They are nan
+    for cases in which there is no such number.
     """
 
     def column(name: str) -> Array:
-        return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(given, rows, strict=True)])
+        return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(cases, rows, strict=True)])
 
-    fine = np.array([row.status == "OK" for row in rows])
-    turned = np.where(fine, np.radians(column("release_angle") - column("contact_angle")), nan)
-    met, rests = np.isfinite(turned), np.isfinite(column("settling_time"))
-    outcomes = [~fine, ~met, column("buckles_before_stop") > 0, rests]
+    is_ok = np.array([row.status == "OK" for row in rows])
+    turned = np.where(is_ok, np.radians(column("release_angle") - column("contact_angle")), nan)
+    has_contact, is_resting = np.isfinite(turned), np.isfinite(column("settling_time"))
+    states = [~is_ok, ~has_contact, column("buckles_before_stop") > 0, is_resting]
     return {
-        "state": np.select(outcomes, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
-        "force": np.where(met & rests, column("contact_force_180"), nan),
-        "exact": np.array([exact_force(case, np.pi) for case in given]),
-        "impact": np.where(met, column("impact_peak"), nan),
-        "duration": turned / np.array([case.speed for case in given]),
+        "state": np.select(states, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
+        "force": np.where(has_contact & is_resting, column("contact_force_180"), nan),
+        "exact": np.array([exact_force(case, np.pi) for case in cases]),
+        "impact": np.where(has_contact, column("impact_peak"), nan),
+        "duration": turned / np.array([case.speed for case in cases]),
         "turned": turned,
         "energy_balance": column("energy_balance"),
     }
 
 
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
-    """Compute cubes at the slow speed, forces' distance from the elastica, and powers of the impact, of one model."""
+    """Compute a model's ratios of forces at the slow speed, differences from the elastica, and powers of impact over speed.
+
+    The columns of `read` have the shape (thicknesses, speeds).
+    """
     found: dict[str, Metric] = {}
     force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
     base, printed = p.thicknesses[0], CONTACT_FORCES
     for h, ratio in zip(p.thicknesses, (force[:, 0] / force[0, 0]).tolist(), strict=True):
-        known = printed[h] / printed[base] if h in printed and base in printed else None
-        found[f"cube.{1e3 * h:g}mm"] = Metric(ratio, "1", published=known, exact=(h / base) ** 3)
-    off = np.where(state == "pressed", np.abs(force / exact - 1), nan)
-    found["force_off_elastica"] = Metric(float(np.nanmax(off, initial=0.0)), "1")
-    for h, far, states, forces in zip(p.thicknesses, off[:, 1:], state[:, 1:], impact[:, 1:], strict=True):
-        until = np.max(p.speeds, where=np.logical_and.accumulate(far < STATIC_TO), initial=0.0)
-        found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(until), "rad/s")
-        met = (states == "pressed") | (states == "in the air")
-        if met.sum() > 2:
-            found[f"{1e3 * h:g}mm.impact_power"] = power_law(np.array(p.speeds)[None, met], forces[met]).metrics()[0]
+        published = printed[h] / printed[base] if h in printed and base in printed else None
+        found[f"cube.{1e3 * h:g}mm"] = Metric(ratio, "1", published=published, exact=(h / base) ** 3)
+    difference = np.where(state == "pressed", np.abs(force / exact - 1), nan)
+    found["force_off_elastica"] = Metric(float(np.nanmax(difference, initial=0.0)), "1")
+    for i, h in enumerate(p.thicknesses):
+        is_static = np.logical_and.accumulate(difference[i, 1:] < STATIC_TO)
+        found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
+        is_struck = np.isin(state[i, 1:], ("pressed", "in the air"))
+        if is_struck.sum() > 2:
+            fit = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck])
+            found[f"{1e3 * h:g}mm.impact_power"] = fit.metrics()[0]
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 
-def _off_the_cube(p: Parameters, found: Mapping[str, Metric]) -> list[str]:
+def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
+    """List the thicknesses whose force is not that of the thinnest strip times the cube of the ratio of thicknesses."""
     lines = []
-    for name, metric in found.items():
+    for name, metric in metrics.items():
         if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:
-            known = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
-            why = known if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
+            ratio = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
+            why = ratio if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
             lines.append(f"{name[5:]} at {p.slow:g} rad/s: {why}")
     return lines
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw contact force over thickness, impact over speed, and the outcome of each case."""
+    """Draw contact force over thickness, impact over speed, and the state of each case."""
     p, s = result.of(Parameters), result.signals
     fig, (forces, impacts, states) = subplots(3, 1, height=200)
     for m, model in enumerate(p.models):
@@ -163,14 +169,14 @@ def figure(result: StudyResult) -> Figure:
         x = np.broadcast_to(1e3 * np.array(p.thicknesses)[:, None], force.shape)
         forces.loglog(x.ravel(), force.ravel(), "ox+"[m], color=COLOURS[m], fillstyle="none", label=model)
         for i, h in enumerate(p.thicknesses):
-            met = np.isin(s["state"][m, i, 1:], ("pressed", "in the air"))
-            values, name = np.where(met, s["impact"][m, i, 1:], nan), f"{1e3 * h:g} mm" if m == 0 else None
+            is_struck = np.isin(s["state"][m, i, 1:], ("pressed", "in the air"))
+            values, name = np.where(is_struck, s["impact"][m, i, 1:], nan), f"{1e3 * h:g} mm" if m == 0 else None
             impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], label=name)
     forces.loglog(1e3 * np.array(p.thicknesses), s["exact"][0, :, 0], "k-", linewidth=0.7, label="elastica")
     for state, (name, mark, colour) in STATES.items():
-        model_of, strip_of, speed_of = np.nonzero(s["state"][..., 1:] == state)
-        y = 1e3 * np.array(p.thicknesses)[strip_of] + 0.03 * model_of  # models beside each other
-        states.semilogx(np.array(p.speeds)[speed_of], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
+        models, strips, speeds = np.nonzero(s["state"][..., 1:] == state)
+        y = 1e3 * np.array(p.thicknesses)[strips] + 0.03 * models  # shifted, so that models do not cover each other
+        states.semilogx(np.array(p.speeds)[speeds], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
     forces.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]")
     impacts.set(xlabel="speed of the crank [rad/s]", ylabel=f"impact force [N]: {', '.join(map(' '.join, LINES.items()))}")
     states.set(xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")

@@ -65,10 +65,10 @@ def test_two_solvers_agree_under_what_the_paper_leaves_open(given, ringing):
     bow = given.pop("imperfection", 1e-4) * PAPER.coupler
     assumed, law = StrikeAssumptions(**given), CarvalhoMartins(7.2e4, 0.8, exponent=1.0)
     strip = Beam(Section(0.030, 3e-4).damped(0.05, PAPER.coupler), elements=8, imperfection=-bow)
-    mechanism = assumed.under(slider_crank(strip, law=law, mass=0.3, speed=1.25))
+    mechanism = assumed.apply(slider_crank(strip, law=law, mass=0.3, speed=1.25))
     found = []
     for code in (Exudyn(Controlled(1e-5)), Spectral(Controlled(1e-6))):
-        result = simulate(mechanism, assumed.lasts(2.8), solver=code)
+        result = simulate(mechanism, assumed.longest_time(2.8), solver=code)
         force, angle = result["B.contact_force"], crank_angle(result.signals)
         first = slice(*spells(force)[0])
         settled = np.interp(np.pi + np.linspace(-ringing, ringing, 2001), angle, force).mean()
