@@ -1,9 +1,9 @@
-"""Error against run time: works at several settings, by hand-tuned runs of the engine, by one run of ours, by an accuracy.
+"""Error against run time of several works: hand-tuned runs of the engine, runs of the compiled solver, runs by an accuracy.
 
-Series are `engine`, bare Exudyn with the best settings found by hand (of rattling works Buckler's items with hand-set steps);
-`once`, one run of the compiled solver, of the buckled strip one of the engine's beams; and `known`, a run whose error is asked
-for and told. Times are of the processor, from the description of the mechanism to the numbers that are compared; runs are taken
-in turn. A second table lists what the scenes are made of, and what their runs load and compile.
+The series are `engine`, bare Exudyn with the best settings found by hand (for rattling works, Buckler's items with tolerances
+set by hand); `once`, one run of the compiled solver (for the buckled strip, of the engine's beams); and `known`, a run by an
+accuracy, which reports its error. Processor times are from the description of the mechanism to the numbers that are compared;
+they are measured in rounds (`kit.statistics`). A second table lists the ingredients of the runs.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.statistics import WorkPoint, exponent, fastest, footnote, work_precision
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .ingredients import Ingredients, ingredients
-from .work import KNOWN, ONCE, PLAIN, ComparedWork
+from .work import ENGINE, KNOWN, ONCE, ComparedWork
 from .works import WORKS
 
 ORDER = 4
-"""Order of the strip's load in the size of its three-node elements: twice that of its strains."""
-AGREEING = 1e-2
-"""Largest difference of two references that judge a work: beyond it one of the two codes is wrong."""
+"""Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains."""
+MOST_UNCERTAIN = 1e-2
+"""Largest relative difference of the two references of a work: above it one of the two codes is wrong."""
 SOLVERS = ("Spectral", "Exudyn")
-"""Solvers whose scenes are taken apart."""
-MARKERS = {PLAIN: "s", ONCE: "o", KNOWN: "^"}
+"""Solvers whose runs are in the table of ingredients."""
+MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
 
@@ -40,14 +40,14 @@ class Parameters(StudyParameters):
     """Parameters of the study."""
 
     works: tuple[str, ...] = choices(tuple(WORKS), tuple(WORKS), "works to run", "works")
-    scenes: int = integer(1, 0, 1, "1 to list what scenes are made of, each run in a process of its own", "works")
-    quick: int = integer(0, 0, 1, "1 for the first two settings of a series alone, and the tuned one", "numerics")
-    repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
+    scenes: int = integer(1, 0, 1, "1 to list the ingredients of runs, each of which is made in a new process", "works")
+    quick: int = integer(0, 0, 1, "1 for only the first two settings of each series, and the tuned one", "numerics")
+    repeats: int = integer(5, 1, 1000, "rounds, in each of which every setting runs once", "numerics")
 
 
 @dataclass(frozen=True)
 class MeasuredWork:
-    """Points of a work by series and setting, and the difference of its references."""
+    """Error and time of a work's runs by series and setting, and the difference of its references."""
 
     work: ComparedWork
     points: Mapping[tuple[str, str], WorkPoint]
@@ -55,15 +55,15 @@ class MeasuredWork:
 
     @property
     def tuned_point(self) -> WorkPoint:
-        """The hand-tuned run that others are compared with."""
-        return self.points[PLAIN, self.work.tuned]
+        """Error and time of the hand-tuned run of the engine."""
+        return self.points[ENGINE, self.work.tuned]
 
     def of(self, series: str) -> list[WorkPoint]:
-        """Points of a series."""
+        """Return the points of a series."""
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Errors, and the tuned run's time over that of the fastest run of a series that is no less accurate, nan without one."""
+        """Compute errors, and the tuned run's time over that of the fastest run of a series that is no less accurate, or nan."""
         found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):
@@ -73,25 +73,25 @@ class MeasuredWork:
         return {name: Metric(value, "1") for name, value in found.items()}
 
     def wrong(self) -> list[str]:
-        """Name runs without a result, and references that contradict each other."""
-        lost = [f"no result of {' at '.join(key)}" for key, point in self.points.items() if not isfinite(point.error)]
-        apart = f"its two references differ by {self.uncertainty:.1e}, allowed {AGREEING:g}"
-        return lost + ([] if self.uncertainty <= AGREEING else [apart])
+        """List runs without a result, and too large a difference of the references."""
+        failed = [f"no result of {' at '.join(key)}" for key, point in self.points.items() if not isfinite(point.error)]
+        difference = f"its two references differ by {self.uncertainty:.1e}, allowed {MOST_UNCERTAIN:g}"
+        return failed + ([] if self.uncertainty <= MOST_UNCERTAIN else [difference])
 
 
 def measure(work: ComparedWork, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
-    """Run everything once untimed, as the first call of anything is slow, then in turn."""
-    firsts = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
-    runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*firsts, (PLAIN, work.tuned)]}
+    """Run each setting once for its error, without timing, because first calls are slow; then measure the times."""
+    quick = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
+    runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*quick, (ENGINE, work.tuned)]}
     errors = {key: work.error(key[0], run()) for key, run in runs.items()}
     return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Measure every work, then list what scenes are made of."""
+    """Measure every work, then find the ingredients of its runs."""
     found = {name: measure(WORKS[name](), p, progress, name) for name in p.works}
     scenes = [(work, solver) for work in p.works for solver in SOLVERS if p.scenes and found[work].work.motion]
-    made = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
+    contents = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
     metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
     if "strip" in found:
         beams = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
@@ -103,11 +103,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         if each.of(series)
     }
     tables = [_table(found, footnote(p))]
-    if made:
+    if contents:
         title = "What scenes are made of, and what a run of each loads and compiles"
-        rows = [[*key, *each.row()] for key, each in made.items()]
+        rows = [[*key, *each.row()] for key, each in contents.items()]
         tables.append(Table(["work", "solver", *Ingredients.HEADERS], rows, title))
-    wrong = [f"{name}: {what}" for name, each in found.items() for what in each.wrong()]
+    wrong = [f"{name}: {fault}" for name, each in found.items() for fault in each.wrong()]
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, **status_of(wrong))
 
 
@@ -123,7 +123,7 @@ def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Error over run time, a panel a work."""
+    """Draw error over run time, a panel for each work."""
     signals: Mapping[str, Array] = result.signals
     works = list(dict.fromkeys(name.partition(".")[0] for name in signals))
     columns = min(3, len(works))

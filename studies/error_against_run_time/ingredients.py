@@ -1,7 +1,7 @@
-"""Contents of the scene of a work: objects, unknowns, kernels compiled, modules loaded; nothing that it does not need.
+"""Ingredients of a run: objects and unknowns of its scene, kernels that it compiles, modules that it loads.
 
-It runs once in a process of its own, `python -m buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only
-what it asks for itself is loaded.
+They show that a run has nothing that it does not need. The run is made in a new process, by `python -m
+buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that all loaded modules are its own.
 """
 
 from __future__ import annotations
@@ -17,31 +17,30 @@ from buckler import mbs
 from .works import WORKS
 
 PACKAGES = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
-"""Packages that a scene should load only if it needs them."""
-ROOMS = ("engine", "spectral", "modal", "statics", "sensitivity")
-"""Folders of `buckler.mbs` that a scene should load only if it needs them."""
-DESCRIBING = {"buckler.mbs.modal.planar"}
-"""Modules of these that a description of any mechanism loads."""
+"""Packages that a run should load only if it needs them."""
+FOLDERS = ("engine", "spectral", "modal", "statics", "sensitivity")
+"""Folders of `buckler.mbs` that a run should load only if it needs them."""
+ALWAYS_LOADED = {"buckler.mbs.modal.planar"}
+"""Modules of these folders that every description of a mechanism loads."""
 SHARE = 0.01
-"""Part of a work's duration that is run."""
-COUNTED = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
-"""Entries of a scene's summary that are sums, not kinds of objects."""
+"""Part of the duration of a work that is run."""
+TOTALS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
+"""Entries of a scene's summary that are totals, not kinds of objects."""
 LIMIT = 600.0
-"""Longest time of a scene's process [s]: its first run compiles."""
+"""Longest time of the process [s], which may have to compile the solver."""
 
 
 @dataclass(frozen=True)
 class Ingredients:
-    """Counts of one scene and its run.
+    """Ingredients of a run and its scene.
 
     Attributes
     ----------
-    status : of the run
-    objects : kinds of objects and how many of each
-    unknowns : coordinates and multipliers of constraints
+    status : status of the run
+    objects : number of objects of each kind
+    unknowns : number of coordinates and multipliers of constraints
     kernels : compiled functions that were called from Python
-    packages : of other authors, of `PACKAGES`
-    rooms : folders of `buckler.mbs`, of `ROOMS`
+    packages, folders : those of `PACKAGES` and `FOLDERS` that were loaded
     """
 
     status: str
@@ -49,24 +48,18 @@ class Ingredients:
     unknowns: int
     kernels: list[str]
     packages: list[str]
-    rooms: list[str]
+    folders: list[str]
 
     HEADERS: ClassVar[tuple[str, ...]] = ("objects", "unknowns", "kernels", "packages", "folders of mbs")
 
     def row(self) -> list[object]:
-        """List them in the order of `HEADERS`."""
+        """Return the row of a table with the `HEADERS`."""
         objects = ", ".join(f"{count} {kind}" for kind, count in self.objects.items())
-        return [objects, self.unknowns, *(", ".join(names) for names in (self.kernels, self.packages, self.rooms))]
+        return [objects, self.unknowns, *(", ".join(names) for names in (self.kernels, self.packages, self.folders))]
 
 
 def ingredients(work: str, solver: str) -> Ingredients:
-    """Run a short part of a work by a solver in a new process, and list what its scene contains.
-
-    Raises
-    ------
-    RuntimeError
-        If that process fails; the end of what it wrote.
-    """
+    """Run a short part of a work by a solver in a new process; a RuntimeError has the last output of a process that fails."""
     command = [sys.executable, "-m", __name__, work, solver]
     run = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
     if run.returncode:
@@ -74,9 +67,10 @@ def ingredients(work: str, solver: str) -> Ingredients:
     return Ingredients(**json.loads(run.stdout.splitlines()[-1]))
 
 
-def _here(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
+def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
+    """Run a mechanism in this process, and return the ingredients."""
     if solver == "Spectral":
-        from buckler.mbs.spectral.scene import CompiledScene  # a run of the engine does not load it
+        from buckler.mbs.spectral.scene import CompiledScene  # a run of the engine must not load it
 
         summary = CompiledScene.of(mechanism).summary()
     else:
@@ -84,25 +78,26 @@ def _here(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
     return Ingredients(
         str(result.status),
-        {kind: count for kind, count in summary.items() if kind not in COUNTED},
+        {kind: count for kind, count in summary.items() if kind not in TOTALS},
         summary["coordinates"] + summary["constraints"],
-        _kernels(),
+        _find_kernels(),
         [package for package in PACKAGES if package in sys.modules],
-        [room for room in ROOMS if any(name.startswith(f"buckler.mbs.{room}.") for name in sys.modules.keys() - DESCRIBING)],
+        [x for x in FOLDERS if any(name.startswith(f"buckler.mbs.{x}.") for name in sys.modules.keys() - ALWAYS_LOADED)],
     )
 
 
-def _kernels() -> list[str]:
+def _find_kernels() -> list[str]:
+    """Find the functions of Buckler that Numba has compiled and that Python can call."""
     found = set()
     for module in [each for name, each in sys.modules.items() if name.startswith("buckler.mbs.")]:
         for each in vars(module).values():
-            own = getattr(each, "py_func", None)
-            if own is not None and each.signatures and not each.targetoptions.get("no_cpython_wrapper"):
-                found.add(own.__name__)
+            function = getattr(each, "py_func", None)
+            if function is not None and each.signatures and not each.targetoptions.get("no_cpython_wrapper"):
+                found.add(function.__name__)
     return sorted(found)
 
 
 if __name__ == "__main__":
     motion = WORKS[sys.argv[1]]().motion
     assert motion is not None
-    print(json.dumps(asdict(_here(motion.mechanism, SHARE * motion.duration, sys.argv[2]))))
+    print(json.dumps(asdict(_find_ingredients(motion.mechanism, SHARE * motion.duration, sys.argv[2]))))

@@ -1,4 +1,8 @@
-"""A work of `error-against-run-time`: its runs by series and setting, the reference of each series, the measure of an error."""
+"""Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
+
+The runs of one code are a series: `engine`, written directly for Exudyn by hand; `once`, single runs of the compiled solver (for
+statics, of Buckler's engine); `known`, runs of Buckler by an accuracy.
+"""
 
 from __future__ import annotations
 
@@ -13,40 +17,36 @@ from buckler.mbs import Controlled, Mechanism, Spectral, simulate
 from buckler.mbs.geometry import Array
 
 Run = Callable[[], Array]
-"""Does a whole job, from its description to the numbers that are compared."""
+"""Function that does the whole job, from its description to the numbers that are compared."""
 Runs = dict[tuple[str, str], Run]
 """Runs by series and setting."""
-Hand = tuple[int, int, float, float]
-"""Elements, equal steps, Newton's relative and absolute tolerance of a run written directly for the engine."""
+HandSetting = tuple[int, int, float, float]
+"""Setting of a run written for the engine: elements, equal steps, relative and absolute tolerance of Newton's method."""
 Setting = tuple[float, int]
-"""Tolerance of the compiled solver and degree of its strips; 0 without strips."""
-PLAIN = "engine"
-"""Series of runs of the engine with settings found by hand."""
-ONCE = "once"
-"""Series of single runs of the compiled solver."""
-KNOWN = "known"
-"""Series of runs by an accuracy."""
+"""Setting of the compiled solver: tolerance, and degree of the strips, 0 without strips."""
+ENGINE, ONCE, KNOWN = "engine", "once", "known"
+"""Names of the series."""
 STEPS = 100_000_000
-"""Most steps of a run: fine ones take more than Buckler allows by default."""
+"""Largest number of steps of a run: fine runs take more than the default."""
 LIMIT = 300.0
 """Longest time of a run [s]."""
 TIMES = 401
-"""Equally spaced times at which motions are compared."""
+"""Number of equally spaced times at which motions are compared."""
 
 
 @dataclass(frozen=True)
 class ComparedWork:
-    """One job.
+    """Job with its runs and references.
 
     Attributes
     ----------
-    about, measure : what is done, and what its error is
-    runs : by series and setting, coarse to fine
-    tuned : setting of the hand-tuned run that others are compared with
-    references : what each series is held against, of the same shape as what its runs give; exact ones for each series
-    scale : what the root mean square of a difference is divided by; by default that of the reference about its start
-    largest : the largest relative error counts, not the root mean square
-    motion : what Buckler runs, where it is a motion
+    about, measure : texts that describe the job and its error
+    runs : runs by series and setting, coarse to fine
+    tuned : setting of the hand-tuned run of the engine, with whose time other times are compared
+    references : function that computes the reference of each series, of the same shape as its runs
+    scale : scale of the root mean square of a difference; by default that of the reference, from its start
+    largest : true if the error is the largest relative one, not a root mean square
+    motion : motion that Buckler simulates; None for statics
     """
 
     about: str
@@ -59,29 +59,30 @@ class ComparedWork:
     motion: ComparedMotion | None = None
 
     def error(self, series: str, found: Array) -> float:
-        """Return the error of an answer of a series; nan if its run failed."""
+        """Compute the error of a run of a series by its numbers; nan if the run failed."""
         return self.difference(found, self.references[series]())
 
     def difference(self, found: Array, exact: Array) -> float:
-        """Difference of two answers, by the work's measure."""
+        """Compute the difference of two results, as the largest relative one or a root mean square over its scale."""
         if self.largest:
             return float(np.abs(found / exact - 1).max())
-        return _size(found - exact) / (self.scale or _size(exact - exact[0]))
+        return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))
 
     @property
     def uncertainty(self) -> float:
-        """Difference of the references of two codes, below which no error is known; 0 of exact ones."""
-        one, other = self.references[ONCE], self.references[PLAIN]
+        """Difference of the references that two codes compute, below which errors are not known; 0 for exact references."""
+        one, other = self.references[ONCE], self.references[ENGINE]
         return 0.0 if one is other or self.largest else self.difference(one(), other())
 
 
-def _size(x: Array) -> float:
+def _root_mean_square(x: Array) -> float:
+    """Compute the root mean square over times; of vectors, shape (times, components), that of their lengths."""
     return float(np.sqrt((x**2).sum(axis=-1).mean() if x.ndim > 1 else (x**2).mean()))
 
 
 @dataclass(frozen=True)
 class ComparedMotion:
-    """A motion and the signals that are compared, with Buckler's runs by their settings."""
+    """Motion of a mechanism with its duration [s], and the signals that are compared."""
 
     mechanism: Mechanism
     duration: float
@@ -89,25 +90,25 @@ class ComparedMotion:
 
     @property
     def times(self) -> Array:
-        """When signals are compared, s."""
+        """Times at which signals are compared [s]."""
         return np.linspace(0.0, self.duration, TIMES)
 
-    def read(self, **how: Any) -> Array:
-        """Signals of a run, shape (times, signals); nan after its end."""
-        result = simulate(self.mechanism, self.duration, timeout=LIMIT, **how)
+    def simulate(self, **options: Any) -> Array:
+        """Simulate the motion; return the signals, shape (times, signals), nan after the end of the run."""
+        result = simulate(self.mechanism, self.duration, timeout=LIMIT, **options)
         return np.stack([result.at(name, self.times, outside=np.nan) for name in self.signals], axis=1)
 
-    def once(self, tolerance: float, degree: int) -> Array:
-        """Read one run of the compiled solver."""
-        return self.read(solver=Spectral(Controlled(tolerance, max_steps=STEPS), degree=degree or None))
+    def run_compiled(self, tolerance: float, degree: int) -> Array:
+        """Simulate the motion by one run of the compiled solver."""
+        return self.simulate(solver=Spectral(Controlled(tolerance, max_steps=STEPS), degree=degree or None))
 
-    def onces(self, *settings: Setting) -> Runs:
-        """Name runs of the compiled solver by degree, where there are strips, and tolerance."""
-        return {(ONCE, f"{n} x {power(x)}" if n else power(x)): partial(self.once, x, n) for x, n in settings}
+    def compiled_runs(self, *settings: Setting) -> Runs:
+        """Make the series `once`, whose settings are named by degree, where there are strips, and tolerance."""
+        return {(ONCE, f"{n} x {power(x)}" if n else power(x)): partial(self.run_compiled, x, n) for x, n in settings}
 
-    def knowns(self, *accuracies: float) -> Runs:
-        """Name runs by their accuracy."""
-        return {(KNOWN, power(x)): partial(self.read, accuracy=x, of=self.signals) for x in accuracies}
+    def accurate_runs(self, *accuracies: float) -> Runs:
+        """Make the series `known`, whose settings are named by the accuracy."""
+        return {(KNOWN, power(x)): partial(self.simulate, accuracy=x, of=self.signals) for x in accuracies}
 
 
 def power(value: float) -> str:
@@ -115,12 +116,12 @@ def power(value: float) -> str:
     return f"{value:.0e}".replace("e-0", "e-")
 
 
-def by_hand(run: Callable[[Hand], Array], settings: Sequence[Hand]) -> Runs:
-    """Name runs written directly for the engine by elements and steps."""
-    return {(PLAIN, f"{given[0]} x {given[1]}"): partial(run, given) for given in settings}
+def engine_runs(run: Callable[[HandSetting], Array], settings: Sequence[HandSetting]) -> Runs:
+    """Make the series `engine`, whose settings are named by elements and steps."""
+    return {(ENGINE, f"{setting[0]} x {setting[1]}"): partial(run, setting) for setting in settings}
 
 
 def cross_references(engine: Run, compiled: Run) -> dict[str, Run]:
-    """References where no solution is exact: each code is judged by the other."""
+    """Return the references where no solution is exact: each code is compared with a fine run of the other."""
     by_engine = cache(engine)
-    return {PLAIN: cache(compiled), ONCE: by_engine, KNOWN: by_engine}
+    return {ENGINE: cache(compiled), ONCE: by_engine, KNOWN: by_engine}

@@ -1,9 +1,9 @@
-"""Works that are run at several settings by each series, and their references.
+"""Works of the study, see `work`: mechanisms, settings of each series, and references.
 
-A reference shares nothing with what it judges. Loads of the buckled strip are held against the boundary value problem of the
-element's own theory, a chain of bars against Lagrange's equations of an n-fold pendulum. Of other motions there is no exact
-solution: the compiled solver is judged by a fine run of the engine, and the engine by a fine run of the compiled solver. The
-difference of the two is part of the result.
+A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
+problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
+runs of the compiled solver are compared with a fine run of the engine, and runs of the engine with a fine run of the compiled
+solver. The difference of the two fine runs is part of the result.
 """
 
 from __future__ import annotations
@@ -26,7 +26,20 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import KNOWN, ONCE, PLAIN, STEPS, ComparedMotion, ComparedWork, Hand, Runs, Setting, by_hand, cross_references, power
+from .work import (
+    ENGINE,
+    KNOWN,
+    ONCE,
+    STEPS,
+    ComparedMotion,
+    ComparedWork,
+    HandSetting,
+    Runs,
+    Setting,
+    cross_references,
+    engine_runs,
+    power,
+)
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -35,7 +48,7 @@ STRIP = mbs.Section(STRIP_WIDTH, 3e-4)
 MASS = 0.3
 """Mass of the slider [kg]."""
 STIFFNESS = 1e5
-"""Stiffness of its stop [N/m], which is damped critically."""
+"""Stiffness of the slider's stop [N/m], which is damped critically."""
 PIN = 5e-3
 """Radius of the pins [m]."""
 GAP = 2.5e-4
@@ -47,6 +60,7 @@ SIDE = 0.1
 
 
 def _engine() -> ModuleType:
+    """Import the runs written for the engine, which the scenes of other runs must not load."""
     from . import plain
 
     return plain
@@ -56,51 +70,53 @@ def _engine() -> ModuleType:
 
 
 def strip() -> ComparedWork:
-    """Loads of the buckled strip; a beam extends and shears, a cable only extends."""
+    """Define the work of loads of the buckled strip; Buckler's beam extends and shears, the hand-tuned cable only extends."""
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
         return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
 
-    def ours(elements: int) -> Array:
+    def run_beam(elements: int) -> Array:
         return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
 
-    def hand(elements: int) -> Array:
+    def run_cable(elements: int) -> Array:
         return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
-    return ComparedWork(
-        "buckled strip, 20 end shortenings", "largest error of the load [1]",
-        {(PLAIN, f"{n}"): partial(hand, n) for n in (16, 32, 64)} | {(ONCE, f"{n}"): partial(ours, n) for n in (8, 16, 32, 64)},
-        "64",
-        {PLAIN: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))},
-        largest=True,
-    )  # fmt: skip
+    runs: Runs = {(ENGINE, f"{n}"): partial(run_cable, n) for n in (16, 32, 64)}
+    runs |= {(ONCE, f"{n}"): partial(run_beam, n) for n in (8, 16, 32, 64)}
+    references = {ENGINE: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))}
+    about, measure = "buckled strip, 20 end shortenings", "largest error of the load [1]"
+    return ComparedWork(about, measure, runs, "64", references, largest=True)
 
 
 # --- motions ----------------------------------------------------------------------------------------------------------
 
 
 def slider_work(
-    about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[Hand], once: Sequence[Setting],
-    fine: tuple[Hand, Setting], tuned: str,
+    about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[HandSetting], once: Sequence[Setting],
+    fine: tuple[HandSetting, Setting], tuned: str,
 ) -> ComparedWork:  # fmt: skip
-    """Deflection of the coupler's middle from its chord over one turn; the engine's cables do not shear, Buckler's beams do."""
+    """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears.
+
+    `hand` and `once` are settings of the series `engine` and `once`, `fine` those of the references.
+    """
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
     motion = ComparedMotion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
-    def plainly(given: Hand) -> Array:
-        cable = mbs.Cable(beam.section, given[0], imperfection=beam.imperfection)
-        return _engine().slider_crank(build(cable), motion.times, *given[1:])[:, None]
+    def run_engine(setting: HandSetting) -> Array:
+        elements, *steps = setting
+        cable = mbs.Cable(beam.section, elements, imperfection=beam.imperfection)
+        return _engine().slider_crank(build(cable), motion.times, *steps)[:, None]
 
-    runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-4)
-    references = cross_references(partial(plainly, fine[0]), partial(motion.once, *fine[1]))
+    runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
+    references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
     return ComparedWork(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
 def smooth() -> ComparedWork:
-    """Slider-crank without a stop: the coupler follows inertia, and starts with a jolt, after which it vibrates axially."""
+    """Define the work of a slider-crank without a stop, whose coupler bends by its inertia and vibrates after a sudden start."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
@@ -110,7 +126,7 @@ def smooth() -> ComparedWork:
 
 
 def stop() -> ComparedWork:
-    """Slider-crank on its stop: the coupler strikes, buckles, and leaves it."""
+    """Define the work of a slider-crank that strikes its stop, buckles its coupler, and leaves the stop."""
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
@@ -120,8 +136,8 @@ def stop() -> ComparedWork:
     )  # fmt: skip
 
 
-def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: str) -> ComparedWork:
-    """A chain of `LINKS` links released from the horizontal: the last bar's centre, or the last strip's end."""
+def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], tuned: str) -> ComparedWork:
+    """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
@@ -131,45 +147,52 @@ def chain_work(kind: str, hand: Sequence[Hand], once: Sequence[Setting], tuned: 
         joints = [mbs.Revolute(f"P{k}", f"link{k - 1}" if k else "ground", f"link{k}") for k in range(LINKS)]
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
-    what = f"link{last}" if bars else f"P{LINKS}"
-    motion = ComparedMotion(build(), 0.2, (f"{what}.x", f"{what}.y"))
+    point = f"link{last}" if bars else f"P{LINKS}"
+    motion = ComparedMotion(build(), 0.2, (f"{point}.x", f"{point}.y"))
 
-    def plainly(given: Hand) -> Array:
-        return _engine().chain(build(given[0]), motion.times, *given[1:])
+    def run_engine(setting: HandSetting) -> Array:
+        elements, *steps = setting
+        return _engine().chain(build(elements), motion.times, *steps)
 
-    runs = by_hand(plainly, hand) | motion.onces(*once) | motion.knowns(1e-3, 1e-5)
+    runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
-    by_other = cross_references(partial(plainly, (8, 3200, 1e-5, 1e-6)), partial(motion.once, 1e-7, 8))
-    references = dict.fromkeys((PLAIN, ONCE, KNOWN), exact) if bars else by_other
+    by_other = cross_references(partial(run_engine, (8, 3200, 1e-5, 1e-6)), partial(motion.run_compiled, 1e-7, 8))
+    references = dict.fromkeys((ENGINE, ONCE, KNOWN), exact) if bars else by_other
     return ComparedWork(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
-    """Centre of the last bar of a chain released from the horizontal, by Lagrange's equations in the bars' angles, m."""
+    """Integrate Lagrange's equations of a chain of n bars in their angles; return the centre of the last bar, (times, 2) [m].
+
+    With angles q_k, bars of mass m, length a and inertia J about their centres, and b_k = n - k - 1/2 (k from 0):
+
+        sum_l [m a^2 min(b_k, b_l) cos(q_k - q_l)] q_l'' + (J - m a^2/4) q_k''
+            = -sum_l [m a^2 min(b_k, b_l) sin(q_k - q_l)] q_l'^2 - m g a b_k cos(q_k).
+    """
     n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
     assert isinstance(body, mbs.Rigid)
-    mass, inertia, _ = body.mass_properties(a)
-    after = n - 0.5 - np.arange(n)  # of bar k, in bars: what hangs at its end, and half of itself
-    coupled = mass * a**2 * np.minimum.outer(after, after)
-    own = inertia - mass * a**2 / 4
+    m, inertia, _ = body.mass_properties(a)
+    b = n - 0.5 - np.arange(n)
+    coupling, diagonal = m * a**2 * np.minimum.outer(b, b), (inertia - m * a**2 / 4) * np.eye(n)
 
     def rates(_t: float, state: Array) -> Array:
-        angle, spin = state[:n], state[n:]
-        apart = np.subtract.outer(angle, angle)
-        pull = -(coupled * np.sin(apart)) @ spin**2 - GRAVITY * mass * a * after * np.cos(angle)
-        return np.concatenate([spin, np.linalg.solve(coupled * np.cos(apart) + own * np.eye(n), pull)])
+        angle, rate = state[:n], state[n:]
+        difference = np.subtract.outer(angle, angle)
+        right = -(coupling * np.sin(difference)) @ rate**2 - GRAVITY * m * a * b * np.cos(angle)
+        return np.concatenate([rate, np.linalg.solve(coupling * np.cos(difference) + diagonal, right)])
 
     found = solve_ivp(rates, (0.0, times[-1]), np.zeros(2 * n), "DOP853", times, rtol=1e-11, atol=1e-11)
-    along = np.where(np.arange(n) < n - 1, a, a / 2)
-    return np.stack([along @ np.cos(found.y[:n]), along @ np.sin(found.y[:n])], axis=1)
+    lengths = np.where(np.arange(n) < n - 1, a, a / 2)  # up to the centre of the last bar
+    return np.stack([lengths @ np.cos(found.y[:n]), lengths @ np.sin(found.y[:n])], axis=1)
 
 
 def rattling(
     rocker: str, hand: Sequence[tuple[int, float]], once: Sequence[Setting], finest: tuple[int, float], fine: Setting, tuned: str
 ) -> ComparedWork:
-    """Crank-rocker with clearance in all joints for 10 ms, after which it is chaos: centres of two bars, over the clearance.
+    """Define the work of a crank-rocker with clearance in all joints: paths of the centres of two bars, over the clearance.
 
-    The engine's runs have Buckler's items and laws, and so many elements and steps of a tolerance as were set by hand.
+    It runs for 10 ms, because the motion is chaotic after that. The runs of the engine have Buckler's items and laws, with
+    elements and tolerance set by hand.
     """
 
     def body(elements: int | None) -> Body:
@@ -187,13 +210,14 @@ def rattling(
 
     signals = tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy")
 
-    def engine(elements: int, tolerance: float) -> Array:
-        return ComparedMotion(build(elements), 0.01, signals).read(solver=mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS)))
+    def run_engine(elements: int, tolerance: float) -> Array:
+        solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS))
+        return ComparedMotion(build(elements), 0.01, signals).simulate(solver=solver)
 
     motion = ComparedMotion(build(), 0.01, signals)
-    runs: Runs = {(PLAIN, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(engine, n, x) for n, x in hand}
-    runs |= motion.onces(*once) | motion.knowns(1e-2, 1e-3)
-    references = cross_references(partial(engine, *finest), partial(motion.once, *fine))
+    runs: Runs = {(ENGINE, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(run_engine, n, x) for n, x in hand}
+    runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
+    references = cross_references(partial(run_engine, *finest), partial(motion.run_compiled, *fine))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
     return ComparedWork(about, measure, runs, tuned, references, GAP, motion=motion)
 
@@ -221,4 +245,4 @@ WORKS: Mapping[str, Callable[[], ComparedWork]] = {
         [(1e-2, 4), (1e-3, 4), (1e-4, 5)], "4 x 400",
     ),
 }  # fmt: skip
-"""Works by name."""
+"""Functions that define the works, by name."""

@@ -1,1 +1,1 @@
-"""Extreme and random mechanisms, each run held against a reference of its own."""
+"""Runs of extreme and random mechanisms, each compared with a reference."""

@@ -1,7 +1,8 @@
 """One case of the study `extremes`: a run, its reference, and the verdict.
 
-The reference is a closed form, or two runs of the compiled solver, one finer than the other; measures count in which they agree.
-With clearance a third run, its clearance larger by a thousandth, shows how long the motion is one trajectory.
+Measures are the numbers of a run that are compared, such as places and force peaks. Their reference is a closed form, or two runs
+of the compiled solver with different steps; then only measures in which the two agree are compared. With clearance a third run,
+whose clearance is larger by a thousandth, shows until when the motion is predictable.
 """
 
 from __future__ import annotations
@@ -29,30 +30,34 @@ from ..kit.drawn import Draw
 from ..kit.published import GRAVITY
 
 Measures = Mapping[str, Any]
+"""Measures by name, each an array whose last axis may be that of `SAMPLES`."""
 NOTHING = MappingProxyType[str, float]({})
 MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
-"""Checks that say that a law is used beyond its range: a reference of the same model cannot refute them."""
+"""Checks that find a law used beyond its range, which a reference with the same law cannot refute."""
 SAMPLES = np.linspace(0.02, 0.98, 49)
-"""Times at which places are compared, over the duration of the run."""
+"""Times over the duration of the run at which places are compared."""
 AGREEMENT = 0.3
-"""Largest difference of the two reference runs, over what is allowed of a measure that counts."""
+"""Largest difference of the two reference runs over the allowed error, in a measure that is compared."""
 CHANGE = 1e-3
-"""Relative change of the clearance under which a predictable motion must not change."""
+"""Relative change of the clearance that must not change a predictable motion."""
 SMALL = 0.02
-"""Share of the mechanism's largest force below which a force is not judged."""
+"""Size over the largest force of the mechanism below which a force is not compared."""
 RINGING = 12
-"""Steps of the coarser reference in a period of a strut's axial vibration."""
+"""Steps of the coarser reference run in a period of a strut's axial vibration."""
 PATIENCE = 30.0
 """Time limit of a reference run [s]."""
 ENDED = (Status.OK, Status.SUSPECT)
+"""Status of runs whose numbers are compared."""
 FORCES = (SignalKind.REACTION, SignalKind.CONTACT, SignalKind.INTERNAL)
+"""Kinds of signals that are compared as forces."""
 
 
 class Verdict(StrEnum):
-    """Outcome of a run compared with a reference.
+    """Verdict on a run by its status and its comparison with a reference.
 
-    A run is right if it is reported fine and errs by less than is allowed. It is named if it is refused, fails, runs out of time,
-    or is suspect and wrong. It is a false alarm if it is suspect though right, and silent if it is reported fine though wrong.
+    RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large. NAMED:
+    the mechanism is refused, or the run fails, runs out of time, or is suspect with too large an error. FALSE_ALARM: it is
+    suspect though its errors are allowed.
     """
 
     RIGHT = "right"
@@ -63,8 +68,8 @@ class Verdict(StrEnum):
 
 
 def decide(status: str, message: str, error: float | None) -> Verdict:
-    """Decide on a run by its status and its error over what is allowed, None without a reference."""
-    if status not in (Status.OK, Status.SUSPECT):
+    """Decide on a run by its status, its message, and its error over the allowed one, None without a reference."""
+    if status not in ENDED:
         return Verdict.NAMED
     if error is None:
         return Verdict.NO_REFERENCE if status == Status.OK else Verdict.NAMED
@@ -82,7 +87,7 @@ def find_largest(values: Array) -> float:
 
 
 class AllowedError(NamedTuple):
-    """Error allowed of a measure over its scale, and the norm of the error."""
+    """Largest allowed error of a measure over its scale, and the norm of the error."""
 
     allowed: float
     norm: Callable[[Array], float] = find_largest
@@ -90,37 +95,37 @@ class AllowedError(NamedTuple):
 
 KINDS = {"force": AllowedError(0.05), "impulse": AllowedError(0.05), "place": AllowedError(1e-3), "path": AllowedError(5e-3)}
 KINDS["journal"] = AllowedError(0.1, lambda off: float(np.sqrt((off**2).mean(axis=-1)).max()))
-"""Kinds of measures; a measure is called `kind` or `kind of what`.
+"""Allowed errors by the kind of a measure; the name of a measure begins with its kind, as in `force peak of B.contact_force`.
 
-Contact laws are known no better than forces to 5 %, and an impulse changes speeds as a restitution wrong by 5 % does. Places are
-relative to the longest link: 1e-3 is what a drawing shows, `path`, where something strikes, what a rebound wrong by 5 % errs by.
-A journal is a place relative to the clearance, by its root mean square: at 0.1 the pin is on the right side of its bush.
+Contact laws give forces to 5 % at best, and an impulse to as much as a coefficient of restitution that is wrong by 5 %. Places
+are relative to the longest link: 1e-3 is visible in a drawing; 5e-3 in a `path` with impacts is the effect of such a restitution.
+A journal is a place relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
 """
 
 
 def compare(
     found: Measures, right: Measures, scales: Mapping[str, float] = NOTHING, reported: Mapping[str, float] = NOTHING
 ) -> tuple[float, str]:
-    """Find the largest error of all measures over what is allowed, and the measure's name.
+    """Find the largest error of all measures over the allowed one, and the name of its measure.
 
-    A measure without a scale is compared with the reference's largest value. An error that the run reports itself, relative to
-    its own values, is allowed.
+    The default scale of a measure is the reference's largest value. The error that the run reports, relative to its own largest
+    value, is always allowed.
     """
     errors = {}
     for name, value in right.items():
-        kind, own = KINDS[name.split()[0]], np.asarray(found[name])
+        kind, ours = KINDS[name.split()[0]], np.asarray(found[name])
         allowed = kind.allowed * max(scales.get(name) or find_largest(value), 1e-12)
-        off = kind.norm(own[..., : np.shape(value)[-1]] - value)  # a reference may end where trajectories part
-        errors[name] = float(np.nan_to_num(off / max(allowed, reported.get(name, 0.0) * find_largest(own)), nan=np.inf))
+        error = kind.norm(ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
+        errors[name] = float(np.nan_to_num(error / max(allowed, reported.get(name, 0.0) * find_largest(ours)), nan=np.inf))
     worst = max(errors, key=lambda name: errors[name])
     return errors[worst], worst
 
 
 class Finding(NamedTuple):
-    """Verdict on a case, its largest error over what is allowed and of which measure, and the run's message.
+    """Verdict on a case, its largest error over the allowed one, the name of that measure, and the message of the run.
 
-    `wall_s` is the time of the run and its references [s], `price` the run's time over that of one run of the compiled solver.
-    What was not compared or measured is nan.
+    `wall_s` is the time of the run and its references [s], `price` the time of the run over that of one run of the compiled
+    solver. Without a comparison they are nan.
     """
 
     family: str
@@ -134,11 +139,11 @@ class Finding(NamedTuple):
 
 
 def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
-    """Run a mechanism with the accuracy requested, and compare it with its reference."""
+    """Run a mechanism, with an accuracy or without, and compare the run with its reference."""
     begin, nan = perf_counter(), float("nan")
     name = made.name + (f", accuracy {accuracy:g}" if accuracy else "")
     try:
-        simulate(made.mechanism, 1e-3 * made.duration, solver=Spectral())  # compile before the time is measured
+        simulate(made.mechanism, 1e-3 * made.duration, solver=Spectral())  # compiles the solver before times are measured
         start = perf_counter()
         result = simulate(made.mechanism, made.duration, accuracy, timeout=timeout)
         spent = perf_counter() - start
@@ -152,7 +157,7 @@ def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float
         price, size = spent / (perf_counter() - start), max(made.mechanism.length(link.name) for link in made.mechanism.links)
         scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
         scales["journal"] = min((joint.gap for joint in clearances(made.mechanism)), default=0.0)
-        if right := find_truth(made, scales):
+        if right := find_reference(made, scales):
             measures = read(made, result)
             error, worst = compare(measures, right, scales, reported_errors(result, measures))
     message = "" if result.status == Status.OK else f"{result.status}: {result.message}"
@@ -161,11 +166,11 @@ def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float
 
 
 def read(made: Draw, result: Result) -> Measures:
-    """Read the measures that are compared."""
+    """Read the measures of a run."""
     mechanism, duration = made.mechanism, made.duration
     if is_pressed(mechanism):
         late = result.time > 0.999 * result.time[-1]
-        inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # of the block
+        inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # force of inertia of the mass of 0.1 kg at A
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
@@ -174,7 +179,7 @@ def read(made: Draw, result: Result) -> Measures:
     for name, owner in find_forces(result).items():
         vectors.setdefault(owner, []).append(result.signals[name])
     for owner, rows in vectors.items():
-        parts = np.stack(rows)  # components are measured over the larger one
+        parts = np.stack(rows)  # (components, times): a vector is one measure, so that its larger component is the scale
         found[f"force rms of {owner}"] = np.sqrt(np.trapezoid(parts**2, result.time) / np.ptp(result.time))
         found[f"force peak of {owner}"] = np.abs(parts).max(axis=1)
         if owner.endswith(("contact_force", "normal_force")):
@@ -183,7 +188,7 @@ def read(made: Draw, result: Result) -> Measures:
 
 
 def find_forces(result: Result) -> dict[str, str]:
-    """Find the forces and torques that are judged, each with the vector it belongs to; means of those that vibrate."""
+    """Find the forces and torques that are compared, each with its vector; of those that vibrate, the moving averages."""
     averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
@@ -193,25 +198,27 @@ def find_forces(result: Result) -> dict[str, str]:
 
 
 def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
-    """Collect the errors that a run reports of its positions and forces; infinite if it says that vibrations are not resolved."""
+    """Collect the relative errors of places and forces that a run reports; infinite where it does not resolve vibrations."""
     found: dict[str, float] = {}
     for kind in {"place", "path"} & set(measures):
         places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]
-        off = [result.error.absolute(name, Norm.PEAK) for name in places if (name, Norm.PEAK) in result.error]
-        found[kind] = max(off, default=0.0) / np.nanmax(np.abs(measures[kind]))
+        errors = [result.error.absolute(name, Norm.PEAK) for name in places if (name, Norm.PEAK) in result.error]
+        found[kind] = max(errors, default=0.0) / np.nanmax(np.abs(measures[kind]))
     for name, owner in find_forces(result).items():
-        for norm, what in ((Norm.RMS, "force rms of"), (Norm.PEAK, "force peak of"), (Norm.IMPULSE, "impulse of")):
-            measure, ringing = f"{what} {owner}", (result.traits[name].source or name) in result.error.unresolved
-            found[measure] = max(found.get(measure, 0.0), np.inf if ringing else result.error.get((name, norm), 0.0))
+        is_unresolved = (result.traits[name].source or name) in result.error.unresolved
+        for norm, kind in ((Norm.RMS, "force rms of"), (Norm.PEAK, "force peak of"), (Norm.IMPULSE, "impulse of")):
+            measure, error = f"{kind} {owner}", np.inf if is_unresolved else result.error.get((name, norm), 0.0)
+            found[measure] = max(found.get(measure, 0.0), error)
     return found
 
 
-def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
-    """Find the measures that are known; None if none is."""
+def find_reference(made: Draw, scales: Mapping[str, float]) -> Measures | None:
+    """Compute the measures by a closed form or by reference runs; None if no measure is certain."""
     if is_pressed(made.mechanism):
         return {"force of the push": np.array([find_load(made)])}
     mechanism = made.mechanism
-    if len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops):  # a bar about its start
+    is_pendulum = len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
+    if is_pendulum:
         return {"place": swing(made)}
     coarse, fine = (read_reference(made, finer) for finer in (0, 1))
     if coarse is None or fine is None:
@@ -221,17 +228,21 @@ def find_truth(made: Draw, scales: Mapping[str, float]) -> Measures | None:
         joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
         if (other := read_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
             return None
-        parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
-        until = int(np.argmax(parted)) if parted.any() else until
+        has_parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
+        until = int(np.argmax(has_parted)) if has_parted.any() else until
     return dict(find_agreed(coarse, fine, scales, until)) or None
 
 
 def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
-    """Find the measures in which two references agree; forces only where the motion is one trajectory throughout."""
-    biggest = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
+    """Find the measures in which two reference runs agree; forces only if the motion is predictable up to its end.
+
+    `until` is the number of `SAMPLES` at which the motion is predictable.
+    """
+    largest_force = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
     for name, value in fine.items():
         is_motion = name in ("place", "path", "journal")
-        if not is_motion and (until < len(SAMPLES) or (name.startswith("force") and find_largest(value) < SMALL * biggest)):
+        is_small = name.startswith("force") and find_largest(value) < SMALL * largest_force
+        if not is_motion and (until < len(SAMPLES) or is_small):
             continue
         part = slice(until) if is_motion else slice(None)
         first, second, kind = coarse[name][..., part], value[..., part], KINDS[name.split()[0]]
@@ -241,14 +252,14 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
 
 
 def run_reference(made: Draw, finer: int) -> Result | None:
-    """Run the compiled solver, its steps and strips finer for `finer` = 1; None if it fails."""
+    """Run the compiled solver, with finer steps and strips for `finer` = 1; None if it fails."""
     longest = made.duration / 800
-    if any(link.body.massless for link in made.mechanism.links):  # struts ring in places far below the tolerance
+    if any(link.body.massless for link in made.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(made.mechanism).axial_period / RINGING)
     steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
-        simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # compile outside the time limit
+        simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # compiles the solver without the time limit
         result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
@@ -262,23 +273,24 @@ def read_reference(made: Draw, finer: int) -> Measures | None:
 
 
 def is_pressed(mechanism: Mechanism) -> bool:
-    """Check for a straight column pressed by a drive, whose load is that of the elastica."""
+    """Check if the mechanism is a straight column pressed by a drive, whose load is that of the elastica."""
     return mechanism.links[0].name == "strip" and bool(mechanism.drives)
 
 
 def find_load(made: Draw) -> float:
-    """Find the elastica's load at the end of a push [N]."""
+    """Compute the elastica's load at the end of the travel of a pressed column [N]."""
     (strip,), pushed, length = made.mechanism.links, made.mechanism.drives[0].motion, made.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
     return critical / np.pi**2 * float(pinned.load(pushed.position(made.duration) / length - critical / axial))
 
 
 def swing(made: Draw) -> Array:
-    """Integrate the pendulum's equation to 1e-12: places of both ends of the bar, (4, samples) [m]."""
+    """Integrate the pendulum's equation with tolerance 1e-12; return x and y of both ends of the bar, (4, samples) [m]."""
     (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
-    length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))
+    length, start = float(np.hypot(x, y)), float(np.arctan2(x, -y))
     mass, inertia, _ = bar.body.mass_properties(length)
-    times, pull = SAMPLES * made.duration, mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)
-    whole, sharp = (0, made.duration), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
-    turned = solve_ivp(lambda _t, y: (y[1], -pull * np.sin(y[0])), whole, (angle, 0.0), t_eval=times, **sharp).y[0]
-    return np.stack([0 * times, 0 * times, length * np.sin(turned), -length * np.cos(turned)])
+    squared = mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)  # square of the frequency of small motions
+    settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12, "t_eval": SAMPLES * made.duration}
+    run = solve_ivp(lambda _t, y: (y[1], -squared * np.sin(y[0])), (0, made.duration), (start, 0.0), **settings)
+    times, angle = run.t, run.y[0]
+    return np.stack([0 * times, 0 * times, length * np.sin(angle), -length * np.cos(angle)])

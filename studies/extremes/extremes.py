@@ -1,7 +1,7 @@
 """Extreme and random mechanisms: is any wrong run reported as right, or any right run as suspect?
 
-They are drawn by the grammar of `kit.drawn` and from wide ranges. The reference of each run is a closed form, or the compiled
-solver refined until two of its runs agree. A run that is reported fine though it is wrong is silent; there should be none.
+The mechanisms are drawn by `kit.drawn` and from wide ranges. The reference of each run is a closed form, or two runs of the
+compiled solver that agree. A run is silent if its status is OK though its error is too large; no run should be silent.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ from ..kit.style import COLOURS, Figure, subplots
 from .case import Finding, Verdict, judge
 
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
-"""Accuracies requested of a run, drawn with equal chance; most often none."""
+"""Accuracies of runs, drawn with equal probability; None is a run without an accuracy."""
 BARS = mbs.Section(0.005, 0.020, STEEL)
+"""Section of the bars of linkages with clearance."""
 LEAST = 1e-4
-"""Least error, over the one allowed, of the figure; smaller ones are drawn there."""
+"""Smallest error over the allowed one on the axis of the figure; smaller errors are drawn there."""
 MOST = 1 / LEAST
-"""Largest error, over the one allowed, of the figure; larger ones are drawn there."""
+"""Largest error over the allowed one on the axis of the figure; larger errors are drawn there."""
 
 
 def strike(dice: Dice) -> Made:
@@ -44,17 +45,16 @@ def strike(dice: Dice) -> Made:
 
 
 def pass_dead_centre(dice: Dice) -> Made:
-    """Draw a four-bar whose bars come within 1e-9 to 1e-2 m of one line."""
+    """Draw a four-bar near a change point: its lengths miss the one at which all bars can lie in one line by 1e-9 to 1e-2 m."""
     paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
     lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
-    made = crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=dice.one(0.5, -0.3))
-    return made, 2 * pi / speed
+    return crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=dice.one(0.5, -0.3)), 2 * pi / speed
 
 
 def rattle(dice: Dice) -> Made:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
-    gap, stiff, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
-    law = laws.Impact(RATTLING.stiffness * stiff, 253.0 * sqrt(stiff), 1e-5)
+    gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
+    law = laws.Impact(RATTLING.stiffness * factor, 253.0 * sqrt(factor), 1e-5)
     friction = dice.one(
         laws.NoFriction(), laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
     )
@@ -63,11 +63,12 @@ def rattle(dice: Dice) -> Made:
         return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
     joints = dice.one("B", "BC", "ABC", "OABC")
-    made = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
-    return made, PREDICTABLE * 10 * pi / max(speed, 10 * pi)
+    linkage = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
+    return linkage, PREDICTABLE * 10 * pi / max(speed, 10 * pi)
 
 
 FAMILIES = {**drawn.FAMILIES, "strike range": strike, "dead centre": pass_dead_centre, "clearance range": rattle}
+"""Generators of mechanisms by family."""
 SLUGS = {name.replace(" ", "-"): name for name in FAMILIES}
 """Families by their names on the command line."""
 
@@ -76,21 +77,21 @@ SLUGS = {name.replace(" ", "-"): name for name in FAMILIES}
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    cases: int = integer(100, 1, 10**6, "cases; families take turns", "cases")
-    seed: int = integer(1, 0, 2**31 - 1, "draws them", "cases")
+    cases: int = integer(100, 1, 10**6, "number of cases, drawn from the families in turn", "cases")
+    seed: int = integer(1, 0, 2**31 - 1, "seed of the random mechanisms", "cases")
     families: tuple[str, ...] = choices(tuple(SLUGS), list(SLUGS), "families of cases", "cases")
     timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time of a run", "cases")
 
 
 def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
-    """Draw the k-th case: family, mechanism and the accuracy requested."""
+    """Draw the k-th case: family, mechanism and accuracy."""
     number, turn = divmod(k, len(p.families))
-    family, asked = SLUGS[p.families[turn]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
-    return family, drawn.draw(p.seed, number, (family,), FAMILIES), asked
+    family, accuracy = SLUGS[p.families[turn]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    return family, drawn.draw(p.seed, number, (family,), FAMILIES), accuracy
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run every case and its reference."""
+    """Run every case and compare it with its reference."""
     found = [judge(*make_case(p, k), p.timeout) for k in progress(range(p.cases), label="cases")]
     count, right = Counter(f.verdict for f in found), [f.error for f in found if f.verdict is Verdict.RIGHT]
     metrics = {
@@ -112,31 +113,30 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def count_families(found: Sequence[Finding]) -> Table:
     """Count the verdicts of each family."""
     groups = {name: [f for f in found if f.family == name] for name in FAMILIES} | {"all": list(found)}
-    rows = [
-        [name, len(own), *(sum(f.verdict is v for f in own) for v in Verdict),
-         max((f.error for f in own if f.verdict is Verdict.RIGHT), default=None)]
-        for name, own in groups.items() if own
-    ]  # fmt: skip
+    rows = []
+    for name, group in groups.items():
+        right = max((f.error for f in group if f.verdict is Verdict.RIGHT), default=None)
+        rows += [[name, len(group), *(sum(f.verdict is v for f in group) for v in Verdict), right]] if group else []
     return Table(["family", "cases", *Verdict, "largest right error over allowed"], rows, "Extreme and random mechanisms")
 
 
 def list_exceptions(found: Sequence[Finding]) -> Table:
-    """List every case that is not right, with its message."""
-    some = sorted((f for f in found if f.verdict is not Verdict.RIGHT), key=lambda f: list(Verdict).index(f.verdict))
-    rows = [[f.name, f.verdict, None if np.isnan(f.error) else f"{f.error:.2g} {f.worst}", f.message[:90]] for f in some]
+    """List the cases whose verdict is not RIGHT, with the message of the run."""
+    others = sorted((f for f in found if f.verdict is not Verdict.RIGHT), key=lambda f: list(Verdict).index(f.verdict))
+    rows = [[f.name, f.verdict, None if np.isnan(f.error) else f"{f.error:.2g} {f.worst}", f.message[:90]] for f in others]
     return Table(["case", "verdict", "error over what is allowed", "message"], rows, "Cases that are not right")
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the error of each case by family; right of the scale those that were not compared."""
-    s, spread = result.signals, np.random.default_rng(0)
+    """Draw the error of each case, a row for each family; cases without a comparison are at the right end."""
+    s, jitter = result.signals, np.random.default_rng(0)
     families = [name for name in FAMILIES if (s["family"] == name).any()]
     fig, ax = subplots(height=60 + 6 * len(families))
     x = np.where(np.isnan(s["error"]), 40 * MOST, np.clip(s["error"], LEAST, MOST))
-    y = np.array([families.index(name) for name in s["family"]]) + spread.uniform(-0.3, 0.3, len(x))
+    y = np.array([families.index(name) for name in s["family"]]) + jitter.uniform(-0.3, 0.3, len(x))
     for verdict, mark, colour in zip(Verdict, "oPDX*", COLOURS, strict=False):
-        own = s["verdict"] == verdict
-        ax.plot(x[own], y[own], mark, ms=3.5, color=colour, label=f"{verdict} ({own.sum()})")
+        part = s["verdict"] == verdict
+        ax.plot(x[part], y[part], mark, ms=3.5, color=colour, label=f"{verdict} ({part.sum()})")
     ax.axvline(1.0, color="black", lw=0.8)
     ax.set(xscale="log", xlim=(LEAST / 2, 200 * MOST), xlabel="error over what is allowed [1]; right: not compared")
     ax.set(yticks=range(len(families)), yticklabels=families, ylim=(len(families) - 0.4, -0.6), ylabel="family")

@@ -1,12 +1,12 @@
 """Force of the buckled strip on the stop in equilibrium: Table 2 for three thicknesses, and the force over crank angle.
 
-Four models of the same strip: the published quartic, the closed form (exact), the rod with the strip's axial and shear
-stiffness, and geometrically exact beam elements in static equilibrium. Two stops: the one the paper describes, met at a
-crank angle of 120 degrees, and the one its Table 2 was computed with. The second follows from one printed number, that
-of the 0.3 mm strip, and predicts the other two.
+The strip is modelled by the published quartic, the closed form (exact), the rod with the strip's axial and shear stiffness, and
+geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
+crank angle of 120 degrees, and its Table 2 was computed with another. The position of the latter follows from the printed force
+of the 0.3 mm strip, and predicts the other two forces.
 
-A slider at rest is held by the strip's push F, the stop and friction, which may be anything up to its limit f = mu m g: the stop
-feels anything in [max(F - f, 0), F + f], by what went before.
+On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
+force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
 
 References
 ----------
@@ -34,10 +34,10 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, st
 from ..kit.style import Figure, subplots
 
 KNOWN = 3e-4
-"""Thickness [m] whose printed force places the stop of Table 2."""
+"""Thickness of the strip whose printed force gives the stop of Table 2 [m]."""
 MODELS = ("quartic", "exact", "rod", "beam")
 STRAIGHTEST = 1e-4
-"""Least end shortening at which rod and beam are computed: below it the strip may not have buckled yet."""
+"""Smallest end shortening over length at which rod and beam are computed: below it the strip may be straight."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Parameters(StudyParameters):
 
 @dataclass(frozen=True)
 class Press:
-    """One strip [m] pressed against one stop, its slider held at x = `stop` [m]."""
+    """Strip of a thickness [m] that presses the slider against a stop, at x = `stop` on the slider's line [m]."""
 
     thickness: float
     stop: float
@@ -67,12 +67,12 @@ class Press:
 
     @property
     def unit(self) -> float:
-        """Unit of force, E I/L^2 [N]."""
+        """Unit of the normalised force, E I/L^2 [N]."""
         return self.section.bending_stiffness / PAPER.coupler**2
 
     @property
     def shortening(self) -> float:
-        """Largest end shortening over length: at dead centre."""
+        """Largest end shortening over length, that at the dead centre."""
         return float(PAPER.shortening(np.pi, self.stop))
 
     @property
@@ -82,18 +82,18 @@ class Press:
         return float(pinned.surface_stress(self.shortening, strip.thickness, PAPER.coupler, strip.material.modulus))
 
     def force(self, load: Callable[[Array], Array], angle: ArrayLike) -> Array:
-        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad] for a load p(u) of an array (eqs 7-13)."""
+        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad] for a law p(u) (eqs 7-13)."""
         return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
 
 
 def table_2_stop() -> float:
-    """Place the stop [m] where the exact elastica gives the printed force of the `KNOWN` strip at dead centre."""
+    """Compute the stop [m] at which the exact elastica has the printed force of the `KNOWN` strip at the dead centre."""
     load = CONTACT_FORCES[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Compute every model of every strip, at both stops, and the range of the force with friction."""
+    """Compute the force of every strip by every model at both stops, and the range of the force with friction."""
     stops = {f"e{np.degrees(p.stop_angle):g}": float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
@@ -104,9 +104,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         loads = _models(h, p.elements, failures)
         for name, stop in stops.items():
             press, key = Press(h, stop), f"h{_mm(h)}_{name}"
-            top = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
-            metrics[f"F_{key}"] = Metric(top["beam"], "N", CONTACT_FORCES.get(h), top["exact"])
-            metrics |= {f"{model}_{key}": Metric(top[model], "N", exact=top["exact"]) for model in ("quartic", "rod")}
+            largest = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
+            metrics[f"F_{key}"] = Metric(largest["beam"], "N", CONTACT_FORCES.get(h), largest["exact"])
+            metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
             metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
             if press.stress > p.yield_strength:
                 yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
@@ -117,11 +117,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
     for h in p.thicknesses:
-        ends = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
-        metrics |= {f"friction_h{_mm(h)}.{end}": Metric(float(x), "N") for end, x in zip(("low", "high"), ends, strict=True)}
-    yielding = (
-        f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" if yields else ""
-    )
+        low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
+        metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
+    reason = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: "
+    yielding = reason + ", ".join(yields) if yields else ""
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
@@ -136,7 +135,7 @@ def _mm(thickness: float) -> str:
 
 
 def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
-    """Make the load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
+    """Make the law p(u) of each model; rod and beam give nan below `STRAIGHTEST`, and failures of the beam are appended."""
     press = Press(thickness, 0.0)
     strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
 
@@ -148,41 +147,33 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
             return np.full(u.shape, np.nan)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        p, bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
-        if bent.any():
-            p[bent] = load(u[bent])
+        p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
+        if is_bent.any():
+            p[is_bent] = load(u[is_bent])
         return p
 
     rod = np.vectorize(lambda u: strip.at_shortening(u).load)
-    return {
-        "quartic": law.quartic,
-        "exact": pinned.load,
-        "rod": partial(load_bent, rod),
-        "beam": partial(load_bent, beam),
-    }
+    return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(load_bent, rod), "beam": partial(load_bent, beam)}
 
 
 def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Compare the forces at the described stop with that of the thinnest strip."""
+    """Compute the forces at the stop of the paper over that of the thinnest strip."""
     first, *others = sorted(p.thicknesses)
     found = {}
     for h in others:
         printed = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
-        top, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
-        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(top / base, "1", printed, (h / first) ** 3)
+        force, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
+        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(force / base, "1", printed, (h / first) ** 3)
     return found
 
 
-# --- dry friction -----------------------------------------------------------------------------------------------------
-
-
 def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
-    """Bound the force on the stop [N] of a resting slider that the strip pushes with `force` [N], by a friction limit [N]."""
+    """Compute the bounds of the force on the stop [N] of a slider at rest, by the strip's force and the limit of friction [N]."""
     return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw force over crank angle, and largest force over thickness, in units of E I/L^2: level where it is cubic."""
+    """Draw force over crank angle, and largest force over thickness, in units of E I/L^2, in which a cubic law is constant."""
     p, s = result.of(Parameters), result.signals
     fig, (left, right) = subplots(1, 2, height=85)
     second = Press(p.thicknesses[-1], table_2_stop())

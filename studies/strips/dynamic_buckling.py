@@ -1,14 +1,14 @@
 """Pinned strip whose ends approach at constant speed: the peak of its force over speed and bow, compared with one-mode theory.
 
-A slow compression measures Euler's load; a fast one finds the strip still straight and reaches many times that. The
-beam on the engine has all its modes and its own axial vibration; the first mode alone obeys an ordinary differential
-equation (Hoff's problem). Speeds are given as s = dp/dtau of the straight strip, critical loads per radian of its vibration.
-The strip of critical load P_E, first frequency w1, radius of gyration r and length L has the stress-free bow
-a0 sin(pi x/L). Let a be its amplitude, the bow included, tau = w1 t, and p = P/P_E. Its first mode obeys:
+A slow compression reaches Euler's load. In a fast one the strip is still straight, and its force reaches many times that load.
+The beam on the engine has all bending modes and axial vibration; in theory the first mode alone obeys an ordinary differential
+equation (Hoff's problem). The strip has critical load P_E, first frequency w1, radius of gyration r, length L, and the bow
+a0 sin(pi x/L) where it is free of stress. With the amplitude a of its deflection, bow included, the speed v of approach, the time
+tau = w1 t and the force p = P/P_E, the first mode obeys equation (1); the rate s is dp/dtau of a straight strip:
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2).                           (1)
 
-The force peaks where it stops rising, (a^2)' = 4 r^2 s.
+The force has its peak where (a^2)' = 4 r^2 s.
 
 References
 ----------
@@ -34,15 +34,15 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, st
 from ..kit.style import COLOURS, Figure, subplots
 
 AGREES_TO = 0.03
-"""Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""
-FALLEN = 0.05
-"""Fall of the force after a maximum, over the maximum or half the critical load if that is larger: less is axial vibration."""
+"""Relative difference of beam and first mode, at rates up to `FIRST_MODE`, above which the study is suspect."""
+FALL = 0.05
+"""Fall of the force after its peak, over the larger of the peak and half the critical load: smaller falls are axial vibration."""
 FIRST_MODE = 1.0
-"""Rate s up to which the first mode grows; at higher rates higher modes do."""
+"""Rate s up to which the first mode grows fastest; at higher rates higher modes do."""
 
 
 class Peak(NamedTuple):
-    """First maximum of the force: time tau = w1 t, and force over the critical load."""
+    """First maximum of the force: time tau, and force over the critical load p."""
 
     time: float
     force: float
@@ -50,7 +50,7 @@ class Peak(NamedTuple):
 
 @dataclass(frozen=True)
 class Hoff:
-    """First mode of the column: rate s, and bow over the radius of gyration, both positive."""
+    """First mode of the strip by equation (1), for a rate s and a bow a0/r, both positive; its state is (a/r, a'/r)."""
 
     rate: float
     bow: float
@@ -64,14 +64,15 @@ class Hoff:
         """Integrate (1) to the first maximum of the force."""
 
         def force_rate(tau: float, y: Array) -> float:
-            """Compute the rate of the force, zero at its maximum."""
+            """Compute the rate of the force, which is 0 at its maximum."""
             return float(self.rate - y[0] * y[1] / 2)
 
         def rates(tau: float, y: Array) -> tuple[float, float]:
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow
 
         force_rate.terminal, force_rate.direction = True, -1.0  # type: ignore[attr-defined]
-        until = 2 / self.rate + 40 * self.rate ** (-1 / 3) + 20  # twice the time to p = 1, and the growth of a'' = s tau a
+        # Twice the time 1/s to p = 1, 40 times the time s^(-1/3) of the growth a'' = s tau a after it, and some periods.
+        until = 2 / self.rate + 40 * self.rate ** (-1 / 3) + 20
         run = solve_ivp(rates, (0.0, until), (self.bow, 0.0), method="DOP853", events=force_rate, rtol=1e-10, atol=1e-12)
         if not len(run.t_events[0]):
             raise ValueError(f"rate = {self.rate:g}, bow = {self.bow:g}: the force does not peak before tau = {until:g}")
@@ -79,7 +80,7 @@ class Hoff:
         return Peak(tau, self.force(tau, a))
 
     def force(self, tau: float, a: float) -> float:
-        """Compute the force over the critical load at a time tau and an amplitude a/r."""
+        """Compute the force p at a time tau and an amplitude a/r, by equation (1)."""
         return float(self.rate * tau - (a**2 - self.bow**2) / 4)
 
 
@@ -87,13 +88,11 @@ class Hoff:
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    length: float = quantity(0.310, "m", 0.01, 10, "of the strip", "strip")
-    width: float = quantity(0.030, "m", 1e-4, 1, "of the strip", "strip")
-    thickness: float = quantity(3e-3, "m", 1e-4, 0.1, "of the strip", "strip")
-    bows: tuple[float, ...] = quantities(
-        (1e-3, 1e-2, 1e-1), "1", 1e-6, 10, "stress-free bow over the radius of gyration", "strip"
-    )
-    rates: tuple[float, ...] = quantities((0.01, 0.1, 0.3, 1.0), "1", 1e-3, 10, "speed as rate s of the force", "drive")
+    length: float = quantity(0.310, "m", 0.01, 10, "length of the strip", "strip")
+    width: float = quantity(0.030, "m", 1e-4, 1, "width of the strip", "strip")
+    thickness: float = quantity(3e-3, "m", 1e-4, 0.1, "thickness of the strip", "strip")
+    bows: tuple[float, ...] = quantities((1e-3, 1e-2, 1e-1), "1", 1e-6, 10, "bows over the radius of gyration, a0/r", "strip")
+    rates: tuple[float, ...] = quantities((0.01, 0.1, 0.3, 1.0), "1", 1e-3, 10, "speeds, as rates s of the force", "drive")
     elements: int = integer(16, 2, 200, "beam elements", "numerics")
     tolerance: float = quantity(3e-7, "1", 1e-9, 1e-4, "position error allowed a step, over the length", "numerics")
 
@@ -113,20 +112,20 @@ class Parameters(StudyParameters):
         return self.section.first_frequency(self.length)
 
     def speed(self, rate: float) -> float:
-        """Compute the speed of approach [m/s] of a rate s = v/(L w1 (pi r/L)^2)."""
+        """Compute the speed of approach [m/s] that belongs to a rate s."""
         return rate * self.length * self.frequency * (pi * self.gyration / self.length) ** 2
 
 
 def peak(result: Result, p: Parameters) -> float:
-    """Find the first maximum of the mean compression over the critical load: the largest before it has fallen by `FALLEN`."""
+    """Find the first maximum of the mean compression over the critical load after which it falls by `FALL`."""
     force = -result.signals["strip.axial_force"] / p.section.euler_load(p.length)
     largest = np.maximum.accumulate(force)
-    fallen = largest - force > FALLEN * np.maximum(largest, 0.5)
-    return float(largest[int(np.argmax(fallen)) if fallen.any() else -1])
+    has_fallen = largest - force > FALL * np.maximum(largest, 0.5)
+    return float(largest[int(np.argmax(has_fallen)) if has_fallen.any() else -1])
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run the strip for every rate and bow, until a little after the first mode's peak."""
+    """Run the strip for every rate and bow, until some time after the peak of the first mode."""
     solver = Exudyn(Controlled(tolerance=p.tolerance))
     metrics: dict[str, Metric] = {}
     wrong: list[str] = []
@@ -135,8 +134,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         first_mode = Hoff(rate, bow).peak()
         strip = Link("strip", "A", "B", Beam(p.section, elements=p.elements, imperfection=bow * p.gyration))
         joints, guides, drives = [Revolute("A", "ground", "strip")], [Guide("B", "strip")], [Drive("B", -p.speed(rate))]
-        made = Mechanism({"A": (0.0, 0.0), "B": (p.length, 0.0)}, [strip], joints, guides, drives=drives)
-        result = simulate(made, (1.1 * first_mode.time + 2.0) / p.frequency, solver=solver)
+        mechanism = Mechanism({"A": (0.0, 0.0), "B": (p.length, 0.0)}, [strip], joints, guides, drives=drives)
+        result = simulate(mechanism, (1.1 * first_mode.time + 2.0) / p.frequency, solver=solver)
         found = peak(result, p)
         name = f"s{rate:g}.bow{bow:g}"
         metrics[f"{name}.peak"] = Metric(found, "1", exact=first_mode.force)
@@ -152,7 +151,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the peak over the rate: beam as points, first mode as lines."""
+    """Draw the peak over the rate, of the beam as points and of the first mode as lines."""
     p = result.of(Parameters)
     fig, ax = subplots(height=90)
     rates = np.geomspace(min(p.rates) / 2, 2 * max(p.rates), 40)

@@ -1,8 +1,8 @@
-"""Load of the pinned strip against its end shortening: exact, as a rod, by the published quartic, by a fast law.
+"""Load of the pinned strip over its end shortening: closed form, rod, published quartic, fast law.
 
-Fig. 3 of the paper, with the error of each curve against the closed form by elliptic integrals. The rod is the same
-strip solved in another way, as a boundary value problem: without extension it must agree to rounding; with the strip's
-own axial and shear stiffness it shows what the closed form leaves out. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+The study draws Fig. 3 of the paper, and the error of each law against the closed form by elliptic integrals. The rod solves the
+boundary value problem of the same strip: without extension it must agree to rounding; with the strip's axial and shear stiffness
+it shows what the closed form neglects. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, st
 from ..kit.style import Figure, subplots
 
 ROD_LIMIT = 1e-10
-"""Largest relative difference of the inextensible rod from the closed form: rounding, usually 2e-15."""
+"""Largest allowed relative difference of the inextensible rod from the closed form; rounding usually makes 2e-15."""
 FAST_LIMIT = 1e-12
-"""Largest relative difference of the fast law from the closed form, which its fit promises."""
+"""Largest allowed relative difference of the fast law from the closed form: the error bound of its fit."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Parameters(StudyParameters):
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Compare the laws on 0 <= u <= 1."""
+    """Compute the laws on 0 <= u <= 1 and compare them with the closed form."""
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
     unit = p.section.bending_stiffness / PAPER.coupler**2
@@ -64,9 +64,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _at(rod: Rod, shortening: float) -> float:
-    """Compute the load of a rod; at zero shortening the critical load."""
-    lowest = rod.critical_load / rod.axial
-    return rod.at_shortening(shortening).load if shortening > lowest else rod.critical_load
+    """Compute the load of a rod, the critical load where the shortening is too small for buckling."""
+    at_buckling = rod.critical_load / rod.axial
+    return rod.at_shortening(shortening).load if shortening > at_buckling else rod.critical_load
 
 
 def _largest(error: Array) -> float:
@@ -92,10 +92,11 @@ STYLES = {
     "rod": ("C5", "-", "rod: inextensible"),
     "fast": ("C4", "-", "fast law"),
 }
+"""Colour, line and label of the laws in the figure of errors."""
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the load above, the error of each law below."""
+    """Draw the load over the shortening, and below it the error of each law."""
     s, u = result.signals, result.signals["shortening"]
     fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1, 1.2))
     above.plot(u, s["exact"], color="C0", label="exact")

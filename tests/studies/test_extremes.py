@@ -57,7 +57,7 @@ def test_a_clearance_larger_by_a_thousandth_decides_how_long_a_motion_is_compare
         return {"journal": journal, "force peak of a": np.ones(1)}
 
     monkeypatch.setattr(case, "read_reference", reference)
-    right = case.find_truth(made, {"journal": nominal})
+    right = case.find_reference(made, {"journal": nominal})
     assert set(right) == {"journal"} and right["journal"].shape[1] == 25
 
 
@@ -67,7 +67,7 @@ def test_the_load_of_a_pressed_strip_is_the_elastica_s():
     made = Draw("pressed", make_pressed_column(Beam(strip), 1 / 3, 10.0), 10.0)
     critical = strip.euler_load(length)
     expected = critical / np.pi**2 * float(pinned.load(1 / 3 - critical / strip.axial_stiffness))
-    assert case.find_truth(made, {})["force of the push"] == pytest.approx(expected, rel=1e-9)
+    assert case.find_reference(made, {})["force of the push"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_pendulum_is_known_in_closed_form():

@@ -104,9 +104,9 @@ MADE_OF = {
 
 @pytest.mark.parametrize("scene", MADE_OF)
 def test_a_scene_holds_what_it_needs_and_no_more(scene):
-    objects, unknowns, integrator, packages, rooms = MADE_OF[scene]
+    objects, unknowns, integrator, packages, folders = MADE_OF[scene]
     found = ingredients(*scene)
     assert found.status == "OK"
     assert (found.objects, found.unknowns) == (objects, unknowns)
     assert set(found.kernels) == (integrator | ALONE if integrator else set())
-    assert set(found.packages) == packages and set(found.rooms) == rooms
+    assert set(found.packages) == packages and set(found.folders) == folders
