@@ -28,10 +28,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "path": ("follow equilibria as a load, a drive or a number changes: limits, branchings, flutter", "own.statics:path"),
     "frequencies": ("find natural frequencies about an equilibrium, with damping and errors", "own.statics:frequencies"),
     "periodic": ("find a periodic motion, its multipliers and whether it is stable", "own.statics:periodic"),
-    "response": (
-        "follow a periodic motion over frequency, load or number, past folds and period doublings",
-        "own.statics:response",
-    ),
+    "response": ("follow a periodic motion over frequency, load or number, past folds and doublings", "own.statics:response"),
     "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.turning:sensitivity"),
     "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
     "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.turning:optimise"),

@@ -135,12 +135,9 @@ def _critical(dice: Dice) -> Made:
 def _cantilever(dice: Dice) -> Made:
     """Draw a cantilever with a rigid arm at its tip, under a tip force, gravity and, if it is a beam, a line load."""
     length = dice.uniform(0.2, 0.4)
+    end = parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2)))
     made = mbs.Mechanism(
-        {
-            "A": (0, 0),
-            "B": (length, 0),
-            "C": parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2))),
-        },
+        {"A": (0, 0), "B": (length, 0), "C": end},
         [mbs.Link("strip", "A", "B", parts.strip(dice, length, 1e-3, 2e-3)), mbs.Link("arm", "B", "C", parts.bar(dice))],
         [mbs.Weld("A", "ground", "strip"), dice.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
         loads=[mbs.Force("C", (dice.uniform(-1, 1), dice.uniform(-2, 0)))],
@@ -148,24 +145,19 @@ def _cantilever(dice: Dice) -> Made:
     )
     duration = dice.uniform(0.1, 0.3)
     if isinstance(made.links[0].body, mbs.Beam) and dice.chance():
-        along = mbs.LineLoad(
-            "strip", (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05), turns=dice.one(True, False)
-        )
-        made = replace(made, loads=[*made.loads, along])
+        force, torque = (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05)  # a length
+        made = replace(made, loads=[*made.loads, mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))])
     return made, duration
 
 
 def _landing(dice: Dice) -> Made:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    strip = (
-        mbs.Link("bar", "O", "A", parts.strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}),
-        mbs.Weld("O", "ground", "bar"),
-    )
-    rigid = mbs.Link("bar", "O", "A", parts.bar(dice), carries=("M",)), mbs.Revolute("O", "ground", "bar")
-    link, joint = dice.one(strip, rigid)
+    clamped = mbs.Link("bar", "O", "A", parts.strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld
+    rigid = mbs.Link("bar", "O", "A", parts.bar(dice), carries=("M",)), mbs.Revolute
+    link, joint = dice.one(clamped, rigid)
     return mbs.Mechanism(
-        {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [link], [joint],
+        {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [link], [joint("O", "ground", "bar")],
         stops=[mbs.Stop("M", at=-dice.uniform(1e-3, 1e-2), law=parts.impact(dice), along=(0.0, 1.0))],
         loads=[mbs.Force("A", (0.0, -dice.uniform(1, 10)))], gravity=parts.WEIGHT,
     ), dice.uniform(0.1, 0.2)  # fmt: skip

@@ -25,11 +25,7 @@ _LISTED = (
     ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
     ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
     ("striking", "design", "slider-crank designed backwards: forces and angle in, strip, stop and speed out"),
-    (
-        "error_against_run_time",
-        "error-against-run-time",
-        "error against run time: works by hand-tuned engine, one run, an accuracy; scenes",
-    ),
+    ("error_against_run_time", "error-against-run-time", "error against run time: hand-tuned engine, one run, an accuracy"),
     ("strips", "dynamic-buckling", "strip compressed at constant speed: peak force over speed and bow"),
     ("extremes", "extremes", "extreme and random mechanisms: is any run reported fine that is wrong?"),
     ("rattling", "crank-rocker", "crank-rocker with clearance in its joints, rocker rigid or flexible"),

@@ -55,13 +55,11 @@ class Parameters(TestedRuns):
     """Parameters of the study: values of each assumption, numbers of samples and runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
-    gravity_angle: tuple[float, ...] = quantities(
-        (-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its directions from the frame O-C", OPEN
-    )
+    gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the frame O-C", OPEN)
     pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
     pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
     friction_thresholds: tuple[float, ...] = quantities(
-        (0.1, 1.0), "1", 1e-4, 100, "factor on the friction's threshold speeds, 0.1 and 1 m/s: one, or from, to", OPEN
+        (0.1, 1.0), "1", 1e-4, 100, "factor on 0.1 and 1 m/s: one, or from, to", OPEN
     )
     modal_damping: tuple[str, ...] = choices(tuple(DAMPINGS), tuple(DAMPINGS), "damping ratios of modes", OPEN)
     rocker_damping: tuple[float, ...] = quantities((2e-3, 5e-2), "1", 1e-6, 1, "damping ratio: one, or from, to", OPEN)
@@ -71,12 +69,8 @@ class Parameters(TestedRuns):
     frequency_factor: tuple[float, ...] = quantities(
         (0.9, 1.1), "1", 0.5, 2, "on the rocker's frequencies, as eyes, holes or a mesh have it: one, or from, to", OPEN
     )
-    damping_unit: tuple[str, ...] = choices(
-        tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "readings of the published unit of c_max: each in turn", OPEN
-    )
-    in_plane_depth: tuple[float, ...] = quantities(
-        (20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the 20 mm x 5 mm bars in the plane", OPEN
-    )
+    damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "units of c_max: each in turn", OPEN)
+    in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", OPEN)
     clearance: tuple[float, ...] = quantities((5e-5, 5e-4), "m", 1e-6, 2e-3, "radial clearance: one, or from, to", OPEN)
     samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
 
@@ -202,7 +196,7 @@ def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            judgement = judge(*cell[:, :, k], p.margin, level)
+            judgement = judge(cell[0, :, k], cell[1, :, k], cell[2, :, k], p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)

@@ -54,9 +54,7 @@ class Parameters(Assumptions, TestedRuns):
 
     sets: tuple[str, ...] = choices(tuple(SETS)[:-1], tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", "bars")
-    damping_unit: tuple[str, ...] = choices(
-        tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "readings of the published unit of c_max", "contact"
-    )
+    damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "published unit of c_max", "contact")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
 

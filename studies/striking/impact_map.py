@@ -135,8 +135,7 @@ class SineStrip:
     def duration(self) -> float:
         """Time after first contact by which the impact is over [s].
 
-        It is a period of the slider on its stop and (3 + 6 s^(-1/3))/w1, enough for the growth a'' = s w1^3 t a of the first
-        mode, at most the time of `AFTER`.
+        It is a period of the slider on its stop and (3 + 6 s^(-1/3))/w1 for the growth a'' = s w1^3 t a of the first mode.
         """
         p = self.case
         rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s of the stop alone

@@ -75,15 +75,9 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
 
 
 def run_model(model: str, parameters: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
-    """Run one model from crank angle 0.
+    """Run one model from crank angle 0, with a crank speed [rad/s], for a duration [s].
 
-    Parameters
-    ----------
-    model : {"stitched", "strut", "beam"}
-    parameters : ImpactParameters
-    stop : duration of an impact [s] for stitched, stiffness of the stop [N/m] for the others
-    speed : speed of the crank [rad/s]
-    duration : duration of the run [s]
+    `stop` is the duration of an impact [s] for stitched, the stiffness of the stop [N/m] for strut and beam.
     """
     p = parameters
     if model == "stitched":
@@ -125,10 +119,7 @@ class Calibration(NamedTuple):
 def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     """Fit a model's stop to the published force: by m (1 + e) v/dt for stitched, else by the secant method in logarithms.
 
-    Raises
-    ------
-    NotCalibratedError
-        If a run fails or has no impact, or the method does not converge in `TRIALS` iterations.
+    A NotCalibratedError says that a run fails or has no impact, or that `TRIALS` iterations are not enough.
     """
     speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
     if model == "stitched":

@@ -183,10 +183,7 @@ class _Piece(NamedTuple):
 def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
     """Run the model for a duration [s] from crank angle 0; the crank turns forward by `motion`.
 
-    Raises
-    ------
-    ValueError
-        If the stop lies beyond the slider's reach.
+    A ValueError says that the stop lies beyond the slider's reach.
     """
     crank = _Crank(motion, duration)
     pieces: list[_Piece] = []

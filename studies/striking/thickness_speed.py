@@ -49,9 +49,7 @@ LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 class Parameters(StrikeParameters):
     """Parameters of the study."""
 
-    thicknesses: tuple[float, ...] = quantities(
-        (1e-4, 2e-4, 3e-4, 4e-4, 5e-4), "m", 5e-5, 1e-3, "thicknesses of the strip", "grid"
-    )
+    thicknesses: tuple[float, ...] = quantities((1e-4, 2e-4, 3e-4, 4e-4, 5e-4), "m", 5e-5, 1e-3, "strip thicknesses", "grid")
     speeds: tuple[float, ...] = quantities((0.75, 1.25, 2.0, 3.0, 4.5, 6.58), "rad/s", 0.1, 60, "speeds of the crank", "grid")
     slow: float = quantity(0.1, "rad/s", 0.1, 1, "speed at which the cube is read off", "grid")
     models: tuple[str, ...] = choices(("strut", "beam"), MODELS, "models to run", "grid")
