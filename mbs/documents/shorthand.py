@@ -1,6 +1,6 @@
 """Expansion of short forms in documents: values of `[parameters]`, `[defaults]` of bodies and joints, `pins`.
 
-`place` is the path of a value in the document, with which messages begin.
+`path` leads to a value in the document; messages begin with it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from ..units import is_measured, measured
 from ..validate import LARGEST
 from .document import PARAMETERS
 
-KNOWN = {*CONSTANTS, *FUNCTIONS}
+FORMULA_NAMES = {*CONSTANTS, *FUNCTIONS}
+"""Names of constants and functions in formulas, which are no names of parameters."""
 VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
 """Variables of formulas, which are no names of parameters."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
@@ -47,73 +48,77 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
         raise ValueError(f'{PARAMETERS} = {show(raw)}: must be a table of numbers, as d = "40 mm"')
     values: dict[str, Any] = {}
     for name, each in raw.items():
-        place = f"{PARAMETERS}.{name}"
-        meanings = {"the name of a point or link": names, "a variable of formulas": VARIABLES, "a name that formulas know": KNOWN}
+        path = f"{PARAMETERS}.{name}"
+        meanings = {
+            "the name of a point or link": names,
+            "a variable of formulas": VARIABLES,
+            "a name that formulas know": FORMULA_NAMES,
+        }
         if meaning := next((meaning for meaning, used in meanings.items() if name in used), ""):
-            raise ValueError(f"{place}: is {meaning}, too; choose another name, as {name}_0")
+            raise ValueError(f"{path}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):
-            raise ValueError(f"{place}: no name for a formula; a name has letters, digits and _, and begins with a letter")
-        values[name] = found = _value(each, values, place) if isinstance(each, str) and not is_measured(each) else each
-        if isinstance(found, str) and is_measured(found):
-            _number(found, place)
-        elif isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) < LARGEST:
-            raise ValueError(f"{place} = {show(each)}: must be a number, one with a unit such as '40 mm', or a formula of others")
+            raise ValueError(f"{path}: no name for a formula; a name has letters, digits and _, and begins with a letter")
+        values[name] = value = _evaluate(each, values, path) if isinstance(each, str) and not is_measured(each) else each
+        if isinstance(value, str) and is_measured(value):
+            _number(value, path)
+        elif isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+            raise ValueError(f"{path} = {show(each)}: must be a number, one with a unit such as '40 mm', or a formula of others")
     return values
 
 
 def _names(content: Mapping[str, Any]) -> set[str]:
     """Return the names of points and links, which look like formulas and are not."""
     tables = {str(name): link for name, link in _table(content, "links").items() if isinstance(link, Mapping)}
-    found = {*tables, *_table(content, "points")}
+    names = {*tables, *_table(content, "points")}
     for link in tables.values():
-        ends = link.get("start"), link.get("end"), *_table(link, "carries")
-        found |= {each for each in ends if isinstance(each, str)}
-    return found
+        points = link.get("start"), link.get("end"), *_table(link, "carries")
+        names |= {each for each in points if isinstance(each, str)}
+    return names
 
 
 def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     """Return a table of a document, empty if the value is no table; its field refuses it later."""
-    found = content.get(key)
-    return found if isinstance(found, Mapping) else {}
+    table = content.get(key)
+    return table if isinstance(table, Mapping) else {}
 
 
-def _fill(each: Any, values: Mapping[str, Any], names: set[str], place: str) -> Any:
+def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> Any:
     """Fill in the values of parameters in a part of a document."""
     if isinstance(each, Mapping):
-        return {key: inner if key == "kind" else _fill(inner, values, names, f"{place}.{key}") for key, inner in each.items()}
+        return {key: inner if key == "kind" else _fill(inner, values, names, f"{path}.{key}") for key, inner in each.items()}
     if isinstance(each, list):
-        return [_fill(inner, values, names, f"{place}[{k}]") for k, inner in enumerate(each)]
-    return _value(each, values, place) if isinstance(each, str) and each not in names else each
+        return [_fill(inner, values, names, f"{path}[{k}]") for k, inner in enumerate(each)]
+    return _evaluate(each, values, path) if isinstance(each, str) and each not in names else each
 
 
-def _value(text: str, values: Mapping[str, Any], place: str) -> Any:
+def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     """Return what a text stands for: a parameter as written, a number, or a formula with the values of parameters."""
     if text.strip() in values:
         return values[text.strip()]
-    if not set(WORD.findall(text)) & set(values) and not place.startswith(PARAMETERS):
+    if not set(WORD.findall(text)) & set(values) and not path.startswith(PARAMETERS):
         return text
-    formula = QUANTITY.sub(lambda match: repr(_number(match[0], place)), text)
+    formula = QUANTITY.sub(lambda match: repr(_number(match[0], path)), text)
     try:
         used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
     except ValueError as error:
         if "is no formula" in str(error):
             return text  # such as a name with other signs; its field refuses what it does not allow
-        raise ValueError(f"{place} = {show(text)}: {error}") from None
-    numbers = {name: _number(values[name], place) for name in used & set(values)}
+        raise ValueError(f"{path} = {show(text)}: {error}") from None
+    numbers = {name: _number(values[name], path) for name in used & set(values)}
     if used - set(numbers):
         return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
     try:
         return function_of(formula, tuple(numbers))(*numbers.values())
     except (ArithmeticError, ValueError) as error:
-        raise ValueError(f"{place} = {show(text)}: {error}") from None
+        raise ValueError(f"{path} = {show(text)}: {error}") from None
 
 
-def _number(value: Any, place: str) -> float:
+def _number(value: Any, path: str) -> float:
     """Return a number, or a text of a number with a unit, in SI."""
     try:
         return float(measured(value) if isinstance(value, str) else value)
     except ValueError as error:
-        raise ValueError(f"{place} = {show(value)}: {error}") from None
+        raise ValueError(f"{path} = {show(value)}: {error}") from None
 
 
 DEFAULTS, PINS = "defaults", "pins"

@@ -118,7 +118,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
 
 
 def count_others(function: Callable[..., object]) -> int:
-    """Count the arguments of a function in addition to the time."""
+    """Count the arguments of a function in addition to the time, by trial calls with zeros."""
     for others in range(MOST_OTHERS):
         try:
             function(0.0, *[0.0] * others)
@@ -156,8 +156,8 @@ def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> A
 def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: Array) -> tuple[Array, Array]:
     """Locate the last times before jumps by bisection; return them, and a mask of those at which there is a jump.
 
-    A step that ends at such a time evaluates the function before the jump only. There is a jump where the difference of the
-    values at both ends does not vanish with the interval.
+    A step that ends at such a time evaluates the function before the jump only. There is a jump where a tenth or
+    more of the first difference of values is left at the end; at a kink it vanishes with the interval.
     """
     initial = np.abs(after - before).max(axis=1)
     for _ in range(HALVINGS):
