@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exact import four_bars, pendulums
 from simulations import LENGTH, STRIP, block, exact_swing, pendulum, pendulum_frequency, pressed
-from validation.errors import TRUTHS, find_error, find_sizes, run_twice
+from validation.errors import REFERENCES, find_sizes, root_mean_square, run_twice
 
 pytest.importorskip("numba")
 
@@ -54,11 +54,11 @@ PERIOD = 2 * pi / pendulum_frequency()
 def drawn_case(family, seed, number):
     """A random mechanism, and how far a result's places are off, as long as it is one trajectory."""
     made = draw(seed, number, (family,))
-    truth = TRUTHS.get(family, run_twice)(made)
+    truth = REFERENCES.get(family, run_twice)(made)
 
     def error(result):
         sizes, seen = find_sizes(made, result), truth.time <= result.error.until
-        return max(find_error(result.at(x, truth.time[seen]) - right[seen]) / sizes[x] for x, right in truth.places.items())
+        return max(root_mean_square(result.at(x, truth.time[seen]) - right[seen]) / sizes[x] for x, right in truth.places.items())
 
     return made, error
 

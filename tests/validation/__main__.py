@@ -1,8 +1,8 @@
-"""Solve every known answer and write their tables into docs/validation.md.
+"""Solve every problem with a known answer, and write the tables of docs/validation.md.
 
     python tests/validation
 
-`--only QUESTION` solves and writes those of one question; `--quick` leaves out the slow ones and only prints.
+`--only QUESTION` solves the problems of one question; `--quick` leaves out the slow ones and prints the tables only.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PAGE = HERE.parents[1] / "docs" / "validation.md"
 
 
 def write(page: str, question: str, lines: list[str]) -> str:
-    """Put lines between the comments of a question."""
+    """Write lines between the two comments of a question in the page."""
     begin, end = f"<!-- answers: {question} -->", "<!-- /answers -->"
     found = re.sub(f"{re.escape(begin)}.*?{re.escape(end)}", lambda _: "\n".join([begin, *lines, end]), page, flags=re.S)
     if begin not in page:
@@ -34,17 +34,17 @@ def write(page: str, question: str, lines: list[str]) -> str:
 
 
 def main() -> int:
-    """Solve, print and write; 1 where a verdict is not accepted."""
+    """Solve, print and write; return 1 if a verdict is neither accepted nor expected, else 0."""
     parser = argparse.ArgumentParser(prog="python tests/validation", description=__doc__)
-    parser.add_argument("--only", choices=tuple(QUESTIONS), help="question to answer")
-    parser.add_argument("--quick", action="store_true", help="leave out slow answers")
-    given, begin, wrong, tables = parser.parse_args(), process_time(), list[str](), dict[str, list[str]]()
+    parser.add_argument("--only", choices=tuple(QUESTIONS), help="question whose problems are solved")
+    parser.add_argument("--quick", action="store_true", help="leave out slow problems; print only")
+    options, begin, wrong, tables = parser.parse_args(), process_time(), list[str](), dict[str, list[str]]()
     for question, title in QUESTIONS.items():
-        if given.only in (None, question):
+        if options.only in (None, question):
             print(f"\n{title}", flush=True)
             solved = list[Solved]()
             for known in list_known(question):
-                if known.slow and given.quick:
+                if known.slow and options.quick:
                     continue
                 solved.append(solve(known))
                 verdict = solved[-1].answer.verdict
@@ -54,10 +54,10 @@ def main() -> int:
             print("\n".join(tables[question]), flush=True)
     spent = process_time() - begin
     print(*wrong, f"\n{spent:.0f} s; not accepted: {len(wrong)}", sep="\n")
-    if not given.quick:
-        made = ", ".join(f"{name} {version}" for name, version in versions().items())
-        if given.only is None:
-            tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {made}."]
+    if not options.quick:
+        used = ", ".join(f"{name} {version}" for name, version in versions().items())
+        if options.only is None:
+            tables["machine"] = [f"{spent / 60:.0f} minutes of processor time, {os.cpu_count()} processors; {used}."]
         page = PAGE.read_text(encoding="utf-8")
         for question, lines in tables.items():
             page = write(page, question, lines)

@@ -1,7 +1,8 @@
-"""Errors that a run reports of its places against the true ones, on random mechanisms.
+"""True and reported errors of the positions in runs of random mechanisms.
 
-The truth of a mechanism is loop closure, an equation of motion integrated by SciPy, or the finer of two runs of the compiled
-solver far finer than what is asked for; a signal is judged where the truth's own error is small against the run's.
+The reference is loop closure, an equation of motion integrated by SciPy, or a run of the compiled solver that is far finer than
+the accuracy asked for. A second fine run gives the reference's own error. A signal is compared if that is small against the error
+of the run.
 """
 
 from __future__ import annotations
@@ -23,90 +24,92 @@ from buckler.studies.kit.drawn import EVERYTHING, Draw, draw
 from .known import Answer, Known
 
 SAMPLES = 2001
-"""Times at which places are compared."""
+"""Number of times at which positions are compared."""
 SILENT = 3.0
-"""True error over the one asked for, above which a run that is reported fine is wrong."""
+"""True error over the accuracy asked for, above which a run with status OK is wrong."""
 LOW, HIGH = 0.5, 20.0
-"""Reported over true error, below and above which it is reported too small and too large."""
+"""Range of the reported error over the true one that counts as a good estimate."""
 SEED = 5
+"""Seed of the random mechanisms, an arbitrary number."""
 FAMILIES = (*EVERYTHING, "smooth", "ramp", "strip on a stop", "rigid clearance", "modal clearance")
-"""Random mechanisms: seed of the grammar, and families."""
-JUDGED = 0.25
-"""Largest error of a truth over that of the run, of a signal that is judged."""
-NOTHING = 1e-7
-"""Errors over the range of a place that are rounding."""
+"""Families of random mechanisms, one mechanism of each."""
+REFERENCE_SHARE = 0.25
+"""Error of a reference over that of the run, up to which a signal is compared."""
+ROUNDING = 1e-7
+"""Error over the range of a signal, up to which it is rounding and not compared."""
 
 
-class Truth(NamedTuple):
-    """Times [s], places by signal, and the root mean square error of each."""
+class Reference(NamedTuple):
+    """Positions that count as right."""
 
-    time: Array
-    places: Mapping[str, Array]
-    errors: Mapping[str, float]
-
-
-def close_loop(made: Draw) -> Truth:
-    """Close the loop of a rigid slider-crank: the place of its slider."""
-    time = np.linspace(0.0, made.duration, SAMPLES)
-    closed = SliderCrank(made.mechanism.length("crank"), made.mechanism.length("coupler"))
-    return Truth(time, {"B.x": closed.slider(made.mechanism.drives[0].speed * time)}, {})
+    time: Array  # (SAMPLES,) [s]
+    places: Mapping[str, Array]  # positions [m] and angles [rad], by signal
+    errors: Mapping[str, float]  # their own root mean square errors; 0 for signals that are missing
 
 
-def move_slider(made: Draw) -> Truth:
-    """Integrate the equation of motion of a slider on a strut, from one touch of its stop to the next."""
-    (stop,), (guide,), body = made.mechanism.stops, made.mechanism.guides, made.mechanism.link("coupler").body
-    crank, length, speed = made.mechanism.length("crank"), made.mechanism.length("coupler"), made.mechanism.drives[0].speed
+def close_loop(drawn: Draw) -> Reference:
+    """Compute the slider's position of a rigid slider-crank from the closure of its loop."""
+    time = np.linspace(0.0, drawn.duration, SAMPLES)
+    closed = SliderCrank(drawn.mechanism.length("crank"), drawn.mechanism.length("coupler"))
+    return Reference(time, {"B.x": closed.slider(drawn.mechanism.drives[0].speed * time)}, {})
+
+
+def integrate_slider(drawn: Draw) -> Reference:
+    """Integrate the equation of motion of a slider between a strut and a stop, from one impact to the next."""
+    (stop,), (guide,), body = drawn.mechanism.stops, drawn.mechanism.guides, drawn.mechanism.link("coupler").body
+    crank, length, speed = drawn.mechanism.length("crank"), drawn.mechanism.length("coupler"), drawn.mechanism.drives[0].speed
     assert isinstance(body, Strut)
-    section, time = body.section, np.linspace(0.0, made.duration, SAMPLES)
-    unit, rigidity, euler = section.bending_stiffness / length**2, section.axial_stiffness / length, section.euler_load(length)
+    section, time = body.section, np.linspace(0.0, drawn.duration, SAMPLES)
+    unit_load, rigidity = section.bending_stiffness / length**2, section.axial_stiffness / length
+    euler = section.euler_load(length)
 
     def rates(t: float, y: Array, onset: float) -> Any:
         pin, (x, v), depth = crank * np.exp(1j * speed * t), y, stop.at - y[0]
         span = abs(pin - x)
         push = rigidity * (length - span)
         if push > euler:
-            push = unit * float(body.load(1 - span / length - euler / section.axial_stiffness))
+            push = unit_load * float(body.load(1 - span / length - euler / section.axial_stiffness))
         return v, (push * (x - pin.real) / span + (stop.law.force(depth, -v, onset) if depth > 0 else 0.0)) / guide.mass
 
     def touches(t: float, y: Array, onset: float) -> float:
-        return float(stop.at - y[0]) if t > begin + 1e-9 * made.duration else 1.0
+        return float(stop.at - y[0]) if t > begin + 1e-9 * drawn.duration else 1.0
 
     touches.direction, touches.terminal = 1.0, True  # type: ignore[attr-defined]
-    begin, state, onset, x = 0.0, np.array([made.mechanism.points["B"][0], 0.0]), 1.0, np.empty(SAMPLES)
-    while begin < made.duration:
+    begin, state, onset, x = 0.0, np.array([drawn.mechanism.points["B"][0], 0.0]), 1.0, np.empty(SAMPLES)
+    while begin < drawn.duration:
         part = solve_ivp(
-            rates, (begin, made.duration), state, "DOP853", None, True, touches, args=(onset,),
-            rtol=1e-11, atol=1e-14, max_step=made.duration / 2000,
+            rates, (begin, drawn.duration), state, "DOP853", None, True, touches, args=(onset,),
+            rtol=1e-11, atol=1e-14, max_step=drawn.duration / 2000,
         )  # fmt: skip
         x[time >= begin] = part.sol(time[time >= begin])[0]
         begin, state = float(part.t[-1]), part.y[:, -1]
         onset = -state[1]
-    return Truth(time, {"B.x": x}, {})
+    return Reference(time, {"B.x": x}, {})
 
 
 def read_places(result: Result, time: Array) -> dict[str, Array]:
-    """Read the places of a run at given times."""
+    """Interpolate the positions of a run at given times."""
     return {name: result.at(name, time) for name, trait in result.traits.items() if trait.kind is Kind.PLACE}
 
 
-def run_twice(made: Draw) -> Truth | None:
-    """Run the compiled solver twice, far finer than what is asked for; None if it fails."""
-    coarse, fine = (run_reference(made, finer) for finer in (0, 1))
+def run_twice(drawn: Draw) -> Reference | None:
+    """Run the compiled solver twice, far finer than the accuracy asked for; return None if it fails."""
+    coarse, fine = (run_reference(drawn, finer) for finer in (0, 1))
     if coarse is None or fine is None:
         return None
     time = np.linspace(0.0, min(coarse.time[-1], fine.time[-1]), SAMPLES)
     first, places = read_places(coarse, time), read_places(fine, time)
-    return Truth(time, places, {name: find_error(first[name] - places[name]) for name in places})
+    return Reference(time, places, {name: root_mean_square(first[name] - places[name]) for name in places})
 
 
-def find_error(off: Array) -> float:
-    """Find the root mean square over time."""
-    return float(np.sqrt((off**2).mean()))
+def root_mean_square(difference: Array) -> float:
+    """Compute the root mean square over time."""
+    return float(np.sqrt((difference**2).mean()))
 
 
-def find_sizes(made: Draw, result: Result) -> dict[str, float]:
-    """Find what the errors of places are relative to: clearance, or the largest range of a vector's components."""
-    length, ranges = max(made.mechanism.length(link.name) for link in made.mechanism.links), dict[str, float]()
+def find_sizes(drawn: Draw, result: Result) -> dict[str, float]:
+    """Find the sizes to which errors of positions are relative: clearance, or the largest range of a vector's components."""
+    length, ranges = max(drawn.mechanism.length(link.name) for link in drawn.mechanism.links), dict[str, float]()
     places = {name: trait for name, trait in result.traits.items() if trait.kind is Kind.PLACE}
     for name, trait in places.items():
         least, group = 1e-3 * (length if result.units[name] == "m" else 1.0), trait.group or name
@@ -114,54 +117,54 @@ def find_sizes(made: Draw, result: Result) -> dict[str, float]:
     return {name: trait.scale or ranges[trait.group or name] for name, trait in places.items()}
 
 
-TRUTHS: dict[str, Callable[[Draw], Truth | None]] = {"rigid": close_loop, "any struck": move_slider}
-"""Truths of families that need no run; the others have `run_twice`."""
+REFERENCES: dict[str, Callable[[Draw], Reference | None]] = {"rigid": close_loop, "any struck": integrate_slider}
+"""References of families that need no run of this package; the others have `run_twice`."""
 
 
 class Compared(NamedTuple):
-    """Run with an accuracy asked for: true and reported errors of its places, (places, 2), and whether there is a truth."""
+    """Run with an accuracy asked for, compared with its reference."""
 
-    errors: Array
-    is_known: bool
+    errors: Array  # true and reported relative error of each position, (positions, 2)
+    has_reference: bool
     result: Result
 
 
 @cache
 def compare_places(family: str, number: int, asked: float) -> Compared:
-    """Run a random mechanism, and compare the errors of its places with those it reports."""
-    made = draw(SEED, number, (family,))
-    truth = TRUTHS.get(family, run_twice)(made)
-    result = simulate(made.mechanism, made.duration, asked, timeout=60.0)
-    if truth is None or result.status not in (Status.OK, Status.SUSPECT):
-        return Compared(np.empty((0, 2)), truth is not None, result)
-    seen = truth.time <= min(result.time[-1], np.nan_to_num(result.error.until, nan=np.inf))
-    sizes, found = find_sizes(made, result), []
-    for name, right in truth.places.items():
-        error = find_error(result.at(name, truth.time[seen]) - right[seen]) / sizes[name]
-        if error > max(NOTHING, truth.errors.get(name, 0.0) / sizes[name] / JUDGED) and name in result.error:
+    """Run a random mechanism, and compute the true errors of its positions beside the reported ones."""
+    drawn = draw(SEED, number, (family,))
+    reference = REFERENCES.get(family, run_twice)(drawn)
+    result = simulate(drawn.mechanism, drawn.duration, asked, timeout=60.0)
+    if reference is None or result.status not in (Status.OK, Status.SUSPECT):
+        return Compared(np.empty((0, 2)), reference is not None, result)
+    covered = reference.time <= min(result.time[-1], np.nan_to_num(result.error.until, nan=np.inf))  # by the reported error
+    sizes, found = find_sizes(drawn, result), []
+    for name, right in reference.places.items():
+        error = root_mean_square(result.at(name, reference.time[covered]) - right[covered]) / sizes[name]
+        if error > max(ROUNDING, reference.errors.get(name, 0.0) / sizes[name] / REFERENCE_SHARE) and name in result.error:
             found.append((error, result.error[name]))
     return Compared(np.array(found).reshape(-1, 2), True, result)
 
 
 def solve_accuracy(family: str, number: int, asked: float) -> Answer:
-    """Largest error of a place, of a run with an accuracy asked for."""
-    errors, is_known, result = compare_places(family, number, asked)
+    """Return the largest true error of a position in a run with an accuracy asked for."""
+    errors, has_reference, result = compare_places(family, number, asked)
     allowed = (SILENT if result.status == Status.OK else 1.0) * asked
-    right = 0.0 if is_known else float("nan")
+    right = 0.0 if has_reference else float("nan")
     return Answer(float(errors[:, 0].max(initial=0.0)), right, allowed, status=str(result.status), message=result.message)
 
 
 def solve_share(asked: float) -> Answer:
-    """Share of places whose error is reported within half and twenty times the true one."""
+    """Return the share of positions whose reported error is between 0.5 and 20 times the true one."""
     errors = np.vstack([compare_places(family, k, asked).errors for k, family in enumerate(FAMILIES)])
     ratios = errors[:, 1] / errors[:, 0]
     return Answer(float(np.mean((ratios >= LOW) & (ratios <= HIGH))), 1.0, 0.05)
 
 
 def list_known() -> Iterator[Known]:
-    """List accuracies asked of random mechanisms."""
+    """Yield runs of random mechanisms with two accuracies."""
     for asked in (1e-2, 1e-3):
-        for family in TRUTHS:
+        for family in REFERENCES:
             for k in range(2):
                 group = f"rigid slider-crank and struck strut, places, {asked:g} asked"
                 yield Known("errors", group, f"{family} {k}", partial(solve_accuracy, family, k, asked))

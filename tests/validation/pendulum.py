@@ -1,9 +1,11 @@
-"""A triple pendulum with viscous and dry friction in its joints and drag, against its own equations of motion.
+"""Triple pendulum with drag and with viscous and dry friction in its joints, against its equations of motion.
 
-With absolute angles t from the upward vertical and speeds s, for arms of mass m, centre of mass a and length L:
+Angles t_i are measured from the upward vertical, s_i = t_i'. Arm i has the mass m_i, the length L_i, the inertia J_i about its
+centre of mass, at the distance a_i from its joint, and carries the mass M_i of the arms beyond it:
 
-    sum_j A_ij (cos(t_i - t_j) s_j' + sin(t_i - t_j) s_j^2) = G_i sin(t_i) - T_i + T_(i+1) - q |s_i| s_i
-    T_i = k r_i + c tanh(r_i/r_0),  r_i = s_i - s_(i-1)
+    sum_j A_ij (cos(t_i - t_j) s_j' + sin(t_i - t_j) s_j^2) = g h_i sin(t_i) - T_i + T_(i+1) - q |s_i| s_i
+    h_i = m_i a_i + M_i L_i,   A_ii = J_i + m_i a_i^2 + M_i L_i^2,   A_ij = A_ji = L_i h_j for i < j
+    T_i = k r_i + c tanh(r_i/r_0),   r_i = s_i - s_(i-1)
 """
 
 from __future__ import annotations
@@ -26,33 +28,33 @@ MASS, LENGTH = np.array([0.258, 0.279, 0.119]), np.array([0.173, 0.229, 0.3])
 CENTRE, INERTIA = np.array([0.160, 0.203, 0.184]), np.array([1.0e-4, 3.1e-4, 1.7e-4])
 """Arms: mass [kg], length and distance of the centre of mass [m], inertia about it [kg m^2]."""
 VISCOUS, DRY, CREEP, DRAG = 1.5e-3, 5e-4, 0.02, 1.5e-5
-"""Friction of a joint [N m s], [N m] and the speed of its tanh [rad/s]; drag of an arm [N m s^2]."""
+"""Friction of a joint: k [N m s], c [N m], r_0 [rad/s]; drag q of an arm [N m s^2]."""
 START, SPEED, DURATION = np.pi + np.array([0.5, 1.0, 1.5]), 1.0, 0.6
-"""Angles [rad] and speed of all arms at the start [rad/s]; time of the run [s]."""
+"""Angles t_i [rad] and speeds s_i of all arms [rad/s] at the start; duration of the run [s]."""
 
 
 def integrate() -> Array:
-    """Integrate the equations of motion to 1e-11: the angles at the end [rad]."""
+    """Integrate the equations of motion with a tolerance of 1e-11; return the angles at the end [rad], (3,)."""
     beyond = np.append(np.cumsum(MASS[::-1])[::-1][1:], 0.0)
-    first, upper = MASS * CENTRE + beyond * LENGTH, np.triu(np.ones((3, 3)), 1)
-    cross = upper * np.outer(LENGTH, first)
+    h = MASS * CENTRE + beyond * LENGTH
+    cross = np.triu(np.outer(LENGTH, h), 1)
     matrix = cross + cross.T + np.diag(INERTIA + MASS * CENTRE**2 + beyond * LENGTH**2)
 
     def rates(_t: float, y: Array) -> Array:
         angle, speed = y[:3], y[3:]
         relative = np.diff(speed, prepend=0.0)
         torque = VISCOUS * relative + DRY * np.tanh(relative / CREEP)
-        apart = angle[:, None] - angle
-        force = GRAVITY * first * np.sin(angle) - torque + np.append(torque[1:], 0.0) - DRAG * np.abs(speed) * speed
-        bent = force - (matrix * np.sin(apart)) @ speed**2
-        return np.concatenate([speed, np.linalg.solve(matrix * np.cos(apart), bent)])
+        difference = angle[:, None] - angle
+        moment = GRAVITY * h * np.sin(angle) - torque + np.append(torque[1:], 0.0) - DRAG * np.abs(speed) * speed
+        moment -= (matrix * np.sin(difference)) @ speed**2
+        return np.concatenate([speed, np.linalg.solve(matrix * np.cos(difference), moment)])
 
     start = np.concatenate([START, np.full(3, SPEED)])
     return solve_ivp(rates, (0.0, DURATION), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:3, -1]
 
 
-def hang() -> Mechanism:
-    """Make the pendulum; links turn against the clock, the angles of the equations with it."""
+def make_pendulum() -> Mechanism:
+    """Make the pendulum. Angles of links are counterclockwise, those of the equations clockwise."""
     steps = np.cumsum(LENGTH * np.exp(1j * (np.pi / 2 - START)))
     points: dict[str, Any] = {"P0": (0.0, 0.0)} | {f"P{i + 1}": (z.real, z.imag) for i, z in enumerate(steps)}
     names = [f"arm{i + 1}" for i in range(3)]
@@ -72,13 +74,13 @@ def hang() -> Mechanism:
 
 
 def solve(arm: int) -> Answer:
-    """Angle of an arm at the end."""
-    result = simulate(hang(), DURATION, 1e-5)
+    """Compare the angle of an arm at the end."""
+    result = simulate(make_pendulum(), DURATION, 1e-5)
     found = float(START[arm] - result.signals[f"arm{arm + 1}.angle"][-1])
     return Answer(found, float(integrate()[arm]), 1e-4, "rad", status=str(result.status), message=result.message)
 
 
 def list_known() -> Iterator[Known]:
-    """List the angles of the three arms."""
+    """Yield the angles of the three arms."""
     for arm in range(3):
         yield Known("published", "triple pendulum with friction and drag, 0.6 s", f"arm {arm + 1}", partial(solve, arm))

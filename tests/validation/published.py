@@ -1,4 +1,4 @@
-"""Published benchmark problems of multibody dynamics; `exact` solves each a second way."""
+"""Published benchmark problems of multibody dynamics; `tests/exact` has their data and solves them by other methods."""
 
 from __future__ import annotations
 
@@ -28,38 +28,38 @@ def extrapolate(mechanism: Mechanism, duration: float, signal: str) -> tuple[flo
 
 
 def solve_andrews() -> Answer:
-    """Crank angle of Andrews' mechanism at 0.03 s."""
+    """Compare the crank angle of Andrews' mechanism at 0.03 s."""
     turned, status = extrapolate(problems.andrews(), 0.03, "K1.angle")
     return relate(problems.ANDREWS_START[0] + turned, ANDREWS_ANGLES[0], 1e-6, "rad", status=status)
 
 
 def solve_pendulum() -> Answer:
-    """First angle of the double pendulum after 5 s, against a Taylor series in 40 digits."""
+    """Compare the first angle of the double pendulum after 5 s with a Taylor series in 40 digits."""
     turned, status = extrapolate(problems.double_pendulum(), 5.0, "first.angle")
     return Answer(pi / 2 + turned, float(DOUBLE_PENDULUM["rods"][0]), 1e-6, "rad", status=status)
 
 
 @cache
 def run_four_bars() -> Result:
-    """Run the N four-bar through ten singular poses; its joint forces have no limit there."""
+    """Run the N four-bar through ten singular poses, where its joint forces are unbounded."""
     return simulate(problems.four_bars(2), 10.0, 1e-6)
 
 
 def solve_four_bars(axis: int) -> Answer:
-    """Place of the first bar's top after 10 s, against the closed form."""
+    """Compare a coordinate of the first bar's top after 10 s with the closed form."""
     result = run_four_bars()
     found = float(result.signals[f"B0.{'xy'[axis]}"][-1])
     return Answer(found, four_bars.top(10.0)[axis], 1e-4, "m", status=str(result.status), message=result.message)
 
 
 def solve_princeton(load: float) -> Answer:
-    """Deflection of the Princeton beam's tip, against the exact elastica."""
+    """Compare the deflection of the Princeton beam's tip under a load [N] with the exact elastica."""
     rest = equilibrium(problems.princeton(load), degree=14)
     return relate(-rest.point("beam", "B").position[1], princeton.tip(load)[1], 1e-6, "m", status=str(rest.status))
 
 
 def solve_published_tip() -> Answer:
-    """The same against the published beam model, which is known to 5e-5 m."""
+    """Compare the same with the published beam model, whose value is printed to 5e-5 m."""
     answer = solve_princeton(8.896)
     return answer._replace(right=PUBLISHED["princeton.tip"].value, allowed=PUBLISHED["princeton.tip"].within)
 
@@ -71,7 +71,7 @@ def run_simeon() -> Result:
 
 
 def solve_simeon(name: str) -> Answer:
-    """Place of the slider, or angle of the rod's chord; the published rod bends in two linear modes."""
+    """Compare the slider's position, or the angle of the rod's chord; the published rod bends in two linear modes."""
     result = run_simeon()
     x, y, slider = (float(result.signals[signal][-1]) for signal in ("A.x", "A.y", "B.x"))
     found, right, unit = (slider, SIMEON_END[2], "m") if name == "slider" else (atan2(-y, slider - x), SIMEON_END[1], "rad")
@@ -79,14 +79,14 @@ def solve_simeon(name: str) -> Answer:
 
 
 def list_known() -> Iterator[Known]:
-    """List the published problems."""
-    ask = partial(Known, "published")
-    yield ask("Andrews' mechanism, crank angle at 0.03 s", "andrews", solve_andrews)
-    yield ask("double pendulum, first angle at 5 s", "double pendulum", solve_pendulum)
+    """Yield the published problems."""
+    case = partial(Known, "published")
+    yield case("Andrews' mechanism, crank angle at 0.03 s", "andrews", solve_andrews)
+    yield case("double pendulum, first angle at 5 s", "double pendulum", solve_pendulum)
     for k, axis in enumerate("xy"):
-        yield ask("N four-bar, N = 2, B0 at 10 s", f"four-bar {axis}", partial(solve_four_bars, k))
+        yield case("N four-bar, N = 2, B0 at 10 s", f"four-bar {axis}", partial(solve_four_bars, k))
     for load in princeton.LOADS:
-        yield ask("Princeton beam, tip against the elastica", f"{load:g} N", partial(solve_princeton, load))
-    yield ask("Princeton beam, tip as published", "princeton", solve_published_tip)
+        yield case("Princeton beam, tip against the elastica", f"{load:g} N", partial(solve_princeton, load))
+    yield case("Princeton beam, tip as published", "princeton", solve_published_tip)
     for name in ("slider", "rod"):
-        yield ask("Simeon's slider-crank at 0.1 s", f"simeon {name}", partial(solve_simeon, name), True)
+        yield case("Simeon's slider-crank at 0.1 s", f"simeon {name}", partial(solve_simeon, name), True)

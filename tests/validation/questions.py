@@ -1,4 +1,4 @@
-"""Questions of the validation, each with the modules that list its known answers."""
+"""Questions of the validation, and the modules that list problems with known answers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ QUESTIONS = {
     "features": "Are narrow features of a user's function seen?",
     "random": "Is any random mechanism silently wrong?",
 }
-"""Questions by their key in docs/validation.md."""
+"""Titles of questions, by their key in the comments of docs/validation.md."""
 MODULES = (published, stability, drops, nonsmooth, pendulum, solvers, errors, features, saved)
 
 
 def list_known(question: str = "") -> Iterator[Known]:
-    """List the known answers of a question, or all."""
+    """Yield the problems of one question, or all."""
     return (known for known in chain.from_iterable(module.list_known() for module in MODULES) if question in ("", known.question))

@@ -1,7 +1,7 @@
-"""Two solvers that share the elements and none of the equations, on the same mechanisms.
+"""Exudyn against the compiled solver, which share the elements and no equation of motion, on the same mechanisms.
 
-Exudyn and the compiled solver run the ready mechanisms, published problems and random mechanisms. Their difference in any signal
-must stay within the sum of the errors that both report; forces with another sign do not.
+Both run the mechanisms of the library, published problems and random mechanisms. Their difference in any signal must stay within
+three times the sum of the errors that both report; a force of the wrong sign does not.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .known import Answer, Known
 ACCURACY = 1e-2
 """Accuracy asked of both solvers."""
 BEYOND = 3.0
-"""Difference over the sum of both reported errors, above which the solvers contradict each other."""
+"""Difference over the sum of both reported errors, up to which an answer is right."""
 CONTRADICTION = r"SOLVERS: .* are (\S+) apart in .*, allowed ([^,\s]+)"
-"""Sentence of a run whose difference is larger than the sum of both reported errors: both numbers."""
+"""Sentence of a run whose difference is larger than the sum of both reported errors, with groups for these two numbers."""
 
 
 def list_ready() -> Iterator[Draw]:
-    """List the ready mechanisms and the published problems, over short times."""
+    """Yield mechanisms of the library and published problems, with short durations."""
     strip = Section(STRIP_WIDTH, 2e-3).damped(0.01, PAPER.coupler)
 
     def play(point: str, pin: str, bush: str) -> Clearance:
@@ -54,9 +54,9 @@ def list_ready() -> Iterator[Draw]:
     yield Draw("Princeton", problems.princeton(8.896), 0.05)
 
 
-def compare(made: Draw, timeout: float = 60.0) -> Answer:
-    """Difference of the places of two solvers; where a signal differs by more than both report, that of the signal."""
-    result = simulate(made.mechanism, made.duration, ACCURACY, solver=Exudyn(), verify=True, timeout=timeout)
+def compare(drawn: Draw, timeout: float = 60.0) -> Answer:
+    """Find the difference of the solvers in positions, or, where another signal differs by more than both report, in that."""
+    result = simulate(drawn.mechanism, drawn.duration, ACCURACY, solver=Exudyn(), verify=True, timeout=timeout)
     if contradiction := re.search(CONTRADICTION, result.message):
         difference, reported = map(float, contradiction.groups())
         return Answer(difference, 0.0, BEYOND * reported, message=result.message)
@@ -64,10 +64,10 @@ def compare(made: Draw, timeout: float = 60.0) -> Answer:
 
 
 def list_known() -> Iterator[Known]:
-    """List the mechanisms that both solvers run."""
-    for made in list_ready():
-        slow = made.name in ("slider-crank, cable", "Simeon", "crank-rocker, clearance, beam")
-        yield Known("solvers", "ready mechanisms and published problems", made.name, partial(compare, made), slow)
+    """Yield the mechanisms that both solvers run."""
+    for ready in list_ready():
+        slow = ready.name in ("slider-crank, cable", "Simeon", "crank-rocker, clearance, beam")
+        yield Known("solvers", "ready mechanisms and published problems", ready.name, partial(compare, ready), slow)
     for k in range(2 * len(EVERYTHING)):
-        made = draw(0, k, EVERYTHING)
-        yield Known("solvers", "random mechanisms of every kind", made.name, partial(compare, made), slow=True)
+        drawn = draw(0, k, EVERYTHING)
+        yield Known("solvers", "random mechanisms of every kind", drawn.name, partial(compare, drawn), slow=True)

@@ -1,4 +1,4 @@
-"""Every known answer has a verdict that it may have; and a wrong one is seen."""
+"""Every problem with a known answer has an accepted verdict, and wrong answers are found to be wrong."""
 
 from dataclasses import replace
 
@@ -25,18 +25,18 @@ KNOWN = list(list_known())
 
 
 def mark(known):
-    """Mark an answer as slow, or as one that is known to be wrong still."""
+    """Return the marks of a problem: slow, or known to be wrong still."""
     still = pytest.mark.xfail(reason=f"still {known.still}", strict=True)
     return [pytest.mark.slow] * known.slow + [still] * bool(known.still)
 
 
 @pytest.mark.parametrize("known", [pytest.param(k, id=f"{k.question}: {k.group}: {k.name}", marks=mark(k)) for k in KNOWN])
-def test_an_answer_has_a_verdict_that_it_may_have(known):
+def test_an_answer_has_an_accepted_verdict(known):
     answer = known.solve()
     assert answer.verdict in known.accepted, answer
 
 
-def test_every_question_has_answers_and_every_answer_a_name_of_its_own():
+def test_every_question_has_problems_and_their_names_are_unique():
     assert {known.question for known in KNOWN} == set(QUESTIONS)
     assert len({(known.question, known.group, known.name) for known in KNOWN}) == len(KNOWN)
 
@@ -62,13 +62,13 @@ def test_verdict_of_an_answer(answer, verdict):
     assert answer.verdict is verdict
 
 
-def test_the_table_has_a_row_a_group_with_its_worst_answer():
+def test_the_table_has_a_row_for_each_group_with_its_worst_answer():
     solved = [solve(Known("q", "g", name, lambda off=off: Answer(1 + off, 1.0, 0.1))) for name, off in (("a", 0.01), ("b", 0.2))]
     head, _, row = tabulate(solved)
     assert head.count("|") == row.count("|") and "| g | 2 | b: 1.2 | 1 | 2.0e-01 |" in row and "1 right, 1 silent" in row
 
 
-# --- what is wrong is seen --------------------------------------------------------------------------------------------
+# --- wrong answers are found --------------------------------------------------------------------------------------------
 
 
 def test_a_wrong_spring_moves_andrews_mechanism(monkeypatch):
@@ -78,7 +78,7 @@ def test_a_wrong_spring_moves_andrews_mechanism(monkeypatch):
     assert published.solve_andrews().verdict is Verdict.SILENT
 
 
-def test_andrews_bodies_stand_as_published():
+def test_andrews_mechanism_has_the_published_start():
     points = problems.andrews().points
     assert points["E"] == pytest.approx((-0.020960022346354336, 0.0012951691937066864), abs=1e-9)
     assert points["D"] == pytest.approx((-0.010472393888814626, 0.02535778853027525), abs=1e-9)
@@ -88,20 +88,20 @@ def test_andrews_bodies_stand_as_published():
     ("name", "asked", "printed"),
     [("CarvalhoMartins", 0.3, 0.3040), ("CarvalhoMartins", 0.7, 0.7000), ("LeeWang", 0.3, 0.7390), ("LeeWang", 0.7, 0.8693)],
 )
-def test_a_drop_delivers_the_restitution_of_the_page(name, asked, printed):
+def test_an_impact_delivers_the_restitution_of_the_page(name, asked, printed):
     """Numbers of docs/theory-contact.md."""
-    assert drops.drop(getattr(drops.laws, name)(drops.STIFFNESS, asked)).found == pytest.approx(printed, abs=5e-4)
+    assert drops.strike(getattr(drops.laws, name)(drops.STIFFNESS, asked)).found == pytest.approx(printed, abs=5e-4)
 
 
-def test_a_law_that_promises_another_restitution_is_seen(monkeypatch):
+def test_another_restitution_than_that_of_the_law_is_silent(monkeypatch):
     law = drops.laws.Flores(drops.STIFFNESS, 0.5)
     monkeypatch.setattr(drops, "delivered", lambda *_: 0.51)
-    assert drops.drop(law).verdict is Verdict.SILENT
+    assert drops.strike(law).verdict is Verdict.SILENT
 
 
 @pytest.mark.parametrize(("kind", "name"), [("Spring", "stiffness"), ("Torque", "value")])
 def test_a_sign_flipped_in_one_solver_is_a_contradiction(monkeypatch, kind, name):
-    """Andrews' mechanism with its spring or torque turned round in the compiled solver alone."""
+    """Run Andrews' mechanism with the sign of its spring or torque changed in the compiled solver alone."""
     right = registry.ELEMENTS[kind]
     flip = lambda b, key, load: right(b, key, replace(load, **{name: -getattr(load, name)}))  # noqa: E731
     monkeypatch.setitem(registry.ELEMENTS, kind, flip)
@@ -109,53 +109,53 @@ def test_a_sign_flipped_in_one_solver_is_a_contradiction(monkeypatch, kind, name
 
 
 def test_a_force_with_another_sign_is_a_contradiction(monkeypatch):
-    """Of the drive of a crank-rocker, which moves as before."""
-    made, right = Draw("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), SOLVERS[Exudyn]
+    """Change the sign of the drive torque of a crank-rocker, whose motion stays the same."""
+    drawn, right = Draw("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), SOLVERS[Exudyn]
 
-    def wrong(*given):
-        run = right(*given)
+    def wrong(*arguments):
+        run = right(*arguments)
         torque = run.signals["drive.torque"]
         run.signals["drive.torque"] = torque._replace(values=-torque.values)
         return run
 
-    assert solvers.compare(made).verdict is Verdict.RIGHT
+    assert solvers.compare(drawn).verdict is Verdict.RIGHT
     monkeypatch.setitem(SOLVERS, Exudyn, wrong)
-    answer = solvers.compare(made)
+    answer = solvers.compare(drawn)
     assert answer.ratio > 1 and "drive.torque" in answer.message
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [(0.0, Verdict.RIGHT), (4.0, Verdict.SILENT)])
-def test_an_error_beyond_what_was_asked_is_silent(monkeypatch, factor, verdict):
-    """A truth that lies so many times what was asked away from the run."""
+def test_an_error_beyond_the_accuracy_asked_for_is_silent(monkeypatch, factor, verdict):
+    """Compare with a reference that is wrong by a factor times the accuracy asked for."""
 
-    def truth(made):
-        exact = errors.close_loop(made)
+    def reference(drawn):
+        exact = errors.close_loop(drawn)
         return exact._replace(places={name: x + factor * 1e-2 * np.ptp(x) for name, x in exact.places.items()})
 
-    monkeypatch.setitem(errors.TRUTHS, "rigid", truth)
+    monkeypatch.setitem(errors.REFERENCES, "rigid", reference)
     errors.compare_places.cache_clear()
     assert errors.solve_accuracy("rigid", 0, 1e-2).verdict is verdict
     errors.compare_places.cache_clear()
 
 
-# --- what the answers rest on -----------------------------------------------------------------------------------------
+# --- published data and references -----------------------------------------------------------------------------------------
 
 
 def test_the_controller_gives_the_published_torque():
-    """At every published state; they are stored to 1e-6 rad, which its gain makes 2e-3 N m."""
+    """Compare the torque at all published states; these have 6 decimals, and 1e-6 rad times the gain is 2e-3 N m."""
     time, crank, _, _, speed, torque = FOURBAR
     found = np.array([controlled(*each) for each in zip(time, crank, speed, strict=True)])
     np.testing.assert_allclose(found, torque, atol=5e-3)
     assert np.abs(torque).max() > 180
 
 
-def test_the_published_slider_rests_on_both_faces_and_its_schemes_differ():
+def test_the_published_slider_touches_both_faces_and_its_schemes_differ():
     assert np.abs(SLIDER_CRANK[2]).max() == pytest.approx(1, abs=1e-3)
     assert 1e-4 < nonsmooth.compare_schemes() < 3e-3
 
 
 @pytest.mark.slow
-def test_frames_turn_where_is_published():
+def test_frames_have_the_published_limit_loads():
     found = {(name, k): stability.solve_frame(name, "limit", k).found for name, k in (("lee", 0), ("lee", 1), ("deep_arch", 0))}
     found["deep_arch", 0] /= (np.radians(215) / 2) ** 2
     assert list(found.values()) == pytest.approx([18.55, -9.39, 8.97], rel=5e-4)

@@ -1,8 +1,8 @@
-"""Smooth contact in a joint with clearance against rigid contact by Moreau and Jean's time stepping, written here alone.
+"""Smooth contact in a joint with clearance against rigid contact by the time stepping of Moreau and Jean, implemented here.
 
-A body whose pin moves in a bush of 1 mm clearance under a force that turns: sliding along the bush after dead impacts, or
-bouncing in it. Where contact lasts, a smooth law's pin is too deep by F/K: the distance falls as 1/K. Through impacts it stays
-too long, by pi sqrt(m/K): the distance falls as its square root.
+A body's pin moves in a bush of 1 mm clearance under a force whose direction turns. With restitution near 0 it slides along the
+bush; with 0.8 it bounces. Where contact lasts, the pin of a smooth law is too deep by F/K: the distance of the two motions falls
+as 1/K. An impact of a smooth law lasts pi sqrt(m/K): the distance falls as 1/sqrt(K).
 
 M. Jean, The non-smooth contact dynamics method, doi 10.1016/S0045-7825(98)00383-1.
 """
@@ -16,6 +16,7 @@ from buckler.mbs import Clearance, Controlled, Exudyn, Force, Link, Mechanism, R
 from buckler.mbs.laws import CarvalhoMartins
 
 GAP, MASS, WEIGHT, TURN = 1e-3, 0.1, 0.981, 40.0
+"""Radial clearance [m], mass of the body [kg], amplitude of the force [N], its angular frequency [rad/s]."""
 
 
 def force(time):
@@ -23,7 +24,7 @@ def force(time):
 
 
 def moreau_jean(restitution, duration, step):
-    """Places of a point without friction in a circle, (steps + 1, 2): velocities jump so that Newton's law of impact holds."""
+    """Compute the motion of a point mass in a circle without friction, (steps + 1, 2), by Newton's law of impact."""
     x = y = vx = vy = 0.0
     out = np.zeros((round(duration / step) + 1, 2))
     for i in range(1, len(out)):
@@ -33,16 +34,16 @@ def moreau_jean(restitution, duration, step):
         r = (xm * xm + ym * ym) ** 0.5
         if r >= GAP:
             nx, ny = xm / r, ym / r
-            pushed = max(0.0, nx * wx + ny * wy + restitution * max(nx * vx + ny * vy, 0.0))
-            wx, wy = wx - pushed * nx, wy - pushed * ny
+            jump = max(0.0, nx * wx + ny * wy + restitution * max(nx * vx + ny * vy, 0.0))  # impulse over mass
+            wx, wy = wx - jump * nx, wy - jump * ny
         vx, vy = wx, wy
         x, y = xm + step / 2 * vx, ym + step / 2 * vy
         out[i] = x, y
     return out
 
 
-def apart(stiffness, restitution, rigid, duration):
-    """Root mean square distance over the clearance."""
+def find_distance(stiffness, restitution, rigid, duration):
+    """Compute the root mean square distance of the smooth motion from a rigid one, over the clearance."""
     mechanism = Mechanism(
         points={"O": (0, 0), "A": (0.1, 0)},
         links=[Link("body", "O", "A", Rigid.of(mass=MASS, inertia=1e-4, centre=(0, 0)))],
@@ -65,8 +66,8 @@ def apart(stiffness, restitution, rigid, duration):
 def test_smooth_contact_nears_rigid_contact_at_its_rate(restitution, duration, stiffnesses, rate, finest):
     rigid, coarse = (moreau_jean(restitution, duration, step) for step in (4e-6, 8e-6))
     assert np.abs(rigid[::2] - coarse).max() < 3e-3 * GAP
-    fastest = np.hypot(*np.diff(rigid, axis=0).T).max()  # way of a step
-    assert np.hypot(*rigid.T).max() < GAP + 3 * fastest
-    distance = [apart(stiffness, restitution, rigid, duration) for stiffness in stiffnesses]
+    longest_move = np.hypot(*np.diff(rigid, axis=0).T).max()  # in one time step
+    assert np.hypot(*rigid.T).max() < GAP + 3 * longest_move
+    distance = [find_distance(stiffness, restitution, rigid, duration) for stiffness in stiffnesses]
     assert rate[0] < np.polyfit(np.log(stiffnesses), np.log(distance), 1)[0] < rate[1]
     assert distance[-1] < finest
