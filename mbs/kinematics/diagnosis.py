@@ -20,8 +20,6 @@ LEAST_RATIO = 0.2
 """Least singular value over that at the start below which a pose may be singular."""
 IN_LINE = 0.3
 """Sine of the angle between two links below which they count as in line: a run ends before it reaches the pose itself."""
-DEPENDENT = 0.05
-"""Weight of a row in the left singular vector of the least singular value, over the largest, above which it is named."""
 
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
@@ -44,7 +42,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     matrix = linkage.system(q, np.zeros_like(q))[1]
     rows = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[rows])[0][:, -1]
-    large = np.where(np.abs(weights) > DEPENDENT * np.abs(weights).max(), weights, 0.0)
+    large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)
     names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold it"
 

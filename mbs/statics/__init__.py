@@ -1,1 +1,1 @@
-"""Equilibria, their paths, natural frequencies, periodic motions: on the compiled solver's equations."""
+"""Equilibria, their paths, natural frequencies and periodic motions, from the equations of the compiled solver."""

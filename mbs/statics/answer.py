@@ -1,4 +1,4 @@
-"""Results of the statics: status and message, paths, and checks of the input."""
+"""Results of the statics, with status and message, and checks of the input."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ PLACES = 1e-8
 CRITICAL = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions."""
 FIRST = 0.02
-"""First arc of a path, by default."""
+"""Default length of the first step of a path, in the metric of `arc`."""
 LONGEST = 0.1
-"""Longest arc of a path, by default."""
+"""Default length of the longest step of a path, in the metric of `arc`."""
 
 
 class Ending(StrEnum):
-    """Status of statics. Every status but OK has a message that says what to do."""
+    """Status of a result of the statics; any status but OK has a message that says what to do."""
 
     OK = "OK"
     FREE_MOTION = "FREE_MOTION"
@@ -48,7 +48,7 @@ class Ending(StrEnum):
     UNSTABLE = "UNSTABLE"
     """Forces balance, but a small motion grows."""
     INACCURATE = "INACCURATE"
-    """Found, with a larger error than required."""
+    """The result has a larger error than required."""
     SINGULAR = "SINGULAR"
     """A path cannot be followed further."""
     TOO_MANY_STEPS = "TOO_MANY_STEPS"
@@ -56,14 +56,14 @@ class Ending(StrEnum):
     SLACK = "SLACK"
     """A rope would have to push."""
     TIMED_OUT = "TIMED_OUT"
-    """The time was over; what there is by then is the answer."""
+    """The time limit was over; the answer is the best so far."""
     INTERRUPTED = "INTERRUPTED"
-    """Ctrl-C; what there is by then comes with the exception."""
+    """Ctrl-C ended the call; the best so far is the `result` of the exception."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Base of results: a status, a message, and a table."""
+    """Result of the statics: status, message, and a table; base class."""
 
     status: Ending
     message: str
@@ -73,15 +73,14 @@ class Answer:
         raise NotImplementedError
 
     def mark_stopped(self, why: str) -> Self:
-        """Mark an answer that Ctrl-C or the limit of time ended."""
+        """Return the answer with the status of a search that Ctrl-C or the time limit ended."""
         status = Ending.INTERRUPTED if why == CTRL_C else Ending.TIMED_OUT
         return replace(self, status=status, message="; ".join(filter(None, (why, self.message))))
 
     def __str__(self) -> str:
         """Return status, message and a line for each number."""
-        return "\n".join(
-            [f"{self.status}: {self.message}" if self.message else str(self.status), *(f"{a}: {b}" for a, b in self.rows())]
-        )
+        head = f"{self.status}: {self.message}" if self.message else str(self.status)
+        return "\n".join([head, *(f"{name}: {value}" for name, value in self.rows())])
 
 
 def check(mechanism: Mechanism, degree: int | None) -> None:
@@ -89,24 +88,24 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
     one_of("mechanism", mechanism, (Mechanism,))
     for name, element in Scene.of(mechanism).elements.items():
         if element.has_states:
-            raise ValueError(f"'{name}' has states, which statics do not know: they are integrated with a motion only")
+            raise ValueError(f"'{name}' has states, which have no statics: they are integrated with a motion only")
     if degree is not None:
         whole("degree", degree, 2, 200)
 
 
-def check_way(to: float, steps: int, step: float, longest: float, **one: object) -> None:
-    """Raise a ValueError if the end or a step of a path is invalid, or more than one parameter is named."""
+def check_way(to: float, steps: int, step: float, longest: float, **alternatives: object) -> None:
+    """Raise a ValueError if the end or a step of a path is invalid, or if more than one of the alternatives is given."""
     number("to", to, -np.inf, np.inf, "1")
     whole("steps", steps, 1, 100_000)
     for name, value in (("step", step), ("longest", longest)):
         positive(name, value, "1")
-    if sum(each is not None for each in one.values()) > 1:
-        raise ValueError(f"{', '.join(one)}: give one of them")
+    if sum(value is not None for value in alternatives.values()) > 1:
+        raise ValueError(f"{', '.join(alternatives)}: give one of them")
 
 
 def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
-    """Return status and message of a path or curve that ended at the parameter `last`."""
-    sentences = {
+    """Return status and message of a path that ended for the reason `ended` at the parameter `last`."""
+    messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
         "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
         "singular": f"it cannot be followed beyond {last:.6g}",
@@ -114,16 +113,16 @@ def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tupl
         "back": f"it turned and came back to {begun:.6g}",
         "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
-    known = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
-    return known.get(ended, Ending.OK), sentences.get(ended, "")
+    statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
+    return statuses.get(ended, Ending.OK), messages.get(ended, "")
 
 
 def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     """List effects that the statics leave out: dry friction, and the error of truncated modes."""
-    rubs = [element.rubs for element in Scene.of(mechanism).elements.values() if element.rubs]
-    modes = [link.name for link in mechanism.links if link.body.linear]
-    omissions = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
-    return omissions + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
+    rubbing = [element.rubs for element in Scene.of(mechanism).elements.values() if element.rubs]
+    modal = [link.name for link in mechanism.links if link.body.linear]
+    omissions = [f"{friction}: {', '.join(map(repr, rubbing))}"] if rubbing else []
+    return omissions + ([f"errors leave out the choice of modes of {', '.join(map(repr, modal))}"] if modal else [])
 
 
 def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
@@ -140,25 +139,19 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
 
 
-KEYS = {
-    "limit": "limits",
-    "branching": "branchings",
-    "flutter": "flutter",
-    "fold": "folds",
-    "doubling": "doublings",
-}
-"""Plural of each kind of critical point."""
+KEYS = {"limit": "limits", "branching": "branchings", "flutter": "flutter", "fold": "folds", "doubling": "doublings"}
+"""Key of the errors of each kind of critical point."""
 
 
 @dataclass(frozen=True)
 class Equilibrium(Answer):
     """Equilibrium of a mechanism: OK if no small motion grows, UNSTABLE if one does.
 
-    At coordinates `q` (n,) constraints have `multipliers` (r,) in the order of `scene.row_names` [N or N m], with forces
+    At coordinates `q` (n,) constraints have `multipliers` lambda (r,) in the order of `scene.row_names` [N or N m], with forces
     -G^T lambda; see `reaction`. `load` is the factor of the loads. `growth` is the largest growth rate of a small motion [1/s],
-    by the spectrum of the whole tangent, 0 if it is `stable`. `neutral` are links that can move without resistance: the
-    equilibrium is one of many. `error` is that of positions over the longest link, and of angles [rad]: change by a higher
-    degree of the strips, and last step of Newton's method.
+    0 if the equilibrium is `stable`. `neutral` are links that can move without resistance: the equilibrium is one of many.
+    `error` is that of positions over the longest link, and of angles [rad]: the larger one of the change by a higher degree of
+    the strips and the last step of Newton's method.
     """
 
     scene: CompiledScene
@@ -191,9 +184,11 @@ class Equilibrium(Answer):
 
 def parameters_at(kind: str, doc: str) -> Any:
     """Make the property that lists the parameters at critical points of a kind."""
-    return property(
-        lambda route: [at.rest.parameter for at in route.points if at.kind == kind for _ in range(at.multiple)], doc=doc
-    )
+
+    def parameters(route: Route) -> list[float]:
+        return [point.rest.parameter for point in route.points if point.kind == kind for _ in range(point.multiple)]
+
+    return property(parameters, doc=doc)
 
 
 @dataclass(frozen=True)
@@ -214,12 +209,12 @@ class Route(Answer):
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: critical points in their order, and the end."""
         out, count = [], dict.fromkeys(KEYS, 0)
-        for each in self.points:
-            errors = self.errors.get(KEYS[each.kind], np.array([]))
-            error = f", error {errors[count[each.kind]]:.1e}" if count[each.kind] < len(errors) else ""
-            times = f", {each.multiple} eigenvalues" if each.multiple > 1 else ""
-            out.append((each.kind, f"{each.rest.parameter:.9g}{error}{times}"))
-            count[each.kind] += each.multiple
+        for point in self.points:
+            errors = self.errors.get(KEYS[point.kind], np.array([]))
+            error = f", error {errors[count[point.kind]]:.1e}" if count[point.kind] < len(errors) else ""
+            multiple = f", {point.multiple} eigenvalues" if point.multiple > 1 else ""
+            out.append((point.kind, f"{point.rest.parameter:.9g}{error}{multiple}"))
+            count[point.kind] += point.multiple
         end = f" at {self.parameter[-1]:.9g} after {len(self.parameter)} steps" if len(self.parameter) else ""
         return [*out, ("ended", f"{self.ended}{end}")]
 
@@ -242,7 +237,7 @@ class Path(Route):
 
     def rounding(self, name: str, count: int) -> Array:
         """Return the rounding error of `limits`, `branchings` or `flutter`, shape (count,)."""
-        known = [each.rounding for each in self.points if each.kind == name.rstrip("s") for _ in range(each.multiple)]
+        known = [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
         return np.array((known + count * [0.0])[:count])
 
     limits = parameters_at("limit", "Parameters at limit points.")
@@ -260,7 +255,7 @@ class Path(Route):
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
         """Return data of a diagram: positions along the path and at the critical points, and a prefix of the label."""
-        criticals = [places(self.scene, each.rest.q, link, point).position for each in self.points]
+        criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
         return self.point(link, point), criticals, ""
 
     def reaction(self, name: str) -> Array:

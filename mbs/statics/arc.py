@@ -1,4 +1,9 @@
-"""Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots."""
+"""Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots in steps.
+
+A state is the vector (q, lambda, p) of coordinates, multipliers and parameter, (n + r + 1,). A direction is such a unit vector in
+the metric of the path: mean square of the coordinates in their extents, and square of the parameter over its range. An arc is the
+distance of a state from the start of a step along the step's direction; a plane has the normal of a direction.
+"""
 
 from __future__ import annotations
 
@@ -31,14 +36,14 @@ ON_CURVE = 1e-2
 KNOWN_POINTS = 3
 """Number of known equilibria through which a step is interpolated."""
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arc lengths at which a contact that opens or closes is looked for, and lengths of the first step behind it."""
+"""Arcs at which a corner of the path is searched, and lengths of the first step behind it."""
 HALVINGS = 30
-"""Number of halvings that locate this contact: a billionth of the arc."""
+"""Number of halvings that locate a corner: to a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
 
 
 class Step(NamedTuple):
-    """Step from an equilibrium along a direction, (n + r + 1,), to the one on the plane an arc away."""
+    """Step from the equilibrium `rest` along a direction to the equilibrium `new` on the plane at a distance `arc`."""
 
     rest: Rest
     direction: Array
@@ -47,7 +52,7 @@ class Step(NamedTuple):
 
 
 class Arc:
-    """Metric, planes and directions of a path."""
+    """Pseudo-arclength continuation of a problem over its parameter, from `begun` to `to`."""
 
     def __init__(self, problem: Problem, begun: float, to: float) -> None:
         self.problem, self.span = problem, to - begun
@@ -59,31 +64,35 @@ class Arc:
         return float(np.sqrt(self.metric @ vector**2))
 
     def direction(self, rest: Rest, before: Array | None) -> Array:
-        """Return the unit tangent of the path, oriented as the one before or towards the end."""
+        """Return the unit tangent of the path at an equilibrium, oriented as the direction `before`, or towards the end."""
         normal = self.metric * before if before is not None else np.zeros(len(self.metric))
         if before is None:
             normal[-1] = 1.0 / self.span
-        out = self.problem.tangent(rest, normal, abs(self.span))
-        return np.asarray(out / self.size(out))
+        tangent = self.problem.tangent(rest, normal, abs(self.span))
+        return np.asarray(tangent / self.size(tangent))
 
     def on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
-        """Find the equilibrium on the plane at a distance along a direction; the default guess lies on the direction."""
+        """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
+
+        The default guess is the prediction, on the direction. Raise a StaticsError if Newton's method changes the prediction by
+        more than half of it; coordinates are compared alone as well, as a large load would hide their change.
+        """
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
-        moved = problem.vector(rest) + step * direction
-        begun = moved if guess is None else guess
-        begin = Rest(begun[:n], begun[n:-1], float(begun[-1]))
-        new = problem.newton(begin, (normal, value, abs(self.span)), near=guess is None, origin=rest)
-        predicted, correction = step * direction, problem.vector(new) - moved
-        for part in (slice(None), slice(n)):  # also coordinates alone, as a large load would hide their change
-            expected, found = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (predicted, correction))
-            if found > 0.5 * expected + NEAR:
+        predicted = problem.vector(rest) + step * direction
+        first = predicted if guess is None else guess
+        start = Rest(first[:n], first[n:-1], float(first[-1]))
+        new = problem.newton(start, (normal, value, abs(self.span)), near=guess is None, origin=rest)
+        change, correction = step * direction, problem.vector(new) - predicted
+        for part in (slice(None), slice(n)):
+            size, corrected = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (change, correction))
+            if corrected > 0.5 * size + NEAR:
                 raise StaticsError("too far from where the path was expected")
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """Find the next equilibrium, at the arc or, by halving it, nearer; raise a StaticsError below `SHORTEST`."""
+        """Find the next equilibrium at an arc, which is halved if that fails; raise a StaticsError below `SHORTEST`."""
         while arc > SHORTEST:
             try:
                 return Step(rest, direction, self.on_plane(rest, direction, arc), arc)
@@ -92,24 +101,27 @@ class Arc:
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def corner(self, rest: Rest, direction: Array) -> Step:
-        """Step around a corner just ahead, where a contact closes or opens, along the tangent behind it."""
+        """Step around a corner of the path, where a contact closes or opens, along the tangent behind it.
+
+        The corner is located by bisection on the direction; raise a StaticsError if there is none.
+        """
         start, n = self.problem.vector(rest), len(rest.q)
 
-        def ahead(arc: float) -> tuple[Rest, Array, bool]:
-            """Return the state at an arc along the direction, its tangent, and if that has turned."""
-            moved = start + arc * direction
-            state = Rest(moved[:n], moved[n:-1], float(moved[-1]))
+        def look_ahead(arc: float) -> tuple[Rest, Array, bool]:
+            """Return the state at an arc along the direction, its tangent, and True if the tangent has turned."""
+            vector = start + arc * direction
+            state = Rest(vector[:n], vector[n:-1], float(vector[-1]))
             after = self.direction(state, direction)
             return state, after, float(self.metric * direction @ after) < np.cos(CORNER)
 
-        for over in BEYOND:
-            if not ahead(over)[2]:
+        for beyond in BEYOND:
+            if not look_ahead(beyond)[2]:
                 continue
-            near, far = 0.0, over
+            near, far = 0.0, beyond
             for _ in range(HALVINGS):
                 middle = 0.5 * (near + far)
-                near, far = (near, middle) if ahead(middle)[2] else (middle, far)
-            state, after, _ = ahead(far)
+                near, far = (near, middle) if look_ahead(middle)[2] else (middle, far)
+            state, after, _ = look_ahead(far)
             for arc in BEYOND:
                 try:
                     return Step(rest, after, self.on_plane(state, after, arc), arc)
@@ -118,53 +130,55 @@ class Arc:
         raise StaticsError("there is no corner")
 
     def along(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
-        """Find the equilibrium at an arc within a step, from an interpolant of its ends and of the `known`."""
+        """Find the equilibrium at an arc within a step, from a guess interpolated between the ends and `known` equilibria."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
         return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
         """Return True if an equilibrium lies on the curve of a step, after its start."""
-        arc, near = self.reach(step, rest), ON_CURVE * step.arc
-        return near < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < near
+        arc, tolerance = self.reach(step, rest), ON_CURVE * step.arc
+        return tolerance < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < tolerance
 
     def reach(self, step: Step, rest: Rest) -> float:
-        """Return the coordinate of an equilibrium along the direction of a step."""
+        """Return the arc of an equilibrium from the start of a step, along the direction of the step."""
         return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
 
     def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
-        """Interpolate a step at an arc: start and direction by Hermite, and the nearest known equilibria."""
+        """Interpolate a step at an arc, by the Hermite polynomial of start, direction and the nearest known equilibria."""
         rests = {step.arc: step.new, **known}
-        near = sorted(rests.keys() - {0.0}, key=lambda each: abs(each - arc))[:KNOWN_POINTS]
-        values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in near)]
-        return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *near]) / step.arc, values)(arc / step.arc))
+        nearest = sorted(rests.keys() - {0.0}, key=lambda other: abs(other - arc))[:KNOWN_POINTS]
+        values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in nearest)]
+        return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *nearest]) / step.arc, values)(arc / step.arc))
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign."""
-        known: dict[float, Rest] = {}
-        value: dict[float, float] = {}
+        """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign.
 
-        def at(arc: float) -> float:
-            """Evaluate the function at an arc."""
+        If Newton's method fails, interpolate linearly between the nearest known equilibria on both sides.
+        """
+        known: dict[float, Rest] = {}
+        values: dict[float, float] = {}
+
+        def evaluate(arc: float) -> float:
             rest = self.along(step, arc, known)
-            known[arc], value[arc] = rest, function(rest)
-            return value[arc]
+            known[arc], values[arc] = rest, function(rest)
+            return values[arc]
 
         try:
-            if at(0.0) * at(step.arc) > 0.0:
+            if evaluate(0.0) * evaluate(step.arc) > 0.0:
                 return None
-            found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
-            if found not in known:
-                at(found)
-            return known[found]  # a function may jump there
-        except StaticsError:  # interpolate linearly between the nearest known equilibria on both sides
-            sides = [[arc for arc in known if value[arc] * value[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
+            root = brentq(evaluate, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
+            if root not in known:
+                evaluate(root)
+            return known[root]  # the function may jump at the root
+        except StaticsError:
+            sides = [[arc for arc in known if values[arc] * values[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
             if not all(sides):
                 return None
             a, b = max(sides[0]), min(sides[1])
             ends, n = (self.problem.vector(known[a]), self.problem.vector(known[b])), len(step.rest.q)
-            between = ends[0] + value[a] / (value[a] - value[b]) * (ends[1] - ends[0])
-            return Rest(between[:n], between[n:-1], float(between[-1]))
+            vector = ends[0] + values[a] / (values[a] - values[b]) * (ends[1] - ends[0])
+            return Rest(vector[:n], vector[n:-1], float(vector[-1]))
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there.
@@ -173,52 +187,51 @@ class Arc:
         """
         if function(step.rest) * function(step.new) > 0.0:
             return None
-        parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
+        stencil = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
         try:
-            rough = self._rough(step, function, STENCIL * step.arc)
-            rests = [self.along(step, rough + 2.0 * STENCIL * step.arc * part) for part in parts]
+            rough = self._find_rough_root(step, function, STENCIL * step.arc)
+            rests = [self.along(step, rough + 2.0 * STENCIL * step.arc * point) for point in stencil]
         except StaticsError:
             return self.root(step, function)
-        found = [function(rest) for rest in rests]
-        few, root = (_root_of(parts[:n], found[:n]) for n in (4, 6))
-        if not abs(root - few) < ALIKE:
+        values = [function(rest) for rest in rests]
+        root_4, root = (_root_of(stencil[:n], values[:n]) for n in (4, 6))
+        if not abs(root - root_4) < ALIKE:
             return self.root(step, function)
-        weights = [np.prod([(root - b) / (a - b) for b in parts if b != a]) for a in parts]
-        return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
+        weights = [np.prod([(root - b) / (a - b) for b in stencil if b != a]) for a in stencil]  # Lagrange's polynomials
+        return Rest(*(sum(w * x for w, x in zip(weights, part, strict=True)) for part in zip(*rests, strict=True)))
 
-    def _rough(self, step: Step, function: Callable[[Rest], float], near: float) -> float:
-        """Find a root to within `near`; if Newton's method fails, as at the crossing itself, evaluate next to it."""
+    def _find_rough_root(self, step: Step, function: Callable[[Rest], float], tolerance: float) -> float:
+        """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
-        def value(arc: float) -> float:
-            """Evaluate the function at an arc, or next to it."""
-            for part in (0.0, 0.3, -0.3):
+        def evaluate(arc: float) -> float:
+            for offset in (0.0, 0.3, -0.3):
                 try:
-                    return function(self.along(step, min(max(arc + part * near, 0.0), step.arc)))
+                    return function(self.along(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
                 except StaticsError as error:
                     last = error
             raise last
 
-        return float(brentq(value, 0.0, step.arc, xtol=near))
+        return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
     def may_have_jumped(self, step: Step, after: Array) -> bool:
-        """Return True if the tangent turns so much in a step that it may be on another path, and the step can be shorter."""
+        """Return True if the tangent of the coordinates turns beyond `CORNER` in a step, and the step can be shorter."""
         n = len(step.rest.q)
-        before, now = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
-        size = float(np.linalg.norm(now))
-        turns = float(before @ now) < np.cos(CORNER) * float(np.linalg.norm(before)) * size
+        first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
+        size = float(np.linalg.norm(last))
+        turns = float(first @ last) < np.cos(CORNER) * float(np.linalg.norm(first)) * size
         return step.arc > 10.0 * SHORTEST and step.arc * size > NEAR and turns
 
     def angle(self, step: Step, after: Array) -> float:
-        """Return the angle between the direction of a step and another one [rad]."""
+        """Return the angle between the direction of a step and another direction [rad]."""
         return float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
 
 
-def next_arc(arc: float, turned: float, longest: float) -> float:
-    """Return the length of the step after one that turned by an angle [rad], 0.3 to 1.6 times as long."""
-    return min(longest, arc * float(np.clip(TARGET_TURN / max(turned, 1e-300), 0.3, 1.6)))
+def next_arc(arc: float, angle: float, longest: float) -> float:
+    """Return the length of the step after one in which the tangent turned by an angle [rad], 0.3 to 1.6 times as long."""
+    return min(longest, arc * float(np.clip(TARGET_TURN / max(angle, 1e-300), 0.3, 1.6)))
 
 
 def _root_of(x: Array, y: list[float]) -> float:
-    """Return the real root of least magnitude of the polynomial through points."""
+    """Return the real root of least magnitude of the polynomial through points (x, y)."""
     roots = Polynomial.fit(x, y, len(x) - 1).roots()
     return float(min(roots[np.abs(roots.imag) < 1e-9].real, key=abs, default=np.inf))

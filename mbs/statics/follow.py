@@ -1,4 +1,7 @@
-"""Paths of equilibria as a load, a drive or any number changes, with limit points, branchings, flutter, and their errors."""
+"""Paths of equilibria over a load, a drive or any number, with limit points, branchings and flutter, and their errors.
+
+A path is followed by the steps of `arc`, with strips of a higher degree until the critical points of `critical` do not change.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +25,17 @@ from .rest import find, settle
 from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
+"""Link, point and direction that choose a branch of a path."""
 DEGREE = 12
-"""First degree of strips."""
+"""Degree of strips of the first path."""
 STEPS = 250
 """Most steps, by default."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
-"""Sentence on a path whose refinement was stopped."""
+"""Message of a path whose refinement was stopped."""
 OFFSET = 1e-8
-"""Offset of the parameter from a branching where paths leave it, over the range."""
+"""Offset of the parameter from a branching at which paths leave it, over the range: there the tangent is not singular."""
+BRANCH_STEP = 1e-2
+"""Longest first step behind a branching, in the metric of `arc`."""
 
 
 @watch("steps")
@@ -57,19 +63,19 @@ def path(
     parameter : str, optional
         Path of any number, as in files: 'links.strip.body.section.thickness'.
     steps : int
-        Most steps; a path that does not reach `to` has the status TOO_MANY_STEPS.
+        Largest number of steps; a path that does not reach `to` by then has the status TOO_MANY_STEPS.
     step, longest : float
-        First and longest arc length: root mean square of changes, in units of the longest link, rad and the range of the
-        parameter. Other steps follow from the curvature of the path.
+        Lengths of the first and the longest step: root mean square of changes, in units of the longest link, rad and the range
+        of the parameter. Other lengths follow from the curvature of the path.
     branch : (link, point, (x, y)), optional
-        Leave the path at the first branching whose shape moves this point, to the side on which it moves in this direction.
+        Leave the path at the first branching whose shape moves the point, to the side on which it moves in the direction.
     branches : bool
         Also follow all paths that leave the branchings, to both sides.
     degree : int, optional
         Degree of the strips; by default it is increased until critical points change by less than 1e-6. A body's `elements`
         apply to the engine only.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
     Raises
     ------
@@ -88,7 +94,7 @@ def path(
         """Follow the path with strips of a degree."""
         problem = problem_over(mechanism, degree, load, drive, parameter)
         try:
-            return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
+            return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)
         except STOPS:
             none = np.empty((0, problem.scene.size))
             return Path(Ending.NOT_REACHED, "its start was not found yet", "stopped", problem.scene, np.empty(0), none, [])
@@ -100,13 +106,14 @@ def path(
 
 
 def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
+    """Raise a ValueError unless a branch is a link, a point of it and a direction."""
     links = {link.name: link for link in mechanism.links}
     try:
-        link, point, way = branch
-        known = point in links[link].points and any(Vector("").read("", way))
+        link, point, direction = branch
+        is_valid = point in links[link].points and any(Vector("").read("", direction))
     except (KeyError, TypeError, ValueError):
-        known = False
-    if not known:
+        is_valid = False
+    if not is_valid:
         raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
 
 
@@ -119,10 +126,12 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
             return replace(found, message=COARSE)
         errors = _errors(found, finer)
         answer = found if fixed else finer
-        worst = max((float(np.max(each, initial=0.0)) for each in errors.values()), default=0.0)
+        worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
         if fixed or worst <= CRITICAL * scale or finer.scene.degree > HIGHEST - 10:
-            answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
+            answer.errors.update(
+                {name: np.maximum(change, answer.rounding(name, len(change))) for name, change in errors.items()}
+            )
             return answer
         found = finer
     found.errors.update(_errors(found, found))
@@ -130,23 +139,23 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of the critical points of two degrees; infinite for points of one path only."""
+    """Return differences of the critical points and ends of two paths; infinite for points of one path only."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
         count = max(map(len, points))
         padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in points]
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
-    if a.ended != "reached" or b.ended != "reached":  # they do not end at the same parameter
+    if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
     link = next(link for link in a.scene.mechanism.links if not link.body.massless)
-    ends = np.array([[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (a, b)])
+    ends = np.array([[places(path.scene, path.q[-1], link.name, point).position for point in link.points] for path in (a, b)])
     out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
     return out
 
 
 class _Follower:
-    """Continuation of a path, and of those that leave it."""
+    """Continuation of a path from the start to the parameter `to`, and of the paths that leave it at branchings."""
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
@@ -156,18 +165,17 @@ class _Follower:
             raise ValueError(f"to = {to:g}: the path begins there")
         self.arc = Arc(problem, self.begun, to)
 
-    def whole(self, branches: bool) -> Path:
-        """Follow the path from the start, and the paths that leave it."""
-        first = self.run(self._start(), None)
-        if branches:
-            ways = ((each, way) for each in first.points if each.kind == "branching" for way in self._ways(each))
-            for point, shape in ways:
+    def run_all(self, branches: bool) -> Path:
+        """Follow the path from the start and, if `branches`, the paths that leave it."""
+        first = self.run(self._find_start(), None)
+        for point in first.points if branches else ():
+            for shape in self._leaving_shapes(point) if point.kind == "branching" else ():
                 if not watching.get().ended:
                     first.branches.append(self.run(self._offset_load(point), self._unit(shape)))
         return first
 
-    def _start(self) -> Rest:
-        """Find the equilibrium at the start under the other loads; of a free mechanism, that under the first step."""
+    def _find_start(self) -> Rest:
+        """Find the equilibrium at the start under the constant loads; if it is movable, that at the first step of the load."""
         problem = self.problem
         problem.set(self.begun)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
@@ -186,51 +194,58 @@ class _Follower:
         return self._path(rests, states, points, ended)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
-        """Append equilibria, their stability and critical points to those of the start; return the reason of the end."""
+        """Append equilibria, their stability and critical points to those of the start; return the reason of the end.
+
+        Critical points are not searched in a step that begins at a branching or passes a corner.
+        """
         rest = rests[0]
-        arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
+        arc, at_branching = (self.step, False) if direction is None else (min(self.step, BRANCH_STEP), True)
         direction = self.arc.direction(rest, None) if direction is None else direction
         last = None
         for _ in range(self.steps):
-            turned = False
+            at_corner = False
             try:
                 watching.get().step((rest.parameter - self.begun) / (self.to - self.begun))
-                done = self.arc.advance(rest, direction, arc)
+                step = self.arc.advance(rest, direction, arc)
             except StaticsError:
                 try:
-                    done, turned = self.arc.corner(rest, direction), True
+                    step, at_corner = self.arc.corner(rest, direction), True
                 except StaticsError:
                     return "singular"
-            after = self.arc.direction(done.new, done.direction)
-            if self.arc.may_have_jumped(done, after):
-                arc = 0.3 * done.arc
+            after = self.arc.direction(step.new, step.direction)
+            if self.arc.may_have_jumped(step, after):
+                arc = 0.3 * step.arc
                 continue
-            state = state_at(self.problem, done.new)
-            found = [] if left or turned else criticals(self.arc, done, states[-1], state, after, last)
-            if way := self._leaves(found):
-                points += found[: way[0] + 1]
-                rest, direction, left, last, self.branch = self._offset_load(found[way[0]]), way[1], True, None, None
-                arc = min(self.step, 1e-2)
+            state = state_at(self.problem, step.new)
+            found = [] if at_branching or at_corner else criticals(self.arc, step, states[-1], state, after, last)
+            if leaving := self._find_branch(found):
+                number, direction = leaving
+                points += found[: number + 1]
+                rest, at_branching, last, self.branch = self._offset_load(found[number]), True, None, None
+                arc = min(self.step, BRANCH_STEP)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
                 continue
             points += found
-            last = None if turned else (done, states[-1])
-            rest, direction, arc, left = done.new, after, next_arc(done.arc, self.arc.angle(done, after), self.longest), False
+            last = None if at_corner else (step, states[-1])
+            rest, direction, at_branching = step.new, after, False
+            arc = next_arc(step.arc, self.arc.angle(step, after), self.longest)
             rests.append(rest)
             states.append(state)
-            if why := self._over(done, rests, points, len(found)):
-                return why
+            if reason := self._check_end(step, rests, points, len(found)):
+                return reason
         return "steps"
 
     def _offset_load(self, point: Critical) -> Rest:
-        """Return the state of a branching at a slightly higher load, at which the tangent is no longer singular."""
+        """Return the state of a branching with a slightly offset parameter; see `OFFSET`."""
         return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.begun))
 
-    def _over(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
-        """Return the reason of the end, '' if none, and correct the last equilibrium; `new` points are from the last step."""
-        way = (rests[-1].parameter - self.begun) / (self.to - self.begun)
-        if way >= 1.0:
+    def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
+        """Return the reason if the path ends with the last step, which found `new` critical points; else ''.
+
+        At the end the last equilibrium becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
+        """
+        if (rests[-1].parameter - self.begun) / (self.to - self.begun) >= 1.0:
             try:
                 rests[-1] = self.problem.newton(rests[-1]._replace(parameter=self.to))
             except StaticsError:
@@ -240,57 +255,56 @@ class _Follower:
             return "reached"
         if not self.arc.passes(last, rests[0]):
             return ""
-        home = self.arc.reach(last, rests[0]) - ON_CURVE * last.arc
-        while new and self.arc.reach(last, points[-1].rest) > home:  # the start may be a branching itself
+        start = self.arc.reach(last, rests[0]) - ON_CURVE * last.arc
+        while new and self.arc.reach(last, points[-1].rest) > start:  # the start may be a branching itself
             points.pop()
             new -= 1
         rests[-1] = rests[0]
         return "closed"
 
     def _path(self, rests: list[Rest], states: list[TangentState], points: list[Critical], ended: str) -> Path:
-        q, multipliers, parameter = (np.array(x) for x in zip(*rests, strict=True))
+        q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
-        how = ending(ended, parameter[-1], self.begun, self.to, self.steps)
-        growth, unstable = np.array([x.growth for x in states]), np.array([x.negative for x in states])
-        return Path(
-            *how, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable
-        )  # fmt: skip
+        status = ending(ended, parameter[-1], self.begun, self.to, self.steps)
+        growth, unstable = (np.array(column) for column in zip(*((x.growth, x.is_negative.sum()) for x in states), strict=True))
+        return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
-    def _leaves(self, found: list[Critical]) -> tuple[int, Array] | None:
-        """Find the first branching whose shapes move the point of `branch`, and the direction there."""
+    def _find_branch(self, found: list[Critical]) -> tuple[int, Array] | None:
+        """Find the first branching whose shapes move the point of `branch`; return its index and the direction to leave it."""
         if self.branch is None:
             return None
-        for i, each in enumerate(found):
-            if each.kind == "branching":
-                link, point, along = self.branch
-                shape = self._towards(each, link, point, np.array(along, dtype=float))
+        link, point, along = self.branch
+        for i, critical in enumerate(found):
+            if critical.kind == "branching":
+                shape = self._shape_towards(critical, link, point, np.array(along, dtype=float))
                 if shape is not None:
                     return i, self._unit(shape)
         return None
 
-    def _towards(self, point: Critical, link: str, name: str, along: Array) -> Array | None:
-        """Return the critical shape that moves a point of a link most in a direction; None if none moves it."""
-        self.problem.set(point.rest.parameter)
+    def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
+        """Return the sum of critical shapes that moves a point of a link most in a direction; None below 1e-4 of the longest link."""
+        self.problem.set(critical.rest.parameter)
         scene = self.problem.scene
-        shapes = point.shapes / np.abs(point.shapes / self.problem.units[:, None]).max(axis=0)
-        moves = along @ slopes(scene, scene.marker(link, name), point.rest.q)[:2] @ shapes / np.linalg.norm(along) / scene.length
+        shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
+        unit = along / np.linalg.norm(along)
+        moves = unit @ slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes / scene.length
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
-    def _ways(self, point: Critical) -> Iterator[Array]:
-        """Yield the directions in which paths leave a branching; for a multiple one those that move a point most."""
-        ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
-        for link in self.problem.scene.mechanism.links if not ways else ():
-            for name in () if link.body.massless else link.points:
+    def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
+        """Yield the shapes with which paths leave a branching, to both sides; for a multiple one those that move a point most."""
+        shapes: list[Array] = list(critical.shapes.T) if critical.multiple == 1 else []
+        for link in self.problem.scene.mechanism.links if not shapes else ():
+            for point in () if link.body.massless else link.points:
                 for along in np.eye(2):
-                    shape = self._towards(point, link.name, name, along)
+                    shape = self._shape_towards(critical, link.name, point, along)
                     if shape is None:
                         continue
                     shape = shape / np.linalg.norm(shape / self.problem.units)
-                    if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in ways):
-                        ways.append(shape)
-        yield from (side * shape for shape in ways for side in (1.0, -1.0))
+                    if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
+                        shapes.append(shape)
+        yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
-        """Return the unit direction along a shape of the coordinates."""
-        out = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
-        return np.asarray(out / self.arc.size(out))
+        """Return the direction along a shape of the coordinates, of unit length in the metric of the path."""
+        vector = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
+        return np.asarray(vector / self.arc.size(vector))

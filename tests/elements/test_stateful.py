@@ -63,7 +63,7 @@ def test_a_force_with_states_keeps_its_direction_and_its_point(more):
     ids=["equilibrium", "frequencies", "path", "periodic"],
 )  # fmt: skip
 def test_statics_refuse_states(asked):
-    with pytest.raises(ValueError, match=r"'torque\.rotor' has states, which statics do not know"):
+    with pytest.raises(ValueError, match=r"'torque\.rotor' has states, which have no statics"):
         asked(turned(pid, missing))
 
 
