@@ -91,7 +91,6 @@ def path(
         raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
-        """Follow the path with strips of a degree."""
         problem = problem_over(mechanism, degree, load, drive, parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)
@@ -129,9 +128,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
         if fixed or worst <= CRITICAL * scale or finer.scene.degree > HIGHEST - 10:
-            answer.errors.update(
-                {name: np.maximum(change, answer.rounding(name, len(change))) for name, change in errors.items()}
-            )
+            answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
     found.errors.update(_errors(found, found))
@@ -191,7 +188,11 @@ class _Follower:
             ended = self._follow(rests, states, points, direction)
         except STOPS:
             ended = "stopped"
-        return self._path(rests, states, points, ended)
+        q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
+        states[-1] = state_at(self.problem, rests[-1])
+        growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
+        status = ending(ended, parameter[-1], self.begun, self.to, self.steps)
+        return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
         """Append equilibria, their stability and critical points to those of the start; return the reason of the end.
@@ -243,7 +244,7 @@ class _Follower:
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
         """Return the reason if the path ends with the last step, which found `new` critical points; else ''.
 
-        At the end the last equilibrium becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
+        The last equilibrium then becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
         """
         if (rests[-1].parameter - self.begun) / (self.to - self.begun) >= 1.0:
             try:
@@ -262,13 +263,6 @@ class _Follower:
         rests[-1] = rests[0]
         return "closed"
 
-    def _path(self, rests: list[Rest], states: list[TangentState], points: list[Critical], ended: str) -> Path:
-        q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
-        states[-1] = state_at(self.problem, rests[-1])
-        status = ending(ended, parameter[-1], self.begun, self.to, self.steps)
-        growth, unstable = (np.array(column) for column in zip(*((x.growth, x.is_negative.sum()) for x in states), strict=True))
-        return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
-
     def _find_branch(self, found: list[Critical]) -> tuple[int, Array] | None:
         """Find the first branching whose shapes move the point of `branch`; return its index and the direction to leave it."""
         if self.branch is None:
@@ -282,26 +276,26 @@ class _Follower:
         return None
 
     def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
-        """Return the sum of critical shapes that moves a point of a link most in a direction; None below 1e-4 of the longest link."""
+        """Return the sum of critical shapes that moves a point of a link most in a direction; None if none moves it."""
         self.problem.set(critical.rest.parameter)
         scene = self.problem.scene
         shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
-        unit = along / np.linalg.norm(along)
-        moves = unit @ slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes / scene.length
+        velocities = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes
+        moves = along @ velocities / np.linalg.norm(along) / scene.length
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
-        """Yield the shapes with which paths leave a branching, to both sides; for a multiple one those that move a point most."""
+        """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
         shapes: list[Array] = list(critical.shapes.T) if critical.multiple == 1 else []
-        for link in self.problem.scene.mechanism.links if not shapes else ():
-            for point in () if link.body.massless else link.points:
-                for along in np.eye(2):
-                    shape = self._shape_towards(critical, link.name, point, along)
-                    if shape is None:
-                        continue
-                    shape = shape / np.linalg.norm(shape / self.problem.units)
-                    if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
-                        shapes.append(shape)
+        links = [link for link in self.problem.scene.mechanism.links if not link.body.massless] if not shapes else []
+        motions = ((link.name, point, along) for link in links for point in link.points for along in np.eye(2))
+        for motion in motions:
+            shape = self._shape_towards(critical, *motion)
+            if shape is None:
+                continue
+            shape = shape / np.linalg.norm(shape / self.problem.units)
+            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
+                shapes.append(shape)
         yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
