@@ -1,4 +1,8 @@
-"""Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive."""
+"""Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive.
+
+Coordinates q (n,) have units: the longest link, or 1 rad. Multipliers lambda (r,) belong to the rows of constraints g, with the
+Jacobian G. K is the derivative of -f + G^T lambda by q. A Rest is a state, whether it is in equilibrium or not.
+"""
 
 from __future__ import annotations
 
@@ -22,18 +26,19 @@ from .algebra import COUNT, EPS, LARGE, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
+"""Most iterations of Newton's method."""
 LONGEST_STEP = 0.3
-"""Largest change of a coordinate in an iteration, in its unit (length of the longest link, 1 rad)."""
+"""Largest change of a coordinate in an iteration, in its unit."""
 CLOSE = 1e-10
 """Newton step, in units of the coordinates, that ends the iteration."""
 NOISE = 1e-8
-"""Newton step, in these units, below which it may stop shrinking: near a critical point rounding is amplified."""
+"""Newton step, in units of the coordinates, below which steps may stop shrinking: a critical point amplifies rounding."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 
 
 class StaticsError(ValueError):
-    """Error of the statics: Newton's method does not converge, or a name is unknown."""
+    """Failure of the statics: Newton's method does not converge, or a name is unknown."""
 
 
 ENDS = (StaticsError, *STOPS)
@@ -41,7 +46,7 @@ ENDS = (StaticsError, *STOPS)
 
 
 class Rest(NamedTuple):
-    """Equilibrium: coordinates (n,), multipliers (r,), parameter."""
+    """State of the statics, mostly an equilibrium: coordinates (n,), multipliers (r,), parameter."""
 
     q: Array
     multipliers: Array
@@ -50,10 +55,10 @@ class Rest(NamedTuple):
 
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter, whose value is `drawn` in the given mechanism.
+    """Equations of equilibrium of a scene over a parameter, whose value is `drawn` in the mechanism as given.
 
-    The parameter is the factor of `loads`, given by indices, and is added to the value of the constraint `row`, -1 for none.
-    `shift` is that of the last spectrum along a path [1/s^2].
+    The parameter is the factor of the `loads`, indices in `tables.factors`; it is added to the value of the constraint `row`, -1
+    for none. `shift` is that of the last spectrum along a path [1/s^2].
     """
 
     scene: CompiledScene
@@ -68,23 +73,23 @@ class Problem:
 
     @property
     def extents(self) -> Array:
-        """Units of the coordinates from the extent of the whole mechanism, as its longest link may be short, (n,)."""
-        drawn = np.array(list(self.scene.mechanism.points.values()))
-        extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
+        """Extents of the coordinates, (n,): that of the mechanism, which may be much larger than its longest link, or 1 rad."""
+        points = np.array(list(self.scene.mechanism.points.values()))
+        extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
 
     def with_degree(self, by: int) -> Problem:
-        """Return the problem with strips of a higher degree, and a separate scene."""
+        """Return the problem with strips of a degree that is higher by a number, and a separate scene."""
         return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + by))
 
     def refine(self, rest: Rest, by: int) -> tuple[Problem, Rest]:
-        """Return the problem with strips of a higher degree, and the state prolonged to it."""
+        """Return the problem with strips of a higher degree, and a state prolonged to it."""
         finer = self.with_degree(by)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
         return finer, guess._replace(multipliers=finer.balancing(guess))
 
     def start(self, parameter: float) -> Rest:
-        """Return the drawn pose, without multipliers."""
+        """Return the pose of the mechanism as given, with zero multipliers."""
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
     def set(self, parameter: float) -> None:
@@ -101,53 +106,53 @@ class Problem:
         return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Equations]:
-        """Compute the residual f - G^T lambda, g, and the assembly."""
+        """Compute the residuals f - G^T lambda and g, and return them with the assembly."""
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of (f - G^T lambda, g) by the parameter, which is linear; `here` are the values at the state."""
+        """Compute the derivative of the residuals by the parameter, in which they are linear; `here` are known residuals."""
         force, gap = here or self.residual(rest, False)[:2]
-        after, moved, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
-        return np.concatenate([after - force, moved - gap])
+        next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
+        return np.concatenate([next_force - force, next_gap - gap])
 
     def scale_matrix(self, a: Equations, more: Array | float = 0.0) -> tuple[Matrix, float]:
-        """Make [[K, G^T], [G, 0]] in units of the coordinates, and the unit of force; `more` are entries added to K."""
+        """Return [[K, G^T], [G, 0]] in units of the coordinates, and the unit of force; `more` are entries added to K."""
         s = self.scene.tables
         unit = np.concatenate([self.units, np.ones(len(s.rows))])
         weight = np.append(unit[s.row] * unit[s.col], 0.0)
         k = (a.entries[2] + more) * weight
-        size = np.abs(k[:-1][s.row == s.col])
-        scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
+        diagonal = np.abs(k[:-1][s.row == s.col])
+        scale = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
         return a.build(k / scale + a.entries[3] * weight), scale
 
     def newton(
         self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None
     ) -> Rest:
-        """Solve by Newton's method at a fixed parameter, or on a plane (normal (n + r + 1,), value, unit of the parameter).
+        """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
-        With `near`, steps must decrease from the first on. Stresses of strips are separate unknowns (`strips`), which start from
-        an equilibrium, the `origin`, as a guess stretches strips too much.
+        The plane `fixed` is (normal (n + r + 1,), value, unit of the parameter). With `near` all steps must decrease. Stresses of
+        strips are separate unknowns; they start from those of an equilibrium, the `origin`, as a guess stretches strips too much.
         """
-        before, found = np.inf, None
+        previous, found = np.inf, None
         with self._stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, fixed)
-                following = largest * (largest / before) ** 2  # of quadratic convergence
-                ended = largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before)
-                if ended or before < largest < NOISE:
+                expected = largest * (largest / previous) ** 2  # next step, by quadratic convergence
+                converged = largest < CLOSE and (expected < 10 * EPS or largest > 0.1 * previous)
+                if converged or previous < largest < NOISE:
                     found = rest if self.is_balanced(rest) else None
                     break
-                if not np.isfinite(largest) or (near and largest > before):
+                if not np.isfinite(largest) or (near and largest > previous):
                     break
-                before = largest
+                previous = largest
         if found is not None:
             return found._replace(multipliers=self.balancing(found)) if self.scene.source.undetermined else found
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager
     def _stresses(self, origin: Rest, q: Array) -> Iterator[None]:
-        """Make the stresses of strips unknowns, extrapolated from a state to coordinates q."""
+        """Make the stresses of strips unknowns within the context, extrapolated from an equilibrium to coordinates q."""
         scene, work = self.scene, self.scene.work
         work.stress[:], work.strip_form[0] = 0.0, RENEWED
         try:
@@ -158,7 +163,7 @@ class Problem:
             work.strip_form[0] = PLAIN
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
-        """Take one damped step of Newton's method; return state and undamped size."""
+        """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
         watching.get().check()
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
@@ -169,18 +174,18 @@ class Problem:
         else:
             normal, value, unit = fixed
             bordered, scale, force, gap = self._border_matrix(rest, normal, unit)
-            miss = value - float(normal @ self.vector(rest))
-            step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [miss]]))
+            distance = value - float(normal @ self.vector(rest))
+            step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [distance]]))
             change_p = float(step[-1]) * unit
         largest = float(np.abs(step[:n]).max(initial=0.0))
-        damp = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
-        moved = rest.q + damp * step[:n] * self.units
+        share = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
+        q = rest.q + share * step[:n] * self.units
         if self.scene.work.strip_form[0] != PLAIN:
-            carry(self.scene.tables, self.scene.work, moved - rest.q)
-        return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
+            carry(self.scene.tables, self.scene.work, q - rest.q)
+        return Rest(q, rest.multipliers + share * step[n : n + r] * scale, rest.parameter + share * change_p), largest
 
     def is_balanced(self, rest: Rest) -> bool:
-        """Return True if residuals, in units of the coordinates, are small against the largest force or rounding."""
+        """Return True if g is small, and residual forces are against applied forces, weights, reactions or rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
         applied = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
@@ -189,12 +194,11 @@ class Problem:
         reactions = np.abs(a.entries[3][:-1][of_g] * units[s.col[of_g]] * rest.multipliers[s.row[of_g] - scene.size])
         rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
-        return bool(
-            np.abs(force * units).max(initial=0.0) <= limit and np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
-        )
+        closed = np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
+        return bool(closed and np.abs(force * units).max(initial=0.0) <= limit)
 
     def balancing(self, rest: Rest) -> Array:
-        """Compute multipliers by least squares, those of least norm if rows are redundant, shape (r,)."""
+        """Compute the multipliers that balance the forces best, by least squares; the least ones if rows are redundant, (r,)."""
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
@@ -205,7 +209,7 @@ class Problem:
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
-        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
+        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; p has a unit."""
         matrix, scale, _, _ = self._border_matrix(rest, normal, unit)
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
@@ -213,7 +217,7 @@ class Problem:
         return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
     def _border_matrix(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
-        """Bordered matrix, with the parameter's column and the plane's normal as last row, the unit of force and residuals."""
+        """Border the scaled matrix by the column of the parameter and the normal; return it, the unit of force, residuals."""
         n = self.scene.size
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
@@ -221,15 +225,15 @@ class Problem:
         column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
         blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
-        whole = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
-        return whole, scale, force, gap
+        bordered = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
+        return bordered, scale, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: that of axial forces of strips over the force per parameter."""
+        """Estimate the rounding error of the parameter: that of axial forces of strips, over the force per unit of parameter."""
         stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
-        moved = float(slope[:n][self.units != 1.0].max(initial=0.0))
-        return ROUNDING * stiffest / moved if moved else 0.0
+        force = float(slope[:n][self.units != 1.0].max(initial=0.0))
+        return ROUNDING * stiffest / force if force else 0.0
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
         """Compute the eigenvalues of small motions about a state: all, or for many coordinates the lowest and those that grow."""
@@ -243,15 +247,15 @@ class Problem:
 
 
 def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
-    """Return coordinates of the same state in a scene of higher degree; new members of the hierarchical basis are zero."""
-    strips = _strips(coarse), _strips(fine)
-    places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in strips]
-    out = np.zeros(fine.size)
-    rest = [np.setdiff1d(np.arange(s.size), places[i]) for i, s in enumerate((coarse, fine))]
-    out[rest[1]] = q[rest[0]]
-    for a, b in zip(*strips, strict=True):
-        for x, y in zip(a.elements, b.elements, strict=True):
-            out[y.places[:, : x.places.shape[1]]] = q[x.places]
+    """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
+    out, others = np.zeros(fine.size), []
+    for scene in (coarse, fine):
+        of_strips = [place for body in _strips(scene) for element in body.elements for place in element.places.ravel()]
+        others.append(np.setdiff1d(np.arange(scene.size), of_strips))
+    out[others[1]] = q[others[0]]
+    for body, finer_body in zip(_strips(coarse), _strips(fine), strict=True):
+        for element, finer in zip(body.elements, finer_body.elements, strict=True):
+            out[finer.places[:, : element.places.shape[1]]] = q[element.places]
     return out
 
 
@@ -260,7 +264,7 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
-            inner = element.places[:, 2:]  # |N_k| < 1/sqrt(2 k) approximately: their sum bounds the rest
+            inner = element.places[:, 2:]  # coefficients of polynomials of degree k, whose magnitude is below 1/sqrt(2 k)
             weights = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
             change[element.places[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
             change[inner] = 0.0
@@ -277,23 +281,23 @@ def has_strips(scene: CompiledScene) -> bool:
 
 
 def moving(scene: CompiledScene, q: Array, shape: Array) -> str:
-    """Return the name of the link that moves most in a shape."""
+    """Return the name of the link that moves most in a shape (n,) at coordinates q; '' if all links are massless."""
     links = [link for link in scene.mechanism.links if not link.body.massless]
     if not links:
         return ""
     markers = [[scene.marker(link.name, point) for point in (link.start, link.end)] for link in links]
     place(scene.tables, scene.work, q, shape)
-    moved = np.abs(scene.work.state[markers, State.VX : State.SPIN + 1] / [scene.length, scene.length, 1.0])
-    return links[int(moved.max(axis=(1, 2)).argmax())].name
+    motions = np.abs(scene.work.state[markers, State.VX : State.SPIN + 1] / [scene.length, scene.length, 1.0])
+    return links[int(motions.max(axis=(1, 2)).argmax())].name
 
 
 def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[int]:
-    """Return indices in `tables.factors` of the named loads ('gravity' is one), or of all."""
+    """Return the indices in `tables.factors` of the named loads, of which 'gravity' is one; by default of all loads."""
     kinds, known = ("force", "line_load", "torque", "motor", "gravity"), [*scene.force_names, "gravity"]
-    wanted = {name for name in known if name.split(".")[0] in kinds} if names is None else set(names)
-    if unknown := wanted - set(known):
+    loads = {name for name in known if name.split(".")[0] in kinds} if names is None else set(names)
+    if unknown := loads - set(known):
         raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(known)}")
-    return [i for i, name in enumerate(known) if name in wanted]
+    return [i for i, name in enumerate(known) if name in loads]
 
 
 def places(scene: CompiledScene, q: Array, link: str, point: str) -> MarkerMotion:

@@ -1,10 +1,10 @@
 """Equilibrium of a mechanism under its loads, with stability and error, by load steps or pseudo-transient continuation.
 
-The latter takes implicit Euler steps of growing length on M q' = f - G^T lambda:
+Pseudo-transient continuation takes implicit Euler steps of growing length tau [s^2] on M q' = f - G^T lambda:
 
-    [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g].
+    [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
-For large dt they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
+For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
 """
 
 from __future__ import annotations
@@ -23,28 +23,31 @@ from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omis
 from .problem import BALANCED, ENDS, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
 
 TARGET_MOVE = 0.1
-"""Change per step for which the length of the next one is chosen [lengths or rad]."""
+"""Change of the pose for which the length of the next implicit step is chosen, in units of the coordinates."""
 ENDLESS = 60.0
-"""Length of the path, over the size of the mechanism, after which a motion counts as endless."""
+"""Length of the way, over the size of the mechanism, after which a motion counts as endless."""
 SHORTEST = 1e-4
 """Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
-"""Largest change in a load increment [lengths or rad]: after a larger one Newton's method may reach another branch."""
+"""Largest change of the pose in a load increment, in extents: after a larger one Newton's method may reach another branch."""
 CORRECTIONS = 4
-"""Most iterations of an implicit step: the first one stretches a strip that rotates."""
+"""Most Newton iterations of an implicit step: the first iteration stretches a strip that rotates."""
 CONVERGED = 0.2
-"""Largest iterate of an implicit step, over the step, with which it is accepted."""
+"""Largest change by the last iteration of an implicit step, over the step, with which the step is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
+SETTLED = 1e-3
+"""Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
 FRICTION = "friction may hold it elsewhere"
+"""Remark on equilibria of mechanisms with dry friction, which the statics leave out."""
 
 
 class RunsAwayError(StaticsError):
-    """Error of a motion without an equilibrium."""
+    """Failure of the search because a motion has no equilibrium."""
 
 
 class SlackError(StaticsError):
-    """Error of a rope that would have to push."""
+    """Failure of the search because a rope would have to push."""
 
 
 @watch("steps")
@@ -55,8 +58,8 @@ def equilibrium(
 ) -> Equilibrium:  # fmt: skip
     """Find the equilibrium of a mechanism with its drives fixed at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero, from the stress-free start. If the mechanism is movable, or the path ends, pseudo-transient continuation
-    leads to a stable equilibrium.
+    Loads grow from zero, from the stress-free pose. If the mechanism is movable, or if Newton's method fails, pseudo-transient
+    continuation leads to a stable equilibrium.
 
     Parameters
     ----------
@@ -66,7 +69,7 @@ def equilibrium(
     degree : int, optional
         Degree of the strips; by default it is increased until the error is below 1e-8 of the longest link.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
     Returns
     -------
@@ -94,73 +97,79 @@ def equilibrium(
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
-    """Find a stable equilibrium by pseudo-transient continuation; raise a RunsAwayError for a motion beyond `ENDLESS`.
+    """Find a stable equilibrium by pseudo-transient continuation from a state.
 
-    An unstable equilibrium is left along its fastest growing shape.
+    From an unstable equilibrium the search goes on with a displacement along the fastest growing shape, at most 20 times. Raise a
+    RunsAwayError for a motion beyond `ENDLESS`, a StaticsError after `STEPS` steps.
     """
-    rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
-    begun, kicks, distance, watching.get().most = rest, 0, 0.0, STEPS
+    rest, tau = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
+    start, displacements, distance, watching.get().most = rest, 0, 0.0, STEPS
     endless = ENDLESS * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         watching.get().step()
-        new, span, moved = _step(problem, rest, span)
-        distance += moved
-        if moved < 1e-3:
+        new, tau, change = _step(problem, rest, tau)
+        distance += change
+        if change < SETTLED:
             try:
                 found = problem.newton(new, near=True)
             except StaticsError:
                 found = None
             if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
                 spectrum = problem.spectrum(found)
-                if spectrum.stable or kicks > 20:
+                if spectrum.stable or displacements > 20:
                     return found
-                worst = int(np.argmax(spectrum.growth))
-                shape, kicks = np.real(spectrum.shapes[:, worst]), kicks + 1
-                kick = 1e-2 * shape / np.abs(shape / problem.units).max()
-                new, span = found._replace(q=found.q + kick), 1.0 / float(spectrum.growth[worst]) ** 2
+                fastest = int(np.argmax(spectrum.growth))
+                shape, displacements = np.real(spectrum.shapes[:, fastest]), displacements + 1
+                displacement = 1e-2 * shape / np.abs(shape / problem.units).max()
+                new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
         rest = new
         if distance > endless:
-            name = moving(problem.scene, rest.q, rest.q - begun.q)
+            name = moving(problem.scene, rest.q, rest.q - start.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
-    raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - begun.q)}' still moves after {STEPS} damped steps")
+    raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - start.q)}' still moves after {STEPS} damped steps")
 
 
-def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float]:
-    """Take an implicit step along the forces and of limited size; return state, next span [s^2] and largest change."""
+def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
+    """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
+
+    A step is accepted if it goes along the forces and its iteration converges; otherwise tau is reduced. A first tau of 0 stands
+    for the median ratio of mass to stiffness.
+    """
     n, units = problem.scene.size, problem.units
     a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
-    matrix = a.build(mass)[:n, :n]
-    if span == 0.0:
-        ratio = np.abs(a.stiffness.diagonal()) / matrix.diagonal()
-        span = 1.0 / max(float(np.median(ratio)), 1e-6)
+    mass_matrix = a.build(mass)[:n, :n]
+    if tau == 0.0:
+        ratio = np.abs(a.stiffness.diagonal()) / mass_matrix.diagonal()
+        tau = 1.0 / max(float(np.median(ratio)), 1e-6)
     for _ in range(60):
         new, last = rest, a
-        for corrected in range(CORRECTIONS):
-            force = last.force - matrix @ (new.q - rest.q) / span
-            scaled, scale = problem.scale_matrix(last, mass / span)
-            out = solve(scaled, np.concatenate([force * units / scale, -last.residual]))
+        for iteration in range(CORRECTIONS):
+            force = last.force - mass_matrix @ (new.q - rest.q) / tau
+            matrix, scale = problem.scale_matrix(last, mass / tau)
+            out = solve(matrix, np.concatenate([force * units / scale, -last.residual]))
             new = Rest(new.q + out[:n] * units, out[n:] * scale, rest.parameter)
-            step, change = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
-            moved = float(np.abs(step / units).max(initial=0.0))
+            step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
+            change = float(np.abs(step / units).max(initial=0.0))
             work = float(step @ (a.force - a.jacobian.T @ new.multipliers))
-            forward = work >= -1e-12 * abs(float(step @ (matrix @ step))) / span or moved < 1e-9
-            if not (np.isfinite(moved) and moved <= 2 * TARGET_MOVE and forward) or (corrected and change > CONVERGED * moved):
+            goes_forward = work >= -1e-12 * abs(float(step @ (mass_matrix @ step))) / tau or change < 1e-9
+            is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
+            if not (is_short and goes_forward) or (iteration and correction > CONVERGED * change):
                 break
             force, _, last = problem.residual(new)
-            if moved < 1e-9 or float(step @ force) >= -max(work, 0.0):  # otherwise the step went deep into an open contact
-                return new, span * min(4.0, max(1.2, TARGET_MOVE / max(moved, 1e-300))), moved
-        span *= max(0.1, min(0.5, TARGET_MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
+            if change < 1e-9 or float(step @ force) >= -max(work, 0.0):  # otherwise the step went deep into an open contact
+                return new, tau * min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300))), change
+        tau *= max(0.1, min(0.5, TARGET_MOVE / change)) if np.isfinite(change) and change > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
 def find(problem: Problem, load: float) -> tuple[Rest, str]:
-    """Find the equilibrium under a factor of the loads; return also a note on the method, '' for load steps."""
+    """Find the equilibrium under a factor of the loads; return it with a note on the method, '' for load steps."""
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
-    movable = problem.spectrum(problem.start(0.0), 1).neutral.any()
+    is_movable = problem.spectrum(problem.start(0.0), 1).neutral.any()
     reached = 0.0
-    if not movable:
+    if not is_movable:
         rest, reached = _grow(problem, load)
         if reached == 1.0:
             return rest, ""
@@ -170,13 +179,13 @@ def find(problem: Problem, load: float) -> tuple[Rest, str]:
         raise
     except StaticsError as error:
         raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
-    return rest, f"beyond {reached:.4g} of the load by damped motion" if not movable else "by damped motion from the drawn pose"
+    return rest, "by damped motion from the drawn pose" if is_movable else f"beyond {reached:.4g} of the load by damped motion"
 
 
 def check_ropes(problem: Problem, rest: Rest) -> None:
     """Raise an error if a rope would have to push, or one of its ends coincides with a pulley."""
     scene = problem.scene
-    for name in (name for name, each in scene.source.elements.items() if isinstance(each, Rope)):
+    for name in (name for name, element in scene.source.elements.items() if isinstance(element, Rope)):
         row = scene.row_names.index(name)
         first, _, count = scene.tables.rows[row]
         lengths = [scene.measure(i, rest.q) for i in range(first, first + count)]
@@ -187,34 +196,34 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
-    """Increase the load from zero to its value; return the equilibrium and the share that was reached.
+    """Increase the load from zero to its value; return the last equilibrium and the fraction of the load that was reached.
 
     An increment that moves the mechanism far or loses stability is halved, as Newton's method may have left the path.
     """
-    rest, done, part = problem.start(0.0), 0.0, 1.0
+    rest, reached, increment = problem.start(0.0), 0.0, 1.0
     stable = problem.spectrum(rest, 1).stable
-    while done < 1.0:
-        part = min(part, 1.0 - done)
+    while reached < 1.0:
+        increment = min(increment, 1.0 - reached)
         try:
-            watching.get().best = problem, rest, np.inf, f"this is the equilibrium at {done:.4g} of the load"
-            watching.get().step(done)
-            new = problem.newton(rest._replace(parameter=load * (done + part)))
-            near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
-            keeps = near and problem.spectrum(new, 1).stable
+            watching.get().best = problem, rest, np.inf, f"this is the equilibrium at {reached:.4g} of the load"
+            watching.get().step(reached)
+            new = problem.newton(rest._replace(parameter=load * (reached + increment)))
+            is_near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
+            stays_stable = is_near and problem.spectrum(new, 1).stable
         except StaticsError:
-            near = keeps = False
-        if near and (keeps or not stable or part < SHORTEST):
-            rest, done, part, stable = new, done + part, 2.0 * part, keeps
-        elif part < SHORTEST:
+            is_near = stays_stable = False
+        if is_near and (stays_stable or not stable or increment < SHORTEST):
+            rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
+        elif increment < SHORTEST:
             break
         else:
-            part *= 0.5
-    return rest, done
+            increment *= 0.5
+    return rest, reached
 
 
 def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, float]:
-    """Increase the degree, unless `fixed`, until the error is small."""
-    error, before = 0.0, np.inf
+    """Increase the degree, unless it is `fixed`, until the error is small; return problem, equilibrium and error."""
+    error, previous = 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, RISE)
         watching.get().best = problem, rest, error or np.inf, f"strips of the degree {problem.scene.degree} may not be enough"
@@ -226,14 +235,14 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
         if fixed:
             break
         problem, rest = finer, new
-        if error <= PLACES or error > 0.5 * before or problem.scene.degree > HIGHEST:
+        if error <= PLACES or error > 0.5 * previous or problem.scene.degree > HIGHEST:
             break
-        before = error
+        previous = error
     return problem, rest, error
 
 
 def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
-    """Make the result: equilibrium with error and stability; of a search that was stopped with that status."""
+    """Make the result: equilibrium with error and stability."""
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)

@@ -1,4 +1,4 @@
-"""Equilibria over any number of a mechanism, with a new scene for each of its values."""
+"""Problems of the statics whose parameter is a number of the mechanism or the frequency of its motion."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from ..spectral.scene import CompiledScene
 from .problem import Problem, Rest, StaticsError, loads_of
 
 STEP = 1e-5
-"""Relative step of the differences by the number."""
+"""Half width of central differences, over the value of the number."""
 
 
 class Varied(Problem):
-    """Problem whose parameter is a number of the mechanism, such as links.strip.body.section.thickness."""
+    """Problem whose parameter is a number of the mechanism, as links.strip.body.section.thickness; each value has a scene."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree
         try:
-            found = get(self.document, name)
+            value = get(self.document, name)
         except (KeyError, IndexError) as error:
             raise ValueError(f"parameter = '{name}': there is no {error} in the mechanism") from None
-        if isinstance(found, bool) or not isinstance(found, int | float):
-            raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {found!r}")
-        self.current = float(found)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {value!r}")
+        self.current = float(value)
         super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
 
     def set(self, parameter: float) -> None:
@@ -37,12 +37,12 @@ class Varied(Problem):
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""
         step = STEP * max(abs(rest.parameter), abs(self.drawn), 1e-300)
-        at = []
+        residuals = []
         for p in (rest.parameter + step, rest.parameter - step):
             self.set(p)
             a = self.scene.assemble(rest.q, tangents=False)
-            at.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
-        return np.asarray((at[0] - at[1]) / (2 * step))
+            residuals.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
+        return np.asarray((residuals[0] - residuals[1]) / (2 * step))
 
     def with_degree(self, by: int) -> Varied:
         """Return the problem with strips of a higher degree."""
@@ -53,7 +53,7 @@ class Paced(Problem):
     """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
 
     def set(self, parameter: float) -> None:
-        """Set the frequency of the functions of time."""
+        """Set the frequency [Hz]."""
         self.scene.tables.time_factor[0] = parameter / self.drawn
 
 

@@ -1,4 +1,4 @@
-"""Natural frequencies about an equilibrium or a pose, with damping and follower forces, each with its error."""
+"""Natural frequencies about an equilibrium, with damping and follower forces, each with its error."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from .rest import equilibrium
 from .spectrum import Spectrum
 
 AMPLITUDE = 1e-4
-"""Displacement from rest, over the longest link, up to which the tangent of a user's law must be the same."""
+"""Displacement from the equilibrium, in units of the coordinates, at which frequencies are computed again to find kinks."""
 KINKED = 0.05
-"""Relative change of a frequency at that displacement from which the law has a kink at rest; smooth laws change it by 1e-3."""
+"""Relative change of a frequency at that displacement above which a law has a kink; smooth laws change it by 1e-3."""
 
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
-    """Small motions exp(s t) about a state, lowest |s| first with rigid motions; decay without oscillation comes last.
+    """Small motions exp(s t) about an equilibrium, lowest |s| first with rigid motions; decay without oscillation comes last.
 
-    At the state `q` (n,), `values` (count,) are the s [1/s], zero below the rounding error, and `shapes` (n, count) those of
-    the coordinates. `errors` (count,) are those of |s|/2 pi [Hz]: change by a higher degree of the strips, and rounding. `names`
-    are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True if no small motion grows.
+    At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
+    (n, count) their eigenvectors. `errors` (count,) are those of |s|/2 pi [Hz]: the larger one of the change by a higher degree
+    of the strips and rounding. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True
+    if no small motion grows.
     """
 
     scene: CompiledScene
@@ -74,13 +75,13 @@ def frequencies(
     ----------
     mechanism : Mechanism
     about : Equilibrium, optional
-        Equilibrium about which it vibrates; by default that under the loads.
+        Equilibrium about which the mechanism vibrates; by default that under the loads.
     count : int
         Number of lowest frequencies, rigid motions included.
     degree : int, optional
-        Degree of the strips; by default it is increased until all errors are below 1e-8, or rounding.
+        Degree of the strips; by default it is increased until all errors are below 1e-8, or are rounding.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
     Raises
     ------
@@ -92,30 +93,31 @@ def frequencies(
     try:
         about = about or equilibrium(mechanism, degree=degree)
         if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
-            return _nothing(about.scene, about.status, about.message)
+            return _make_failure(about.scene, about.status, about.message)
         problem, rest = Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load)
         return _refine(problem, rest, int(count), degree is not None)
     except STOPS:
-        return _nothing(about.scene if about else CompiledScene.of(mechanism, degree), Ending.NOT_REACHED, "none was found yet")
+        scene = about.scene if about else CompiledScene.of(mechanism, degree)
+        return _make_failure(scene, Ending.NOT_REACHED, "none was found yet")
 
 
-def _nothing(scene: CompiledScene, status: Ending, message: str) -> Frequencies:
-    """Make the answer without any frequency."""
+def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequencies:
+    """Make the result without any frequency."""
     nothing, shapes = np.empty(0), np.empty((scene.size, 0), complex)
     return Frequencies(status, message, scene, scene.q0, nothing.astype(complex), shapes, nothing, [], False)
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the small motions, and restore the scene."""
+    """Compute the spectrum at a state, and restore the parameter of the scene."""
     found = problem.spectrum(rest)
     problem.set(problem.drawn)
     return found
 
 
 def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
-    """Increase the degree until the frequencies do not change."""
+    """Increase the degree, unless it is `fixed`, until the frequencies do not change; errors are the last change."""
     found = _spectrum(problem, rest)
-    errors, before = found.rounding[:count], np.inf
+    errors, previous = found.rounding[:count], np.inf
     while has_strips(problem.scene):
         finer, state = problem.refine(rest, max(RISE, problem.scene.degree // 4))
         try:
@@ -123,50 +125,46 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except ENDS as error:
-            errors = errors if before < np.inf and isinstance(error, STOPS) else np.full(len(errors), np.inf)
+            errors = errors if previous < np.inf and isinstance(error, STOPS) else np.full(len(errors), np.inf)
             break
-        length, kept = min(count, len(found.values), len(new.values)), found if fixed else new
-        change = np.full(min(count, len(kept.values)), np.inf)
-        change[:length] = np.abs(_eigenvalues(new)[:length] - _eigenvalues(found)[:length])
-        rounding = kept.rounding[:count]
-        errors = np.maximum(change, np.where(kept.neutral[:count], 0.0, rounding))
+        common, answer = min(count, len(found.values), len(new.values)), found if fixed else new
+        change = np.full(min(count, len(answer.values)), np.inf)
+        change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(found)[:common])
+        rounding = answer.rounding[:count]
+        errors = np.maximum(change, np.where(answer.neutral[:count], 0.0, rounding))
         if fixed:
             break
         problem, rest, found = finer, state, new
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
-        stalled = relative < 1e-5 and relative > 0.5 * before  # by rounding of the state itself
-        before = relative
+        stalled = relative < 1e-5 and relative > 0.5 * previous  # by rounding of the equilibrium itself
+        previous = relative
         if stalled or relative <= PLACES or (change <= rounding).all() or problem.scene.degree > max(HIGHEST, 3 * count):
             break
-    kinked = _kinks(problem, rest, found, count)
-    return _frequencies(problem.scene, rest.q, found, np.maximum(errors, kinked), count, bool(kinked.any()))
+    changes = _changes_by_kinks(problem, rest, found, count)
+    return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
 
 
-def _kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
-    """Compute the change of eigenvalues near the state, if a user's law has a kink there; else 0."""
+def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
+    """Compute the changes of eigenvalues at small displacements, (count,); 0 if no law of a user has a kink."""
     values = _eigenvalues(found)[:count]
     changes = np.zeros(len(values))
     scene = problem.scene.source
-    given = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
-    for k, shape in enumerate(np.real(found.shapes[:, :count]).T if given else ()):
+    has_laws = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
+    for k, shape in enumerate(np.real(found.shapes[:, :count]).T if has_laws else ()):
         step = AMPLITUDE * problem.scene.length * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
-            near = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
-            changes[k] = max(changes[k], np.abs(near - values[: len(near)])[k] if k < len(near) else 0.0)
+            displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
+            changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
     return np.where(changes > KINKED * np.abs(values), changes, 0.0)
 
 
 def _eigenvalues(found: Spectrum) -> Array:
-    """Return eigenvalues, zero below the rounding error."""
+    """Return the eigenvalues of a spectrum, zero below the rounding error."""
     return np.where(found.neutral, 0.0, found.values)
 
 
-def _advice(kinked: bool) -> str:
-    """Return the advice for frequencies that are not known."""
-    return "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
-
-
 def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int, kinked: bool) -> Frequencies:
+    """Make the result: names, status and message of the lowest frequencies."""
     names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
@@ -177,7 +175,8 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
             names.append("vibration" if value.imag else "decay")
     wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
     notes = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
-    notes += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {_advice(kinked)}"] if wrong else []
+    advice = "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
+    notes += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {advice}"] if wrong else []
     notes += list_omissions(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK if found.stable else Ending.UNSTABLE
     return Frequencies(
