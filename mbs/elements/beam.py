@@ -1,7 +1,7 @@
 """Strips of finite elements: shear-deformable beams and shear-rigid cables, straight or of any stress-free shape.
 
 The chord is the line from start to end. A stress-free shape is kept as its tangent angle theta over the fraction s of the arc
-length, and places are integrals of (cos theta, sin theta), so that the arc length is exact.
+length. Places are integrals of (cos theta, sin theta), so that the arc length is exact.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ class Clearance(Joint):
         """Yield the energy stored in contact and bristles, and the energies dissipated by damping and by friction.
 
         Simpson's rule integrates the powers over each step. The motion in the middle of a step is that of cubic Hermite
-        polynomials, the deflection of the bristle the mean of those at both ends of the step.
+        polynomials. The deflection of the bristle there is the mean of those at both ends of the step.
         """
         pin, bush = states(self, record)
         memory, time = record.channel(name, "memory"), record.time

@@ -60,12 +60,12 @@ class Push(NamedTuple):
 def _fill(template: str, element: Element) -> str:
     """Fill in the fields of a title or label; see `Element`."""
 
-    def write(match: re.Match[str]) -> str:
+    def _write(match: re.Match[str]) -> str:
         field_name, part = match.groups()
         text = type(element).__name__ if field_name == "kind" else str(getattr(element, field_name))
         return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[part]
 
-    return re.sub(r"{(\w+):?(\w*)}", write, template)
+    return re.sub(r"{(\w+):?(\w*)}", _write, template)
 
 
 class Element(Declared):

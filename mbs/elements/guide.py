@@ -26,7 +26,7 @@ ON_LINE = 1e-9
 class GuideFriction(Declared):
     """Dry and viscous friction of a guide, regularised near zero speed (Stribeck).
 
-    Above the speed v_r (`regularisation`), with the speed v_s (`stribeck`), the size of the force is
+    The speeds are v_r (`regularisation`) and v_s (`stribeck`). Above v_r the size of the force is
     F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
     Below v_r it is linear through zero, so a resting slider creeps instead of sticking.
 

@@ -34,6 +34,7 @@ def potential(law: Law, values: Array) -> Array:
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
 
     def integrate(starts: Array, ends: Array) -> Array:
+        """Integrate the force over intervals."""
         nodes, weights = np.polynomial.legendre.leggauss(4)
         half = (ends - starts)[:, None] / 2
         at = starts[:, None] + half + half * nodes

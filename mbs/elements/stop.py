@@ -231,8 +231,8 @@ Finer runs reduce the share, so that the difference of two runs shows its effect
 class Striking:
     """Memory of a stop's contacts, updated after each accepted step.
 
-    `onset` is the approach speed at the onset of the present or next contact [m/s], at least `share` times `fastest`, the largest
-    approach speed of contacts so far [m/s].
+    `onset` is the approach speed at the onset of the present or next contact [m/s]. It is at least `share` times `fastest`, the
+    largest approach speed of contacts so far [m/s].
     """
 
     stop: Stop

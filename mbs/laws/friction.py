@@ -2,7 +2,7 @@
 
 ``coefficient(speed)`` is odd in the speed [m/s]. The friction force on the body sliding at that speed is
 -coefficient(speed) * N, with the normal force N [N]: it opposes the motion. All laws without a bristle are regularised: their
-force at rest is zero, so that a body on a slope creeps. mu_s is the static, mu_d the dynamic coefficient, v the speed.
+force at rest is zero, so that a body on a slope creeps. The static coefficient is mu_s, the dynamic one mu_d, the speed v.
 
 References
 ----------

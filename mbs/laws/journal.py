@@ -1,8 +1,8 @@
 """Contact of a pin in a bush with clearance c: kinematics and forces, as functions of floats and arrays.
 
 The pin of radius R belongs to the first body, the bush to the second. Let r_p and r_b be their centres, e = r_p - r_b,
-n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin, F = -(F_N n + mu F_N t), and its opposite act at
-the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
+n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin is F = -(F_N n + mu F_N t). Force and opposite act
+at the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
 at which the surface of the pin slides over that of the bush at P.
 
 `MEMORY` has values of the last accepted step, among them the onset speed and the bristle of the laws. From that step on, the

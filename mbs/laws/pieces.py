@@ -1,7 +1,7 @@
 """Protocol of normal contact laws, and elementary functions for laws.
 
-``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``, so that a law made of them takes a float or an array
-of any shape, and can be compiled.
+``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So a law made of them takes a float or an array of
+any shape, and can be compiled.
 """
 
 from typing import Any, Protocol, TypeAlias, runtime_checkable

@@ -1,7 +1,7 @@
 """Restitution of contact laws, and the damping that gives a prescribed restitution.
 
-A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) and depth d, separation of the
-variables d and d' in m d'' = -F gives a relation without K, n, m and v0:
+A body of mass m meets a contact at speed v0 and leaves at e v0. The force is F = K d^n (1 + chi d'/v0) at the depth d.
+Separation of the variables d and d' in m d'' = -F gives a relation without K, n, m and v0:
 
     chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
 
@@ -184,7 +184,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
 
 
 def _log1p_minus(x: float) -> float:
-    """Return ln(1 + x) - x without cancellation, from ln(1 + x) = 2 artanh(r), r = x / (2 + x), and 2 r - x = -r x."""
+    """Return ln(1 + x) - x without cancellation; ln(1 + x) = 2 artanh(r) with r = x / (2 + x), and 2 r - x = -r x."""
     if abs(x) > 0.5:
         return math.log1p(x) - x
     r = x / (2.0 + x)
