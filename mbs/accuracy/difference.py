@@ -99,7 +99,7 @@ class Difference:
         return rms | dict(zip([(name, Norm.PEAK) for name in names], peaks.tolist(), strict=True))
 
     @cached_property
-    def _matched(self) -> tuple[Grid, Array]:
+    def _grid_of_onsets(self) -> tuple[Grid, Array]:
         """Grid on which matched onsets coincide, and True at its times that lie between the samples on both sides of a jump."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
@@ -110,9 +110,9 @@ class Difference:
     def _compare_waves(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that onsets coincide, leaving out the samples at jumps."""
         found = dict[Key, float]()
-        for some, difference in self._subtract(names, self._matched[0]) if names else ():
-            difference[:, self._matched[1]] = 0.0
-            found |= self._means_and_peaks(some, difference, self._matched[0].weights)
+        for some, difference in self._subtract(names, self._grid_of_onsets[0]) if names else ():
+            difference[:, self._grid_of_onsets[1]] = 0.0
+            found |= self._means_and_peaks(some, difference, self._grid_of_onsets[0].weights)
         return found
 
     def _compare_impulses(self, name: str) -> dict[Key, float]:

@@ -26,13 +26,13 @@ class Ends(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of constraints as arrays, shape (terms,): index among all terms, numbers of two bodies, the ground being the last.
+    """Terms of constraints as arrays, shape (terms,): number among all terms, numbers of two bodies, the ground being the last.
 
     Arms lead to the points of the term, at t = 0 [m]. The direction at t = 0 turns with the body `frame`. If `is_distance`, the
     term is the distance, and the direction leads from the second to the first point at any time.
     """
 
-    index: Array
+    number: Array
     first: Array
     second: Array
     frame: Array
@@ -92,7 +92,7 @@ class Forms:
         """
         n, lead, count = self.bodies, q.shape[:-2], len(self.coefficients)
         measures, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
-        k, i, j, f = self.points.index, self.points.first, self.points.second, self.points.frame
+        k, i, j, f = self.points.number, self.points.first, self.points.second, self.points.frame
         angles, arm_1, arm_2, vector, d = self._arms(q)
         measures[..., k] = _dot(d, vector)
         for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
@@ -100,7 +100,7 @@ class Forms:
             jacobian[..., k, body, 1] += sign * d.imag
             jacobian[..., k, body, 2] += sign * _dot(d, 1j * arm)
         jacobian[..., k, f, 2] += _dot(1j * d, vector)
-        k, i, j = self.turns.index, self.turns.first, self.turns.second
+        k, i, j = self.turns.number, self.turns.first, self.turns.second
         measures[..., k] = angles[..., i] - angles[..., j]
         jacobian[..., k, i, 2] += 1.0
         jacobian[..., k, j, 2] -= 1.0
@@ -119,7 +119,7 @@ class Forms:
             distances = self.points.is_distance
             if distances.any():
                 term -= distances * _dot(1j * d, velocity) ** 2 / np.where(distances, _dot(d, vector), 1.0)
-            gamma[..., self.points.index] = term
+            gamma[..., self.points.number] = term
         return self._sum_terms(gamma, -1)
 
     def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
