@@ -188,14 +188,14 @@ def _report(*_: object) -> None:
     raise NotImplementedError
 
 
-def _fill_report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-    _report(t, q, v, memory, places, numbers, out)
+def _fill_report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
+    _report(t, q, v, memory, offsets, numbers, out)
 
 
-def _forces(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-    rows = np.empty((places.shape[0], WIDTH))
-    _report(t, q, v, memory, places, numbers, rows)
-    add_forces(rows, q, v, places, numbers, out)
+def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
+    rows = np.empty((offsets.shape[0], WIDTH))
+    _report(t, q, v, memory, offsets, numbers, rows)
+    add_forces(rows, q, v, offsets, numbers, out)
 
 
 def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
@@ -215,9 +215,9 @@ def _functions() -> tuple[Any, Any]:
     jit = numba.njit(error_model="numpy")
     report = compile_plain(journal.make_report(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
     stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table")))
-    vector, table, places = float64[::1], float64[:, ::1], int64[:, ::1]
+    vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
     compiled = []
     for function, out in ((_forces, vector), (_fill_report, table)):
         compiled.append(compile_plain(_with_report(function, report), jit, partial(compile_cached, stamp=stamp)))
-        compiled[-1].compile(void(float64, vector, vector, table, places, table, out))
+        compiled[-1].compile(void(float64, vector, vector, table, offsets, table, out))
     return compiled[0], compiled[1]

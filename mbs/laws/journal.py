@@ -99,26 +99,26 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
         fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
         return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
 
-    def report(t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array) -> None:
-        """Write the `COLUMNS` of each joint to a row of `out`; `places` are the offsets of both ends."""
-        for j in range(places.shape[0]):
-            pin, bush = _state(places[j, 0], numbers[j, :4], q, v), _state(places[j, 1], numbers[j, 4:8], q, v)
+    def report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
+        """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) are those of both ends."""
+        for j in range(offsets.shape[0]):
+            pin, bush = _state(offsets[j, 0], numbers[j, :4], q, v), _state(offsets[j, 1], numbers[j, 4:8], q, v)
             out[j] = contact(numbers[j], pin, bush, t, memory[j])
 
     return report
 
 
-def add_forces(rows: Array, q: Array, v: Array, places: Array, numbers: Array, out: Array) -> None:
+def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
     """Compute the generalised forces `out` on coordinates (x, y, theta of each node) from the report of the joints."""
     out[:] = 0.0
-    for j in range(places.shape[0]):
+    for j in range(offsets.shape[0]):
         radius, row = numbers[j, PIN], rows[j]
         if row[NORMAL] == 0.0:
             continue
-        pin, bush = _state(places[j, 0], numbers[j, :4], q, v), _state(places[j, 1], numbers[j, 4:8], q, v)
+        pin, bush = _state(offsets[j, 0], numbers[j, :4], q, v), _state(offsets[j, 1], numbers[j, 4:8], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
-            k = places[j, side]
+            k = offsets[j, side]
             if k < 0:
                 continue
             end = pin if side == 0 else bush
