@@ -16,8 +16,8 @@ import numpy as np
 from ..geometry import Array
 
 FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT PLACES CONSTRAINTS", start=0)
-"""Columns of the table of fronts: number of pivots, number of unknowns, index of its first unknown, index of its first entry,
-parent front or -1, index of its first place in the parent, 1 if its pivots are constraints."""
+"""Columns of the table of fronts: counts of pivots and of unknowns; indices of the first unknown, entry, and place in the
+parent; the parent, or -1; 1 if the pivots are constraints."""
 
 
 class Fronts(NamedTuple):
@@ -119,25 +119,22 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 
 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
-    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is changed.
-
-    The degree of a group is the number of its neighbouring unknowns. The heap keeps outdated degrees, which are skipped.
-    """
+    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is changed."""
     size = [len(members) for members in groups]
     is_constraint = [members[0] >= coordinates for members in groups]
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]
     constraints = [[] if is_constraint[g] else [m for m in adjacent[g] if is_constraint[m]] for g in range(len(groups))]
 
-    def degree(g: int) -> int:
+    def degree(group: int) -> int:
         """Count the unknowns that are neighbours of a group."""
-        return sum(size[m] for m in adjacent[g])
+        return sum(size[m] for m in adjacent[group])
 
     heap = [(degree(g), g) for g in range(len(groups)) if not waiting[g]]
     heapify(heap)
     done, fronts = [False] * len(groups), []
     while heap:
         known_degree, g = heappop(heap)
-        if done[g] or known_degree != degree(g):
+        if done[g] or known_degree != degree(g):  # outdated
             continue
         done[g] = True
         fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]], is_constraint[g]))

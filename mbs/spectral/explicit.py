@@ -200,8 +200,8 @@ def _try_step(model, clock, h, is_last, controls, counts):
             counts.status = Ended.UNDERFLOW if error < INFINITE else Ended.NOT_FINITE
         return False
     landing = max(1e-3 * controls.tolerance, 1e-12) * state.units.max()
-    smooth = controls.located
-    fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, landing, 0.0, smooth)
+    reports, smooth = model.work.reports, controls.located
+    fraction = find_first_onset(model.tables, state.start_reports, reports, h, landing, 0.0, smooth)
     if fraction < 1.0 and h * fraction > controls.shortest:
         clock.resumed_step, clock.next_step = max(clock.resumed_step, h), h * fraction
         return False
@@ -258,8 +258,8 @@ def run_explicit(model, clock, controls, stops, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            factor = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -ORDER))
-            clock.next_step = max(h * factor, clock.resumed_step)
+            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -ORDER))
+            clock.next_step = max(h * ratio, clock.resumed_step)
             clock.resumed_step = 0.0
 
 

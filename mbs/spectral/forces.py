@@ -10,27 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws.table import LawColumn, call
+from . import lawtable, markers
 from .compiling import draft, inline
-from .lawtable import (
-    differentiate_along,
-    differentiate_friction,
-    differentiate_normal,
-    evaluate_along,
-    evaluate_friction,
-    normal_force,
-)
-from .markers import (
-    add_entries,
-    add_force,
-    add_geometric,
-    add_gradient,
-    add_pair,
-    clear_block,
-    compute_hessian,
-    compute_measure,
-    get_rate,
-    write_gradient,
-)  # fmt: skip
 from .stateful import add_stateful, add_stateful_tangents
 from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
@@ -48,13 +29,14 @@ def _get_normal_force(tables, work, k, now):
 def _add_along(tables, work, k, now, f):
     """Add force k, along a measure, and report it."""
     number, grad, reaction = tables.forces[k, Forces.A], work.grad, _get_normal_force(tables, work, k, now)
-    value, rate = compute_measure(tables, work, number, grad)
-    force = tables.factors[k] * evaluate_along(tables, k, now, value, rate, reaction)
+    value, rate = markers.compute_measure(tables, work, number, grad)
+    force = tables.factors[k] * lawtable.evaluate_along(tables, k, now, value, rate, reaction)
     out = work.reports[k]
     out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION:
-        out[Report.BRISTLE] = evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, now.memory[k], now.since)[1]
-    add_gradient(tables, work, number, grad, force, f)
+        law = tables.forces[k, Forces.FRICTION]
+        out[Report.BRISTLE] = lawtable.evaluate_friction(tables, law, rate, now.memory[k], now.since)[1]
+    markers.add_gradient(tables, work, number, grad, force, f)
 
 
 @draft
@@ -63,37 +45,33 @@ def _multiply_hessian(work, a, b):
     for i in range(6):
         total = 0.0
         for j in range(6):
-            total += work.hess[i, j] * get_rate(work, a, b, j)
+            total += work.hess[i, j] * markers.get_rate(work, a, b, j)
         work.hess_rate[i] = total
 
 
 @draft
 def _add_tangents_along(tables, work, k, now, mass):
     """Add derivatives of a force along a measure; of friction also those by its normal force."""
-    number, grad, hess, reaction = (
-        tables.forces[k, Forces.A],
-        work.grad,
-        work.hess,
-        _get_normal_force(tables, work, k, now),
-    )
+    number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
+    reaction = _get_normal_force(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
-    value, rate = compute_measure(tables, work, number, grad)
-    compute_hessian(tables, work, number, grad, hess)
-    by_value, by_rate = differentiate_along(tables, k, now, value, rate, reaction)
+    value, rate = markers.compute_measure(tables, work, number, grad)
+    markers.compute_hessian(tables, work, number, grad, hess)
+    by_value, by_rate = lawtable.differentiate_along(tables, k, now, value, rate, reaction)
     h, c = work.by_place, work.by_rate
     _multiply_hessian(work, a, b)
     for i in range(6):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.hess_rate[j]) + force * hess[i, j]
-    add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
-    add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), work.block_stiffness, 0)
-    across = tables.markers[a, Markers.COUNT]
-    add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), work.block_stiffness, across)
+    stiffness, size = work.block_stiffness, tables.markers[a, Markers.COUNT]
+    markers.add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, stiffness)
+    markers.add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), stiffness, 0)
+    markers.add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), stiffness, size)
     if by_rate != 0.0:
-        add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
-        add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, work.block_stiffness)
+        markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
+        markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, stiffness)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and reaction != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:
             _add_by_multiplier(tables, work, k, number, grad, -force / reaction, mass)
@@ -102,30 +80,36 @@ def _add_tangents_along(tables, work, k, now, mass):
 
 
 @draft
-def _add_contact_friction(tables, work, k, now, ratio):
-    """Add derivatives of friction along a face by the depth and its rate.
+def _add_derivatives(tables, work, a, b):
+    """Add -work.by_place and -work.by_rate, by the coordinates of markers a and b, to their block's stiffness and damping."""
+    markers.add_pair(tables, work, (a, b, 0), work.by_place, -1.0, work.jacobian, work.block_stiffness)
+    markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian, work.block_damping)
+    markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
 
-    The friction is `ratio` times the force of its contact, whose derivatives `h[0]` and `c[0]` hold first; their outer product
-    with the gradient of the friction's measure follows.
+
+@draft
+def _add_contact_friction(tables, work, k, now, ratio):
+    """Add the derivatives of friction along a face, `ratio` times its contact's force.
+
+    They are the outer product of the gradient of the friction's measure with the derivatives of the force, first kept in `h[0]`
+    and `c[0]`.
     """
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]
     a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
-    value, rate = compute_measure(tables, work, across, grad)
-    compute_hessian(tables, work, across, grad, work.hess)
-    by_value, by_rate = differentiate_along(tables, contact, now, value, rate, 0.0)
+    value, rate = markers.compute_measure(tables, work, across, grad)
+    markers.compute_hessian(tables, work, across, grad, work.hess)
+    by_value, by_rate = lawtable.differentiate_along(tables, contact, now, value, rate, 0.0)
     _multiply_hessian(work, a, b)
     for i in range(6):
         h[0, i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
         c[0, i] = factor * by_rate * grad[i]
-    compute_measure(tables, work, number, grad)
+    markers.compute_measure(tables, work, number, grad)
     for i in range(5, -1, -1):
         for j in range(6):
             h[i, j], c[i, j] = grad[i] * h[0, j], grad[i] * c[0, j]
-    add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
-    add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
-    add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, work.block_stiffness)
+    _add_derivatives(tables, work, a, b)
 
 
 @draft
@@ -133,7 +117,7 @@ def _add_by_multiplier(tables, work, k, number, grad, factor, mass):
     """Add -df/dlambda of friction, `factor` times the gradient of its measure, in the column of the constraint that presses."""
     block = tables.rows.shape[0] + k
     _, m, slot = tables.blocks[block]
-    write_gradient(tables, work, number, grad, factor, work.scratch, 0)
+    markers.write_gradient(tables, work, number, grad, factor, work.scratch, 0)
     for i in range(m - 1):
         mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
 
@@ -156,8 +140,9 @@ def report_pin(tables, work, k, mem, since, out):
     out[Report.VALUE], out[Report.FRICTION], out[Report.BRISTLE], out[Report.FX], out[Report.FY] = 0.0, 0.0, 0.0, nx, ny
     out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = depth, rate, sliding
     if depth > 0.0:
-        out[Report.VALUE] = normal_force(tables, tables.forces[k, Forces.LAW], depth, rate, mem[Memory.ONSET])
-        coefficient, out[Report.BRISTLE] = evaluate_friction(tables, tables.forces[k, Forces.FRICTION], sliding, mem, since)
+        out[Report.VALUE] = lawtable.normal_force(tables, tables.forces[k, Forces.LAW], depth, rate, mem[Memory.ONSET])
+        friction = tables.forces[k, Forces.FRICTION]
+        coefficient, out[Report.BRISTLE] = lawtable.evaluate_friction(tables, friction, sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
     elif since < 0.0:
         out[Report.BRISTLE] = mem[Memory.BRISTLE]
@@ -180,16 +165,17 @@ def _add_journal(tables, work, k, mem, since, f):
     if out[Report.LENGTH] <= 0.0:
         return
     radius, e, drag, fx, fy = _compute_pin_force(tables, k, number, out)
-    add_force(tables, work, ma, fx, fy, -radius * drag, f)
-    add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
+    markers.add_force(tables, work, ma, fx, fy, -radius * drag, f)
+    markers.add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
 @draft
 def _add_journal_tangents(tables, work, k, q, mem, since):
     """Add derivatives of the force of a pin in a bush.
 
-    Column j stands for x, y, angle of the pin (0 to 2) and of the bush (3 to 5); e is the eccentricity, t the tangent, n turned
-    by a right angle. Suffix _x: derivative by the coordinate, _v: by its rate.
+    Column j stands for x, y, angle of the pin (0 to 2) and of the bush (3 to 5); e is the eccentricity, t the normal n turned
+    by a right angle. Names on _x are derivatives by coordinate j, on _v by its rate; push is the normal force, drag the
+    friction.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
@@ -199,18 +185,19 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
     (radius, e, drag, fx, fy), nx, ny = _compute_pin_force(tables, k, number, out), out[Report.FX], out[Report.FY]
     push = factor * out[Report.VALUE]
     law = tables.forces[k, Forces.LAW]
-    by_depth, by_rate = differentiate_normal(tables, law, out[Report.LENGTH], out[Report.RATE], mem[k, Memory.ONSET])
+    by_depth, by_rate = lawtable.differentiate_normal(tables, law, out[Report.LENGTH], out[Report.RATE], mem[k, Memory.ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * differentiate_friction(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
-    sway = (work.state[ma, State.VX] - work.state[mb, State.VX]) * tx + (work.state[ma, State.VY] - work.state[mb, State.VY]) * ty
+    by_slide = push * lawtable.differentiate_friction(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
+    a, b = work.state[ma], work.state[mb]
+    across_rate = (a[State.VX] - b[State.VX]) * tx + (a[State.VY] - b[State.VY]) * ty
     h, c = work.by_place, work.by_rate
     for j in range(6):
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        slide_x = -out[Report.RATE] * across / e - work.state[mb, State.SPIN] * along
+        slide_x = -out[Report.RATE] * across / e - b[State.SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
-        push_x = factor * (by_depth * along + by_rate * sway * across / e)
+        push_x = factor * (by_depth * along + by_rate * across_rate * across / e)
         push_v = factor * by_rate * along
         drag_x, drag_v = coefficient * push_x + by_slide * slide_x, coefficient * push_v + by_slide * slide_v
         turn = across / e  # n turns by it towards t
@@ -221,11 +208,10 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(tables, work, (ma, mb, 0), h, -1.0, work.jacobian, work.block_stiffness)
-    add_pair(tables, work, (ma, mb, 0), c, -1.0, work.jacobian, work.block_damping)
-    add_pair(tables, work, (ma, mb, 0), c, -1.0, work.jacobian_rate, work.block_stiffness)
-    add_geometric(tables, work, ma, q, (-fx, -fy, radius * drag), work.block_stiffness, 0)
-    add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), work.block_stiffness, tables.markers[ma, Markers.COUNT])
+    _add_derivatives(tables, work, ma, mb)
+    stiffness, size = work.block_stiffness, tables.markers[ma, Markers.COUNT]
+    markers.add_geometric(tables, work, ma, q, (-fx, -fy, radius * drag), stiffness, 0)
+    markers.add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), stiffness, size)
 
 
 @draft
@@ -238,7 +224,10 @@ def _compute_moment(tables, work, k, push_x, push_y):
 
 @inline
 def _add_push(tables, work, k, t, f):
-    """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point."""
+    """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point.
+
+    Its numbers: force (x, y), angle of b at t = 0, 1 if there is a fixed point, else 0, and that point (x, y).
+    """
     a, b, number = tables.forces[k, Forces.A], tables.forces[k, Forces.B], tables.forces[k, Forces.NUMBERS]
     law = tables.forces[k, Forces.LAW]
     px, py = tables.data[number], tables.data[number + 1]
@@ -248,7 +237,7 @@ def _add_push(tables, work, k, t, f):
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)
     work.reports[k, Report.VALUE], work.reports[k, Report.FX], work.reports[k, Report.FY] = np.sqrt(fx * fx + fy * fy), fx, fy
-    add_force(tables, work, a, fx, fy, _compute_moment(tables, work, k, fx, fy), f)
+    markers.add_force(tables, work, a, fx, fy, _compute_moment(tables, work, k, fx, fy), f)
 
 
 @draft
@@ -256,14 +245,14 @@ def _add_push_tangents(tables, work, k, q):
     """Add derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
     h = work.by_place
-    add_geometric(tables, work, a, q, (-fx, -fy, -_compute_moment(tables, work, k, fx, fy)), work.block_stiffness, 0)
+    markers.add_geometric(tables, work, a, q, (-fx, -fy, -_compute_moment(tables, work, k, fx, fy)), work.block_stiffness, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
     has_line = tables.data[tables.forces[k, Forces.NUMBERS] + 3]  # 1 if its line of action goes through a fixed point
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _compute_moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -has_line * fy, has_line * fx
-    add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
+    markers.add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
 
 
 @inline
@@ -292,7 +281,7 @@ def add_forces_tangents(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):
         kind, block = tables.forces[k, Forces.KIND], tables.rows.shape[0] + k
-        clear_block(tables, work, block)
+        markers.clear_block(tables, work, block)
         if kind == ForceKind.JOURNAL:
             _add_journal_tangents(tables, work, k, now.q, now.memory, now.since)
         elif kind == ForceKind.POINT_FORCE:
@@ -301,5 +290,5 @@ def add_forces_tangents(tables, work, now, mass, damp, stiff):
             add_stateful_tangents(tables, work, k, tables.time_factor[0] * now.time, now.q)
         else:
             _add_tangents_along(tables, work, k, now, mass)
-        add_entries(tables, block, work.block_stiffness, stiff)
-        add_entries(tables, block, work.block_damping, damp)
+        markers.add_entries(tables, block, work.block_stiffness, stiff)
+        markers.add_entries(tables, block, work.block_damping, damp)

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 
 from ..elements import Link, Modal
-from ..geometry import Array
+from ..geometry import Array, rotate
 from ..modal.planar import STATIONS, PlanarModel
 from .builder import Attached, Builder
 from .tables import MarkerKind, MeasureKind
@@ -34,9 +34,7 @@ class FrameBody:
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
-        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta or, if `turned`, the change of theta
-        since then.
-        """
+        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or theta less its start if `turned`."""
         arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
         local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
@@ -65,7 +63,7 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
     for each in builder.attached.get(link.name, ()):
         parts.append((each.mass, np.array(builder.mechanism.points[each.point]), each.inertia))
     total = sum(p[0] for p in parts)
-    middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre
+    middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre  # centre of mass of all
     inertia = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
     o = builder.add_coordinates((*middle, angle))
     builder.mark_angles(o + 2)
@@ -93,16 +91,14 @@ def add_rigid(builder: Builder, link: Link) -> FrameBody:
     """Add a `Rigid` link: a uniform bar, or given mass, inertia and centre of mass in the link's frame."""
     start, _, length, angle = line_of(builder, link)
     mass, inertia, (x, y) = link.body.mass_properties(length)
-    c, s = np.cos(angle), np.sin(angle)
-    return add_frame(builder, link, mass, start + np.array([c * x - s * y, s * x + c * y]), inertia)
+    return add_frame(builder, link, mass, start + rotate(np.array(angle), (x, y)), inertia)
 
 
 def add_modal(builder: Builder, link: Link) -> FrameBody:
     """Add a `Modal` link, undeformed at t = 0."""
     start, _, length, angle = line_of(builder, link)
     model = cast(Modal, link.body).planar(length)
-    c, s, m = np.cos(angle), np.sin(angle), len(model)
-    centre = start + np.array([c * model.centre[0] - s * model.centre[1], s * model.centre[0] + c * model.centre[1]])
+    m, centre = len(model), start + rotate(np.array(angle), model.centre)
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
     builder.mark_angles(o + 2)
     largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # displacement per unit of each modal coordinate

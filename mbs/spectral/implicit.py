@@ -8,17 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import contacts, samples
 from .compiling import copy, draft, jit
-from .contacts import (
-    compute_depth_bending,
-    estimate_depth_error,
-    find_face_row,
-    find_first_edge,
-    find_first_onset,
-    get_depth,
-    has_released,
-    is_contact,
-)
 from .events import compute_landing, compute_outside, restart_past_event, update_memories
 from .forces import add_forces
 from .kernel import compute_forces, compute_rows
@@ -26,15 +17,6 @@ from .markers import place_markers
 from .newton import SLOW, solve_nodes
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
 from .radau import REAL_EIGENVALUE, estimate_error, factor_saddle, integrate, measure_deformation, predict, project, update_units
-from .samples import (
-    JUMP,
-    MOST_SAMPLES,
-    count_parts,
-    write,
-    write_at_face,
-    write_between,
-    writes_within_steps,
-)
 from .strips import MIXED, PLAIN, compute_stresses
 from .tables import Elastic, Instant, Report
 
@@ -100,10 +82,11 @@ def _estimate_error(model, t, h, controls, least_depth):
         return error
     has_contact = False
     for k in range(tables.forces.shape[0]):
-        if is_contact(tables, k):
-            deepest = max(get_depth(tables, state.start_reports, k), get_depth(tables, work.reports, k))
+        if contacts.is_contact(tables, k):
+            deepest = max(contacts.get_depth(tables, state.start_reports, k), contacts.get_depth(tables, work.reports, k))
             has_contact = has_contact or deepest > 0.0
     if has_contact:
+        noise = NOISE * state.full_unit.max()
         copy(work.reports, state.end_reports)
         for i in range(q.size):  # error of the rates, by the first row of the error's equation
             state.dv[0, i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
@@ -111,8 +94,8 @@ def _estimate_error(model, t, h, controls, least_depth):
         place_markers(tables, work, state.dq[0], state.dv[0])
         add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
-            if is_contact(tables, k):
-                depth_error = estimate_depth_error(tables, state, work.reports, h, k, least_depth, NOISE * state.full_unit.max())
+            if contacts.is_contact(tables, k):
+                depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, least_depth, noise)
                 before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
                 scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)
                 error = max(error, depth_error / allowed)
@@ -179,16 +162,16 @@ def _try_step(model, clock, h, end, controls, counts):
         return False
     clock.error = _estimate_error(model, end, h, controls, near)
     distance = compute_outside(state, controls)
-    onset = find_first_onset(tables, state.start_reports, work.reports, h, near, distance, True)
-    fraction = min(onset, find_first_edge(tables, state.start_reports, work.reports, h, near, distance))
+    onset = contacts.find_first_onset(tables, state.start_reports, work.reports, h, near, distance, True)
+    fraction = min(onset, contacts.find_first_edge(tables, state.start_reports, work.reports, h, near, distance))
     if h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest and clock.error <= 1.0:
         clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
         return True
-    if h > 10.0 * shortest:
-        if has_released(tables, state.start_reports, work.reports, state.largest_force, controls.contact_tolerance, near):
-            clock.error = max(clock.error, RELEASE_ERROR)
+    share, largest = controls.contact_tolerance, state.largest_force
+    if h > 10.0 * shortest and contacts.has_released(tables, state.start_reports, work.reports, largest, share, near):
+        clock.error = max(clock.error, RELEASE_ERROR)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
         return False
@@ -200,22 +183,22 @@ def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
-    if writes_within_steps(controls):
-        moment = find_face_row(tables, state.start_reports, work.reports, JUMP * controls.shortest)
-        bending = compute_depth_bending(tables, state.start_reports, work.reports, h)
-        parts = count_parts(state, tables.elastic, h, controls, bending)
+    if samples.writes_within_steps(controls):
+        moment = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
+        bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
+        parts = samples.count_parts(state, tables.elastic, h, controls, bending)
         if 0.0 < moment < 0.5 * h / parts:
-            write_at_face(state, out, counts, start, h, moment)
-        write_between(state, out, counts, start, h, parts)
+            samples.write_at_face(state, out, counts, start, h, moment)
+        samples.write_between(state, out, counts, start, h, parts)
         if 0.0 < -moment < 0.5 * h / parts:
-            write_at_face(state, out, counts, start, h, moment)
+            samples.write_at_face(state, out, counts, start, h, moment)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
     counts.steps += 1
     clock.time, clock.previous, clock.reach, clock.skipped = target, h, STOP_REACH, clock.skipped + 1
     if clock.skipped >= controls.every or is_event or target >= controls.end - controls.shortest:
-        write(state, out, counts, target, start)
+        samples.write(state, out, counts, target, start)
         clock.skipped = 0
     if is_event:
         restart_past_event(model, clock, controls, out, counts)
@@ -247,8 +230,8 @@ def run_implicit(model, clock, controls, stops, out, counts):
     if counts.steps == 0:
         clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STOP_REACH
         _begin(model, clock.time, controls.tolerance)
-        write(state, out, counts, clock.time, clock.time)
-    mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
+        samples.write(state, out, counts, clock.time, clock.time)
+    mixed[0], rows = MIXED, out.time.size - samples.MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
         stop = _find_next_stop(model, clock, controls, stops, out, counts)
         h = _choose_length(clock, controls, stop)

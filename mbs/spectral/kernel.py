@@ -12,20 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import markers
 from .compiling import copy, draft, inline
 from .forces import add_forces, add_forces_tangents
 from .lawtable import evaluate_acceleration, evaluate_motion
-from .markers import (
-    add_entries,
-    add_geometric,
-    add_pair,
-    clear_block,
-    compute_bias,
-    compute_hessian,
-    compute_measure,
-    place_markers,
-    write_gradient,
-)  # fmt: skip
 from .strips import add_strips, add_strips_tangents
 from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Modal, RowColumn
 
@@ -75,7 +65,7 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
         spin = v[o + 2]
-        clear_block(tables, work, _find_block(tables, row))
+        markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
             stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
             coriolis = _row_product(tables, gyration, i, m, v, e)
@@ -88,8 +78,8 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
             work.block_damping[3 + i, 2] -= 2.0 * spin * stretch + 2.0 * coriolis
             work.block_stiffness[3 + i, 3 + i] += tables.data[stiffness + i]
             work.block_damping[3 + i, 3 + i] += tables.data[stiffness + m + i]
-        add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
-        add_entries(tables, _find_block(tables, row), work.block_damping, damp)
+        markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
+        markers.add_entries(tables, _find_block(tables, row), work.block_damping, damp)
 
 
 @draft
@@ -125,14 +115,14 @@ def renew_rows(tables, jacobian, mass):
 def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q, of modal links."""
     for row in range(tables.modal.shape[0]):
-        clear_block(tables, work, _find_block(tables, row))
+        markers.clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
             inertia, coupling = _modal_mass(tables, row, q, i)
             work.block_stiffness[2, 2] += inertia * q[e + i]
             work.block_stiffness[2, 3 + i] += coupling
             work.block_stiffness[3 + i, 2] += coupling
-        add_entries(tables, _find_block(tables, row), work.block_stiffness, mass)
+        markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, mass)
 
 
 @draft
@@ -189,20 +179,20 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
         o, e, m, radial, gram, gyration, _ = _indices(tables, row)
-        clear_block(tables, work, _find_block(tables, row))
+        markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
             stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
             coriolis = _row_product(tables, gyration, i, m, a, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
             work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + coriolis
-        add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
+        markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
 @draft
 def compute_forces(tables, work, now, f):
     """Place the markers, and fill f with all forces but those of constraints."""
-    place_markers(tables, work, now.q, now.v)
+    markers.place_markers(tables, work, now.q, now.v)
     gravity = tables.factors[-1]
     for i in range(f.size):
         f[i] = gravity * tables.weight[i]
@@ -229,9 +219,9 @@ def compute_row(tables, work, r, t, residual, jacobian, speed):
     first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
     travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
     for k in range(first, first + count):
-        value, _ = compute_measure(tables, work, k, grad)
+        value, _ = markers.compute_measure(tables, work, k, grad)
         total += tables.directions[k, Directions.FACTOR] * value
-        at = write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
+        at = markers.write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
     residual[r], speed[r] = total - tables.values[r] - travel, rate
     if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
         residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
@@ -243,8 +233,8 @@ def compute_change(tables, work, r, t, side, change):
     first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
     change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
     for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
-        compute_measure(tables, work, k, grad)
-        change[r] -= tables.directions[k, Directions.FACTOR] * compute_bias(tables, work, k, grad, work.hess)
+        markers.compute_measure(tables, work, k, grad)
+        change[r] -= tables.directions[k, Directions.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
 @draft
@@ -294,16 +284,16 @@ def add_multiplier_stiffness(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers must be placed."""
     grad, hess = work.grad, work.hess
     for r in range(tables.rows.shape[0]):
-        clear_block(tables, work, r)
+        markers.clear_block(tables, work, r)
         at = 0
         for k in range(tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.FIRST] + tables.rows[r, RowColumn.TERMS]):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
             push = lam[r] * tables.directions[k, Directions.FACTOR]
-            compute_measure(tables, work, k, grad)
-            if compute_hessian(tables, work, k, grad, hess):
-                add_pair(tables, work, (a, b, at), hess, push, work.jacobian, work.block_stiffness)
-            add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.block_stiffness, at)
+            markers.compute_measure(tables, work, k, grad)
+            if markers.compute_hessian(tables, work, k, grad, hess):
+                markers.add_pair(tables, work, (a, b, at), hess, push, work.jacobian, work.block_stiffness)
+            markers.add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.block_stiffness, at)
             at += tables.markers[a, Markers.COUNT]
-            add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.block_stiffness, at)
+            markers.add_geometric(tables, work, b, q, (push * grad[3], push * grad[4], push * grad[5]), work.block_stiffness, at)
             at += tables.markers[b, Markers.COUNT]
-        add_entries(tables, r, work.block_stiffness, stiff)
+        markers.add_entries(tables, r, work.block_stiffness, stiff)

@@ -281,6 +281,3 @@ def compute_bias(tables, work, k, grad, hess):
             for j in range(6):
                 total += get_rate(work, a, b, i) * hess[i, j] * get_rate(work, a, b, j)
     return total
-
-
-assert (MarkerKind.GROUND, MeasureKind.FIXED) == (0, 0)

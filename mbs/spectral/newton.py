@@ -8,21 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import kernel
 from .compiling import copy, draft
 from .fronts import factor, solve
-from .kernel import (
-    add_inertia_stiffness,
-    add_multiplier_stiffness,
-    add_reactions,
-    add_rows,
-    compute_forces,
-    compute_rows,
-    compute_tangents,
-    fill_mass,
-    multiply_mass,
-    multiply_row,
-)
-from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVERSE, A, T, integrate, measure_change, solve_real
+from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVERSE, A, T, integrate, measure_change
 from .strips import MIXED, RENEWED, advance_stresses
 from .tables import Instant
 
@@ -42,15 +31,15 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     copy(state.node_stress[1], work.stress)
     work.strip_form[0] = RENEWED  # B0 of the strips' mixed form is computed here
     now = Instant(t + since, since, q, state.node_v[1], lam, state.memory)
-    compute_forces(tables, work, now, state.force)
+    kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
-    fill_mass(tables, work, q, state.mass)
-    compute_tangents(tables, work, now, state.mass, state.damping, state.stiffness)
-    compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
-    add_rows(tables, state.jacobian, state.mass)
-    add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
+    kernel.fill_mass(tables, work, q, state.mass)
+    kernel.compute_tangents(tables, work, now, state.mass, state.damping, state.stiffness)
+    kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
+    kernel.add_rows(tables, state.jacobian, state.mass)
+    kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:
-        add_inertia_stiffness(tables, work, q, state.node_a[1], state.stiffness)
+        kernel.add_inertia_stiffness(tables, work, q, state.node_a[1], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.mass.sum()):
         return False
@@ -72,15 +61,15 @@ def _compute_residuals(tables, work, state, t, h):
         since, residual, lam = NODES[i] * h, state.residual[i], state.node_lam[i]
         at, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
         copy(state.node_stress[i], work.stress)
-        compute_forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
+        kernel.compute_forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
         copy(work.slack, state.node_slack[i])
-        compute_rows(tables, work, at, state.violation, state.jacobian, state.speed)
-        multiply_mass(tables, q, state.node_a[i], residual[:n])
+        kernel.compute_rows(tables, work, at, state.violation, state.jacobian, state.speed)
+        kernel.multiply_mass(tables, q, state.node_a[i], residual[:n])
         for k in range(n):
             residual[k] -= state.force[k]
-        add_reactions(tables, state.jacobian, lam, residual)
+        kernel.add_reactions(tables, state.jacobian, lam, residual)
         for k in range(r):
-            residual[n + k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
+            residual[n + k] = kernel.multiply_row(tables, k, state.jacobian, v) - state.speed[k]
 
 
 @draft
@@ -99,7 +88,7 @@ def _apply_increment(tables, orders, work, state, h):
         one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
         two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
         real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
-    solve_real(orders, state, real)
+    solve(orders.newton, state.real_factors, state.real_swaps, real, state.front_work)
     solve(orders.newton, state.complex_factors, state.complex_swaps, complex_, state.complex_front_work)
     for k in range(m):
         one, two = (real[k], complex_[k]) if k < n else (real[k] / k1, complex_[k] / k2)

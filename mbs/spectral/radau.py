@@ -129,12 +129,6 @@ def factor_saddle(tables, orders, work, state, q, jacobian):
 
 
 @draft
-def solve_real(orders, state, right):
-    """Solve with the real Newton matrix, in place."""
-    solve(orders.newton, state.real_factors, state.real_swaps, right, state.front_work)
-
-
-@draft
 def _combine_nodes(nodes, start, k):
     """Compute component k of the embedded formula: the weighted sum of the changes from the start to the nodes."""
     w = ERROR_WEIGHTS
@@ -160,14 +154,13 @@ def estimate_error(tables, orders, state, h):
         error[i] *= k1 * k1
     for k in range(r):
         error[n + k] = k1 * multiply_row(tables, k, state.start_jacobian, rate_error)
-    solve_real(orders, state, error)
+    solve(orders.newton, state.real_factors, state.real_swaps, error, state.front_work)
     return measure_change(state, tables.elastic, error[:n])
 
 
 @draft
 def project(tables, orders, work, state, t, h):
-    """Project the end of a step onto the constraints: coordinates by the Newton matrix, rates and accelerations in the mass
-    metric.
+    """Project the end of a step onto the constraints: coordinates by the Newton matrix, their rates in the mass metric.
 
     Without strips, multipliers at the end are corrected so that the equations of motion hold along the constraints. Those at
     the other nodes change in proportion to their time: docs/theory-spectral.md, (5).
@@ -191,7 +184,7 @@ def project(tables, orders, work, state, t, h):
         if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
             break
         _fill_right_side(state.right_side, n, state.violation)
-        solve_real(orders, state, state.right_side)
+        solve(orders.newton, state.real_factors, state.real_swaps, state.right_side, state.front_work)
         for i in range(n):
             q[i] -= state.right_side[i]
     compute_changes(tables, work, t, BEFORE, state.change)

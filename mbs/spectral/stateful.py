@@ -1,8 +1,8 @@
 """Forces whose law has states, compiled, with their derivatives.
 
 A state is the velocity of an extra coordinate of unit mass, and its rate the force on that coordinate, which is the angle of an
-extra marker. Let p be the coordinates on which the force acts (one angle, or x and y of its marker) and the extra ones.
-Component r of the force, or the rate of a state, is F_r(t, p, p'), with
+extra marker. Let p be the coordinates on which the force acts (one angle, or x and y of its marker) and the extra ones. F_r(t,
+p, p') is component r of the force or the rate of a state. Then
 
     dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """

@@ -33,7 +33,7 @@ class StripBody:
 
     offset: int  # first coordinate
     kind: int  # REISSNER or KIRCHHOFF
-    elements: list[Piece]
+    elements: list[Piece]  # its polynomial pieces
     stations: dict[str, float]  # arc length from the start to each point on it [m]
     length: float  # stress-free arc length [m]
     start: Array  # place of its start at t = 0 [m], (2,)
@@ -69,15 +69,15 @@ class StripBody:
         """Return the rates of all coordinates (n,) with which bending starts, if the start of the mechanism requires it."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
-        at = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
+        abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
         for element in self.elements:
             for i, places in enumerate(element.places):
 
-                def moves(x: Array, i: int = i, element: Piece = element) -> Array:
-                    """Return a component of the bending speed along the element."""
-                    return start.bending(link, at, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
+                def bending_speed(x: Array, i: int = i, element: Piece = element) -> Array:
+                    """Return component i of the bending speed at x of the piece."""
+                    return start.bending(link, abscissae, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
 
-                out[places] = fit(element.degree, moves, tuple(moves(np.array([-1.0, 1.0]))))
+                out[places] = fit(element.degree, bending_speed, tuple(bending_speed(np.array([-1.0, 1.0]))))
         return out
 
 
@@ -87,10 +87,10 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     line, arc, fractions = shape_of(link, chord)
     breaks = sorted({0.0, 1.0, *fractions.values()})
     fields = 3 if kind == StripKind.REISSNER else 2
-    degree = builder.degree if len(breaks) == 2 else max(3, builder.degree - 2)
+    degree = builder.degree if len(breaks) == 2 else max(3, builder.degree - 2)  # shorter pieces need less
     elements, first, rigid = [], len(builder.q), []
     c, s = np.cos(angle), np.sin(angle)
-    shared: list[int] = []
+    shared: list[int] = []  # coordinates of the end of the piece before
     for left, right in pairwise(breaks):
         values = _fit_strip(line, left, right, degree, kind)
         turned = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
@@ -131,7 +131,7 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     """
     curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
-    known = curve.places(grid)
+    on_grid = curve.places(grid)
     nodes, weights = gauss(8)
 
     def line(fraction: Array) -> tuple[Array, Array, Array]:
@@ -140,7 +140,7 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
         left = np.minimum((fraction * 256).astype(int), 255)
         half = (fraction - grid[left])[:, None] / 2
         angle = curve.direction(grid[left][:, None] + half * (1 + nodes))
-        x, y = (known[left, i] + curve.length * (f(angle) * weights * half).sum(axis=1) for i, f in ((0, np.cos), (1, np.sin)))
+        x, y = (on_grid[left, i] + curve.length * (f(angle) * weights * half).sum(axis=1) for i, f in ((0, np.cos), (1, np.sin)))
         return x, y, np.asarray(curve.direction(fraction))
 
     inner = {point: float(part) for point, part in cast(Mapping[str, float], link.carries).items()}
@@ -164,7 +164,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     x, w = gauss(degree + 2)
     n = basis(degree, x)
     gram = (n * (w * jacobian)[:, None]).T @ n
-    gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0
+    gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # members that are orthogonal but for rounding
     total = (n * (w * jacobian)[:, None]).sum(axis=0)
     for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
         builder.add_mass(element.places[i], per_length * gram)
@@ -177,13 +177,12 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     fields = [each @ q.T for each in values]
     free, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
-    at = builder.add_numbers(
+    data = builder.add_numbers(
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
         material.bending_damping, material.axial_damping, w * jacobian, *free, *values,
     )  # fmt: skip
-    first = len(builder.places)
+    builder.strips.append((body.kind, degree + 1, points, len(builder.places), data))
     builder.places += element.places.ravel().tolist()
-    builder.strips.append((body.kind, degree + 1, points, first, at))
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
@@ -196,8 +195,8 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity
     for i, amount in enumerate((each.mass, each.mass, each.inertia)):
-        at = builder.places[first + i * size : first + (i + 1) * size]
+        places = builder.places[first + i * size : first + (i + 1) * size]
         if amount:
-            builder.add_mass(at, amount * np.outer(value, value))
+            builder.add_mass(places, amount * np.outer(value, value))
             if i < 2:
-                builder.add_weight(at, amount * gravity[i] * value)
+                builder.add_weight(places, amount * gravity[i] * value)
