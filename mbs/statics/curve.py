@@ -1,7 +1,8 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
-The unknowns are a state x and the parameter p, with P(x, p) = x for the map P of a period. The monodromy matrix dP/dx is that of
-`shooting`. Critical points are roots along the arc at which its eigenvalues pass 1 or -1.
+The unknowns are a state x and the parameter p, with P(x, p) = x for the map P over a period of `shooting`. A tangent is scaled:
+coordinates in their units, rates over `pace`, and p over the range of the curve, (2 n + 1,). The metric weights the first two by
+the size of the motion. Critical points are roots along the arc at which multipliers, eigenvalues of dP/dx, pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -32,15 +33,18 @@ SHORTEST = 1e-5
 SMALL = 1e-3
 """Least size of a motion in the metric, in units of coordinates."""
 MOST_CHANGE = 0.5
-"""Largest change of a multiplier in a step over its distance from 1; a longer step may miss a narrow resonance."""
+"""Largest change of a multiplier in a step, over its distance from 1; a longer step may miss a narrow resonance."""
 NARROW = 1e-3
-"""Arc length, or share of the parameter's range, below which a multiplier may change more, as at a fold."""
+"""Arc length, or change of the parameter over its range, below which a multiplier may change more, as at a fold."""
 CURVE_BUDGET = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
 
 
 class Orbit(NamedTuple):
-    """Periodic motion on the curve, basis of its free coordinates, [dP/dx - 1, dP/dp], scaled tangent, (2 n + 1,), and size."""
+    """Periodic motion on the curve, at a parameter.
+
+    `basis` is that of its free coordinates, `matrix` [dP/dx - 1, dP/dp], `way` the scaled tangent, `size` its largest range.
+    """
 
     found: Found
     parameter: float
@@ -57,7 +61,7 @@ class Orbit(NamedTuple):
 
 @dataclass(frozen=True)
 class CriticalMotion:
-    """Critical point of a response: a 'fold', 'doubling' (a multiplier passes -1) or 'branching' (1, and the curve goes on).
+    """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
 
     `rest` has the coordinates at the start of a period, and the parameter.
     """
@@ -70,7 +74,7 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, up to `to`; the degree of strips is `fixed` or increased for errors."""
+    """Periodic motions over the parameter of a problem, up to `to`; errors need a higher degree unless it is `fixed`."""
 
     shooting: Shooting
     problem: Problem
@@ -89,169 +93,173 @@ class ResponseCurve:
             self.shooting.period = 1.0 / parameter
 
     def _spread(self, basis: Array) -> Array:
-        """Return the matrix from free coordinates, rates and the parameter to all scaled ones, (2 n + 1, 2 f + 1)."""
-        part = basis / self.shooting.units[:, None]
-        return np.asarray(block_diag(part, part, 1.0))
+        """Return the matrix (2 n + 1, 2 f + 1) from changes of free coordinates, rates and parameter to the scaled unknowns."""
+        to_scaled = basis / self.shooting.units[:, None]
+        return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 
     def orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
-        """Compute multipliers and tangent of a motion; oriented as the one `before`, or towards the end."""
+        """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
         self.at(parameter)
-        shooting, ends = self.shooting, []
+        shooting, changes = self.shooting, []
         basis = shooting.basis(state)
         out, monodromy = shooting.monodromy(state, basis)
         for side in (1.0, -1.0):
             self.at(parameter + side * shooting.width * self.span)
-            moved = shooting.project(state)
-            ends.append(shooting.change(moved, basis, shooting.run(moved)))
+            projected = shooting.project(state)
+            changes.append(shooting.change(projected, basis, shooting.run(projected)))
         self.at(parameter)
-        slope = (ends[0] - ends[1]) / (2 * shooting.width)
+        slope = (changes[0] - changes[1]) / (2 * shooting.width)
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
         size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
         metric, last, spread = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1], self._spread(basis)
-        ahead = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
-        way = spread @ ahead / np.sqrt(metric @ ahead**2)
+        tangent = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
+        way = spread @ tangent / np.sqrt(metric @ tangent**2)
         return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, way, size)
 
-    def onto(self, orbit: Orbit, arc: float) -> Orbit:
-        """Find the motion on the plane at an arc length along the tangent of another one, by Broyden's method."""
+    def on_plane(self, orbit: Orbit, arc: float) -> Orbit:
+        """Find the motion on the plane at an arc along the tangent of another motion, by Broyden's method."""
         self.at(orbit.parameter)
-        shooting, basis, ahead = self.shooting, orbit.basis, orbit.way @ self._spread(orbit.basis)
-        state = shooting.displace(orbit.found.state, basis, arc * ahead[:-1])
-        parameter = orbit.parameter + arc * float(ahead[-1]) * self.span
-        whole = np.vstack([orbit.matrix, np.append(ahead[:-1] / orbit.size**2, ahead[-1])])
-        best, step, before = (np.inf, state, parameter), np.zeros(len(whole)), np.zeros(len(whole))
+        shooting, basis, tangent = self.shooting, orbit.basis, orbit.way @ self._spread(orbit.basis)
+        state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
+        parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
+        matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
+        best, step, previous = (np.inf, state, parameter), np.zeros(len(matrix)), np.zeros(len(matrix))
         for k in range(ITERATIONS):
             self.at(parameter)
             state = shooting.project(state)
-            miss = np.append(shooting.change(state, basis, shooting.run(state, adaptive=k == 0)), 0.0)
-            left = float(np.abs(miss).max(initial=0.0))
+            residual = np.append(shooting.change(state, basis, shooting.run(state, adaptive=k == 0)), 0.0)
+            largest = float(np.abs(residual).max(initial=0.0))
             if k:
-                whole = whole + np.outer(miss - before - whole @ step, step) / max(float(step @ step), 1e-300)
-            if not left < (2.0 if best[0] > CLOSED else 0.5) * best[0]:
+                matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
+            if not largest < (2.0 if best[0] > CLOSED else 0.5) * best[0]:
                 break
-            best, before = (left, state, parameter), miss
-            step = solve(whole, -miss)
+            best, previous = (largest, state, parameter), residual
+            step = solve(matrix, -residual)
             state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * self.span
         if best[0] > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
         return self.orbit(*best[1:], orbit.way)
 
     @cached_property
-    def fine(self) -> ResponseCurve:
-        """Return the curve with finer steps and a higher degree."""
-        one = self.shooting.scene
-        problem = self.problem.with_degree(0 if self.fixed or not has_strips(one) else RISE)
-        return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
+    def finer(self) -> ResponseCurve:
+        """Curve with finer steps, narrower differences and, unless `fixed`, a higher degree."""
+        scene = self.shooting.scene
+        problem = self.problem.with_degree(0 if self.fixed or not has_strips(scene) else RISE)
+        return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
 
-    def finer(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
-        """Refine steps and degree at the parameter of a motion; return curve, state and tangent."""
+    def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
+        """Return the finer curve at the parameter of a motion, and the motion's state and tangent prolonged to it."""
         self.at(orbit.parameter)
-        curve, one = self.fine, self.shooting.scene
+        curve, scene = self.finer, self.shooting.scene
         curve.at(orbit.parameter)
         curve.shooting.left = BUDGET
         state = orbit.found.state
         parts = (state.q, state.v, *np.split(orbit.way[:-1], 2))
-        q, v, *way = (prolong(one, curve.shooting.scene, each) for each in parts)
+        q, v, *way = (prolong(scene, curve.shooting.scene, part) for part in parts)
         return curve, state._replace(q=q, v=v), np.concatenate([*way, orbit.way[-1:]])
 
     def motion(self, orbit: Orbit) -> Periodic:
-        """Return the motion with errors, from finer steps, narrower differences and a higher degree."""
+        """Return the result of a motion, with errors from the finer curve; infinite ones if no motion is found there."""
         values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
         with suppress(*ENDS):
-            curve, start, _ = self.finer(orbit)
-            finer = curve.shooting.newton(curve.shooting.project(start), found.matrix)
-            if finer.open <= CLOSED:
-                shooting, found = curve.shooting, finer
-                values, errors, error = compare_multipliers(shooting, start, finer, values)
+            curve, start, _ = self.refine(orbit)
+            refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)
+            if refined.open <= CLOSED:
+                shooting, found = curve.shooting, refined
+                values, errors, error = compare_multipliers(shooting, start, refined, values)
         self.at(orbit.parameter)
         return motion_of(shooting, found, values, errors, error)
 
     def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
-        """Find critical points in a step: the arc, the point, its error."""
-        turns = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
+        """Yield the critical points in a step between two motions: the arc, the point, the error of its parameter.
+
+        The error is the change by the finer curve; without a root there it is the change of the parameter in the step.
+        """
+        has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
-            one, other = function(orbit), function(new)
-            if one * other < 0.0 and not (kind == "branching" and turns):
-                at, found, error = self.crossing(orbit, new, arc, function)
-                curve = self
-                with suppress(StaticsError):  # else the error is the step
-                    finer, state, way = self.finer(orbit)
-                    there = finer.orbit(finer.shooting.search(state).state, orbit.parameter, way)
-                    again = finer.near(there, function, at, arc)
-                    error, found, curve = min(error, abs(again.parameter - found.parameter)), again, finer
-                yield (
-                    at,
-                    CriticalMotion(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)),
-                    error,
-                )
+            if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):
+                at, found = self.crossing(orbit, new, arc, function)
+                curve, error = self, abs(new.parameter - orbit.parameter)
+                with suppress(StaticsError):
+                    finer, state, way = self.refine(orbit)
+                    start = finer.orbit(finer.shooting.search(state).state, orbit.parameter, way)
+                    refined = finer.find_near(start, function, at, arc)
+                    error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
+                rest = Rest(found.found.state.q, np.empty(0), found.parameter)
+                yield at, CriticalMotion(kind, rest, curve.motion(found)), error
 
-    def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit, float]:
-        """Find the root of a function in a step: arc, motion, error; the nearer end if none is found. The error is the step."""
-        seen = {0.0: orbit, arc: new}
+    def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
+        """Find the root of a function in a step by Brent's method; return arc and motion, the nearest known ones if it fails."""
+        known = {0.0: orbit, arc: new}
 
-        def value(at: float) -> float:
-            """Evaluate the function at an arc."""
-            if at not in seen:
-                seen[at] = self.onto(orbit, at)
-            return function(seen[at])
+        def evaluate(at: float) -> float:
+            if at not in known:
+                known[at] = self.on_plane(orbit, at)
+            return function(known[at])
 
         try:
-            at = float(brentq(value, 0.0, arc, xtol=1e-8 * arc))
-            value(at)
+            at = float(brentq(evaluate, 0.0, arc, xtol=1e-8 * arc))
+            evaluate(at)
         except StaticsError:
-            at = min(seen, key=lambda each: abs(function(seen[each])))
-        return at, seen[at], abs(new.parameter - orbit.parameter)
+            at = min(known, key=lambda other: abs(function(known[other])))
+        return at, known[at]
 
-    def near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:
-        """Find the root of a function near an arc by Newton's method with a fixed slope, as close differences are rounding."""
-        found, aside = self.onto(orbit, at), self.onto(orbit, at - 0.05 * arc)
-        slope = (function(found) - function(aside)) / (0.05 * arc)
+    def find_near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:
+        """Find the root of a function near an arc by Newton's method; the slope is fixed, as close differences are rounding."""
+        found, other = self.on_plane(orbit, at), self.on_plane(orbit, at - 0.05 * arc)
+        slope = (function(found) - function(other)) / (0.05 * arc)
         for _ in range(3):
             at -= float(np.clip(function(found) / slope, -arc, arc))
-            found = self.onto(orbit, at)
+            found = self.on_plane(orbit, at)
         return found
 
-    def turns(self, orbit: Orbit, new: Orbit) -> float:
+    def angle(self, orbit: Orbit, new: Orbit) -> float:
         """Compute the angle between the tangents at two motions [rad], the parameter weighted by the size of the second."""
-        a, b = (np.append(each.way[:-1], new.size * each.way[-1]) for each in (orbit, new))
+        a, b = (np.append(motion.way[:-1], new.size * motion.way[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
-    def leaps(self, orbit: Orbit, new: Orbit) -> bool:
-        """Return True if a multiplier changed so much that a resonance may have been missed."""
-        wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
-        return wide and bool((distances_to(new.values, orbit.values) > MOST_CHANGE * np.abs(new.values - 1.0)).any())
+    def may_miss_resonance(self, orbit: Orbit, new: Orbit) -> bool:
+        """Return True if a multiplier changed so much in a step that a resonance may lie within it."""
+        is_wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
+        return is_wide and bool((distances_to(new.values, orbit.values) > MOST_CHANGE * np.abs(new.values - 1.0)).any())
 
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
-        orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[CriticalMotion, float]](), "steps", step
+        orbits, criticals, ended, arc = [self.orbit(state, self.begun)], list[tuple[CriticalMotion, float]](), "steps", step
         self.shooting.left = CURVE_BUDGET
         while len(orbits) <= steps and ended == "steps":
+            last = orbits[-1]
             try:
-                watching.get().share = max(watching.get().share, (orbits[-1].parameter - self.begun) / self.span)
-                new = self.onto(orbits[-1], arc)
-                turned = self.turns(orbits[-1], new)
-                if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
+                watching.get().share = max(watching.get().share, self._fraction(last.parameter))
+                new = self.on_plane(last, arc)
+                angle = self.angle(last, new)
+                if arc > NARROW and (angle > CORNER or self.may_miss_resonance(last, new)):
                     raise StaticsError("a shorter step is needed")
-                found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
+                found = sorted(self.criticals(last, new, arc), key=lambda critical: critical[0])
+                criticals += [(point, error) for _, point, error in found]
             except (SpentError, *STOPS) as error:
                 ended = "spent" if isinstance(error, SpentError) else "stopped"
                 break
             except StaticsError:
                 arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"
                 continue
-            way = (new.parameter - self.begun) / self.span
-            if not 0.0 < way < 1.0:
-                ended, end = ("reached", self.to) if way >= 1.0 else ("back", self.begun)
-                found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / self.span < 1.0]
+            done = self._fraction(new.parameter)
+            if not 0.0 < done < 1.0:
+                ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.begun)
+                criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
                 self.at(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
-            arc = next_arc(arc, turned, longest)
-        return orbits, found, ended
+            arc = next_arc(arc, angle, longest)
+        return orbits, criticals, ended
+
+    def _fraction(self, parameter: float) -> float:
+        """Return the fraction of the parameter's range, 0 at the start and 1 at the end."""
+        return (parameter - self.begun) / self.span
 
 
 KINDS: dict[str, Callable[[Orbit], float]] = {

@@ -1,4 +1,4 @@
-"""Periodic motions with their Floquet multipliers, and the errors of both."""
+"""Periodic motions with their Floquet multipliers, and errors of both by refinement of steps and degree."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from .problem import ENDS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, values_of
 
 PARTS = 4
-"""Number of output points in a step."""
+"""Number of output intervals in a step."""
 LEAST_INTERVAL = 1e-9
-"""Least distance of two rows of a motion, over the period."""
+"""Least distance of two output times of a run, over the period: an event has two rows."""
 ROUNDS = 4
-"""Most refinements."""
+"""Most refinements of a motion."""
 
 
 @dataclass(frozen=True)
 class Periodic(Answer):
-    """Periodic motion of the `period` [s], which is a result if nothing depends on time.
+    """Periodic motion with the `period` [s], which is unknown beforehand if nothing depends on time.
 
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
-    first. Their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `stable` is
-    True if no multiplier but the trivial one exceeds 1 by more than its error. `trivial` is the index of the multiplier of a
-    shift in time, None if something depends on time. `error` is that of positions over the longest link, and of angles [rad],
-    at the start, with the residual of the period.
+    first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `stable` is
+    True if no multiplier but the trivial one exceeds 1 by more than its error. `trivial` is the index of the multiplier that
+    belongs to a shift in time, None if something depends on time. `error` is that of the state at the start, in positions over
+    the longest link and angles [rad], and at least the residual after a period.
     """
 
     scene: CompiledScene
@@ -55,10 +55,10 @@ class Periodic(Answer):
     def amplitude(self, link: str, point: str) -> Array:
         """Return half the range of a point of a link along x and y [m], shape (2,)."""
         marker = self.scene.marker(link, point)
-        read = [self.scene.read(marker, q, v) for q, v in zip(self.q, self.v, strict=True)]
-        way = CubicHermiteSpline(self.time, [at.position for at in read], [at.velocity for at in read])
-        turns = (np.append(roots[np.isfinite(roots)], 0.0) for roots in way.derivative().roots(extrapolate=False))
-        return np.array([np.ptp(way(at)[:, i]) / 2 for i, at in enumerate(turns)])
+        motions = [self.scene.read(marker, q, v) for q, v in zip(self.q, self.v, strict=True)]
+        position = CubicHermiteSpline(self.time, [m.position for m in motions], [m.velocity for m in motions])
+        extrema = (np.append(roots[np.isfinite(roots)], 0.0) for roots in position.derivative().roots(extrapolate=False))
+        return np.array([np.ptp(position(times)[:, axis]) / 2 for axis, times in enumerate(extrema)])
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: period, stability, and the multipliers."""
@@ -80,15 +80,15 @@ def periodic(
     ----------
     mechanism : Mechanism
     period : float
-        Period of the drive or load, or a multiple, s, positive; the start of the search if nothing depends on time.
+        Period of the drive or load, or a multiple [s], positive; a first estimate if nothing depends on time.
     settle : int
         Number of periods integrated before the search begins.
     start : Periodic, optional
-        Motion near the one to find; by default the start of the mechanism.
+        Nearby motion at which the search starts; by default it starts at t = 0 of the mechanism.
     degree : int, optional
         Degree of the strips; by default it is increased until the error is below 1e-6.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
     Returns
     -------
@@ -102,16 +102,14 @@ def periodic(
     """
     shooting, state = prepare(mechanism, period, start, degree, settle)
     try:
-        return _refine(shooting, shooting.search(shooting.onward(state, settle)), degree is not None)
+        return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
     except ENDS as error:
-        none, nothing = np.empty((0, shooting.scene.size)), np.empty(0)
-        return Periodic(
-            *failure_of(error), shooting.scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
-        )  # fmt: skip
+        states, none, scene = np.empty((0, shooting.scene.size)), np.empty(0), shooting.scene
+        return Periodic(*failure_of(error), scene, period, none, states, states, none.astype(complex), none, False, np.inf)
 
 
 def failure_of(error: BaseException) -> tuple[Ending, str]:
-    """Return status and message of a search for a periodic motion that found none."""
+    """Return status and message of a search for a periodic motion that ended with an exception."""
     if isinstance(error, STOPS):
         return Ending.NOT_REACHED, "no periodic motion was found yet"
     return Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED, str(error)
@@ -120,7 +118,7 @@ def failure_of(error: BaseException) -> tuple[Ending, str]:
 def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
 ) -> tuple[Shooting, RunState]:  # fmt: skip
-    """Check the input; return the map of a period and the state at the start of the search."""
+    """Check the input; return the map over a period and the state at which the search starts."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
     whole("settle", settle, 0, 1_000_000)
@@ -134,38 +132,43 @@ def prepare(
 
 
 def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
-    """Refine steps and degree until the start does not change; errors are the last change."""
-    values, error, before = values_of(found.matrix), np.inf, np.inf
+    """Refine steps and degree until state and multipliers do not change; errors are the last changes.
+
+    The motion before is kept if a refinement fails, or if changes grow, which is rounding.
+    """
+    values, error, previous = values_of(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(ROUNDS):
         degree = shooting.scene.degree + (RISE if has_strips(shooting.scene) and not fixed else 0)
         finer = shooting.finer(degree)
-        start = found.state._replace(
-            q=prolong(shooting.scene, finer.scene, found.state.q), v=prolong(shooting.scene, finer.scene, found.state.v)
-        )
+        q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
+        start = found.state._replace(q=q, v=v)
         try:
             new = finer.search(start, found.matrix)
-        except ENDS:  # keep the motion before, with its error
+        except ENDS:
             break
-        sharper, changes, change = compare_multipliers(finer, start, new, values)
-        large = changes[np.abs(sharper) > 0.1].max(initial=0.0)
-        if large > before:  # by rounding: keep the motion before
+        new_values, changes, change = compare_multipliers(finer, start, new, values)
+        largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)
+        if largest > previous:
             break
-        error, errors, before = change, changes, large
-        shooting, found, values = finer, new, sharper
-        if (error <= CRITICAL and large <= CRITICAL) or degree > HIGHEST:
+        error, errors, previous = change, changes, largest
+        shooting, found, values = finer, new, new_values
+        if (error <= CRITICAL and largest <= CRITICAL) or degree > HIGHEST:
             break
     return motion_of(shooting, found, values, errors, error)
 
 
 def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Array) -> tuple[Array, Array, float]:
-    """Return multipliers of a refined motion, their changes as errors, and the error of positions."""
-    sharper = values_of(new.matrix)
-    errors = distances_to(sharper, values)
-    if finer.free:  # one multiplier is exactly 1: the error of those near it is at least the distance from 1
-        distance = np.abs(sharper - 1.0)
+    """Return multipliers of a refined motion, their errors by changes from `values`, and the error of the state.
+
+    If nothing depends on time, one multiplier is exactly 1: the error of those near 1 is at least their distance from 1.
+    """
+    new_values = values_of(new.matrix)
+    errors = distances_to(new_values, values)
+    if finer.free:
+        distance = np.abs(new_values - 1.0)
         errors = np.where(distance < 3.0 * distance.min(), np.maximum(errors, distance), errors)
-    return sharper, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
+    return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
@@ -175,19 +178,18 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     message = []
     if grows.any():
         worst = complex(values[grows][0])
-        way = "" if abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0 else " and turns" if worst.imag else " and alternates"
-        message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
+        is_positive = abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0
+        behaviour = "" if is_positive else " and turns" if worst.imag else " and alternates"
+        message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{behaviour}")
     status = Ending.OK if error < 1e-4 and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
         message.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
     if 1e-4 <= error < np.inf:
         message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
-    kept = np.diff(out.time, prepend=-np.inf) > LEAST_INTERVAL * found.period  # without the second row of an event
-    rows = out.time[kept]
-    motion = CubicHermiteSpline(rows, out.q[kept], out.v[kept])
-    time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)
-    return Periodic(
-        status, "; ".join(message), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
-        not grows.any(), error, trivial,
-    )  # fmt: skip
+    is_first = np.diff(out.time, prepend=-np.inf) > LEAST_INTERVAL * found.period  # of two rows of an event
+    ends = out.time[is_first]
+    motion = CubicHermiteSpline(ends, out.q[is_first], out.v[is_first])
+    time = np.interp(np.arange(PARTS * (len(ends) - 1) + 1) / PARTS, np.arange(len(ends)), ends)
+    stability = values, errors, not grows.any(), error, trivial
+    return Periodic(status, "; ".join(message), shooting.scene, found.period, time, motion(time), motion(time, 1), *stability)

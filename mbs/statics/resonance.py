@@ -23,10 +23,10 @@ STEPS = 400
 
 @dataclass(frozen=True)
 class Response(Route):
-    """Periodic motions along a curve; attributes are those of a `Path`, with `q` at the start of a period.
+    """Response curve: periodic motions with attributes as those of a `Path`, and `q` at the start of a period.
 
     `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
-    folds, branchings and doublings in their order. `errors` are their changes by finer steps and a higher degree.
+    folds, branchings and doublings in their order, `errors` their changes by finer steps and a higher degree of the strips.
     """
 
     motions: list[Periodic] = field(default_factory=list)
@@ -38,15 +38,16 @@ class Response(Route):
     @property
     def stable(self) -> Array:
         """True for each stable motion, shape (steps,)."""
-        return np.array([each.stable for each in self.motions])
+        return np.array([motion.stable for motion in self.motions])
 
     def amplitude(self, link: str, point: str) -> Array:
         """Return half the range of a point of a link along x and y [m], shape (steps, 2)."""
-        return np.array([each.amplitude(link, point) for each in self.motions])
+        return np.array([motion.amplitude(link, point) for motion in self.motions])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
         """Return data of a diagram: amplitudes along the curve and at the critical points, and a prefix of the label."""
-        return self.amplitude(link, point), [each.motion.amplitude(link, point) for each in self.points], "amplitude of "
+        criticals = [critical.motion.amplitude(link, point) for critical in self.points]
+        return self.amplitude(link, point), criticals, "amplitude of "
 
 
 @watch("periods integrated")
@@ -62,22 +63,22 @@ def response(
     mechanism : Mechanism
         Mechanism with a drive, load or motion that depends on time.
     period : float
-        Period of the drive or load as given, or a multiple, s.
+        Period of the drive or load as given, or a multiple [s].
     to : float
-        Parameter at which the curve ends. It is the frequency, Hz, which begins at 1/period and scales all functions of time and
+        Parameter at which the curve ends. It is the frequency [Hz], which begins at 1/period and scales all functions of time and
         drives; or the factor of the load, which begins at 1; or the value of the number.
     load : str or list of str, optional
         Names of the loads ('force.A', 'gravity') that grow, instead of the frequency.
     parameter : str, optional
-        Path of a number, as in files, that changes instead.
+        Path of a number, as in files, that changes instead of the frequency.
     settle, start, degree
-        As in `periodic`, for the first motion; the degree is 8 by default, and increased for critical points.
+        Options of `periodic` for the first motion; the degree is 8 by default, and higher for critical points.
     steps : int
-        Most steps.
+        Largest number of steps.
     step, longest : float
-        First and longest arc length, over the range of the parameter and the size of the motion.
+        Lengths of the first and the longest step, over the range of the parameter and the size of the motion.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
     Returns
     -------
@@ -103,19 +104,18 @@ def response(
     curve = ResponseCurve(shooting, problem, float(to), degree is not None)
     curve.at(problem.drawn)
     try:
-        return _follow(curve, shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest)
+        return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except ENDS as error:
-        none = np.empty((0, shooting.scene.size))
-        return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), none, [])
+        return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
     finally:
         curve.at(problem.drawn)
 
 
 def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:
-    """Follow a curve from a motion, and make the result."""
-    orbits, found, ended = curve.follow(first, steps, step, longest)
-    way, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-    errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
-    motions = [curve.motion(each) for each in orbits]
-    how = ending(ended, way[-1], curve.begun, curve.to, len(orbits) - 1)
-    return Response(*how, ended, curve.shooting.scene, way, q, [each for each, _ in found], errors, motions)
+    """Follow a curve from the state of its first motion, and make the result."""
+    orbits, criticals, ended = curve.follow(first, steps, step, longest)
+    parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
+    errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
+    motions, points = [curve.motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
+    status = ending(ended, parameters[-1], curve.begun, curve.to, len(orbits) - 1)
+    return Response(*status, ended, curve.shooting.scene, parameters, q, points, errors, motions)

@@ -1,10 +1,12 @@
-"""Small motions about a state: eigenvalues of the whole tangent with their rounding errors.
+"""Small motions about a state: eigenvalues of the equations of motion, linearised there, with their rounding errors.
 
-They are solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Follower forces make K unsymmetric (Bolotin 1963,
-ch. 1), and C need not be symmetric either. A state is unstable if an s has a positive real part.
+Small motions are solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. M is the mass, C the damping, K the
+tangent stiffness, G the Jacobian of the constraints, with changes l of their multipliers; X is friction that follows constraint
+forces. Follower forces make K unsymmetric (Bolotin 1963, ch. 1), and C need not be symmetric. A state is unstable if an s has a
+positive real part.
 
-Eigenvalues are computed from the inverse at a shift near the lowest ones, as the rounding error of the highest of a thin strip is
-larger than the lowest. An eigenvalue with vectors z, y has the condition number
+In a thin strip the rounding error of the highest eigenvalue is larger than the lowest eigenvalue. Therefore eigenvalues of the
+inverse of K + shift M are computed, theta = 1/(shift - s^2). An eigenvalue with vectors z, y has the condition number
 |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Values below
 their rounding error count as zero.
 """
@@ -40,18 +42,16 @@ from .algebra import (
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
-
 UNKNOWN = 1e-4
-"""Relative error of -s^2 by the inverse beyond which it is computed from M and K."""
+"""Relative error of -s^2 by the inverse above which it is computed from M and K instead."""
 
 
 @dataclass(frozen=True)
 class Tangent:
-    """Equations of small motions on the free coordinates x, z = free x; sparse for many coordinates.
+    """Equations of small motions on the free coordinates x, z = free x; matrices are sparse for many coordinates.
 
-    `free` (n, f) spans the motions that the constraints allow, in units of the coordinates; `test` those on which constraint
-    forces do no work, which differ by friction that follows them. `summands` (n, n) are magnitudes of the summands of the entries
-    of K, of which large ones cancel across a strip.
+    `free` (n, f) spans the motions that the constraints allow. `test` (n, f) spans those on which constraint forces and the
+    friction that follows them do no work. `summands` (n, n) are magnitudes of the summands of K, which cancel in part.
     """
 
     mass: Any
@@ -66,12 +66,12 @@ class Tangent:
         """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= MANY
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
-        # Lanczos's method is for symmetric matrices
-        if sparse and (has_entries(a.cross) or has_entries(a.damping) or not is_symmetric(a.stiffness)):
+        needs_dense = has_entries(a.cross) or has_entries(a.damping) or not is_symmetric(a.stiffness)
+        if sparse and needs_dense:  # Lanczos's method is for symmetric matrices without damping
             sparse, a = False, scene.assemble(q, v, lam=lam)
-        span = sparse_null_space if sparse else null_space
-        free = span(a.jacobian, scene.units)
-        test = span(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
+        basis = sparse_null_space if sparse else null_space
+        free = basis(a.jacobian, scene.units)
+        test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
         for x, y in scene.strip_places:
             large[x] = large[y] = np.maximum(large[x], large[y])
@@ -84,14 +84,14 @@ class Tangent:
 
     @property
     def conservative(self) -> bool:
-        """True if K alone determines stability: it is symmetric, and rates enter by damping only."""
+        """True if K alone determines stability: it is symmetric, and C is symmetric and dissipates energy."""
         k, c = self.reduce(self.stiffness), self.reduce(self.damping)
-        both = is_symmetric(k) and is_symmetric(c)
-        return both and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
+        symmetric = is_symmetric(k) and is_symmetric(c)
+        return symmetric and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
 
     @property
     def definite(self) -> bool:
-        """True if energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); always False for sparse matrices."""
+        """True if the energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); always False for sparse matrices."""
         k = self.reduce(self.stiffness)
         if issparse(k) or not self.conservative:
             return False
@@ -108,10 +108,10 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Eigenvalues s (m,) of a tangent [1/s], lowest first, and shapes (n, m); those that decay without oscillation come last.
+    """Eigenvalues s (m,) [1/s] and shapes (n, m), lowest |s| first; those that decay without oscillation come last.
 
-    They are those of the upper half-plane; without damping, the growing one of s and -s. `rounding` is their error [1/s], `shift`
-    the shift of -s^2 with which they were computed [1/s^2].
+    Of conjugate eigenvalues the one with Im s > 0 is given, of s and -s without damping the growing one. `rounding` (m,) is
+    their error [1/s], `shift` the shift of -s^2 with which they were computed [1/s^2].
     """
 
     values: Array
@@ -121,16 +121,13 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """True for eigenvalues that are zero to rounding: rigid motions, and states at which stability is lost.
-
-        A value above the shift is never zero.
-        """
+        """True for eigenvalues that are zero to rounding, and below the shift: rigid motions, and a loss of stability."""
         size = np.abs(self.values)
         return (size <= self.rounding) & (size**2 <= self.shift)
 
     @property
     def growth(self) -> Array:
-        """Real parts, 1/s, zero below the rounding error."""
+        """Growth rates [1/s], real parts of s, zero below the rounding error."""
         real = self.values.real
         return np.where(np.abs(real) > self.rounding, real, 0.0)
 
@@ -141,24 +138,23 @@ class Spectrum:
 
 
 def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectrum:
-    """Compute all eigenvalues of a tangent; `near` is the shift of a nearby state, if known.
+    """Compute the eigenvalues of a tangent; `near` is the shift of a nearby state, 0 if unknown.
 
-    Sparse matrices give at least the `count` lowest values of -s^2, and all below zero.
+    Dense matrices give all eigenvalues, sparse ones at least the `count` lowest -s^2 and all below zero.
     """
     m, c, k = (tangent.reduce(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
-    values, left, right, inverse, shift = (
-        _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, near, count)
-    )
-    rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
-    creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many of them near -1/(retardation time)
-    order = np.lexsort((np.abs(values), creeps))
+    modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, near, count)
+    values, left, right, of_inverse, shift = modes
+    rounding = np.maximum(of_inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
+    decays = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many near -1/(retardation time)
+    order = np.lexsort((np.abs(values), decays))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """Estimate the rounding error of each eigenvalue; by a square root for a defective double one, as zero is."""
+    """Estimate the rounding error of eigenvalues by their condition numbers; for a double eigenvalue by a square root."""
     size = np.abs(values)
     total, slope = np.zeros(len(values)), np.zeros(len(values), complex)
     second = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
@@ -172,54 +168,58 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
 
 
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
-    """Solve s^2 M z + K z = 0: s, left and right vectors, errors of s, shift; one of s and -s, see `Spectrum`."""
+    """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
+
+    The shift is changed until it is near the lowest |s^2| and minus the shift is away from all eigenvalues -s^2. None is between
+    zero and minus half of the lowest |s^2|.
+    """
     symmetric = is_symmetric(k)
-    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _shift(m, k)
+    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _first_shift(m, k)
     find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
     for _ in range(4):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
-        apart = float(np.abs(squared + shift).min())
-        if lowest <= 1e2 * shift and (apart >= 0.2 * shift if near else lowest >= 1.5 * shift):
+        distance = float(np.abs(squared + shift).min())
+        if lowest <= 1e2 * shift and (distance >= 0.2 * shift if near else lowest >= 1.5 * shift):
             break
-        shift = 0.6 * shift if near and apart < 0.2 * shift else 0.5 * lowest  # no eigenvalue is between that and zero
-    moved = _by_inverse(
-        1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right), left, m @ right
-    )
+        shift = 0.6 * shift if near and distance < 0.2 * shift else 0.5 * lowest
+    theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
+    errors = _errors_of_inverse(theta, product, left, m @ right)
     if symmetric:
-        squared, moved, right = _by_quotient(m, k, right, squared, moved)
+        squared, errors, right = _improve_by_quotient(m, k, right, squared, errors)
         left = right
     values = np.sqrt(-np.asarray(squared, dtype=complex))
     values = np.where(values.imag < 0.0, -values, values)
     if symmetric:
         values = np.where(squared > 0.0, 1j * values.imag, values.real)
-    return values, left, right, np.minimum(moved / (2 * np.abs(values) + 1e-300), np.sqrt(moved)), shift
+    return values, left, right, np.minimum(errors / (2 * np.abs(values) + 1e-300), np.sqrt(errors)), shift
 
 
-def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
-    """Replace eigenvalues by Rayleigh quotients if the norm of their residual is a smaller error, as for high ones.
+def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
+    """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones.
 
-    Those far above the shift, which the inverse does not resolve, are computed from M and K.
+    First the quotients of the given vectors are tried. Eigenvalues far above the shift, which the inverse does not resolve, need
+    eigenvectors that are computed from M and K. Return eigenvalues, errors and vectors.
     """
-    inner = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
-    for plain in (False, True):
-        if plain:
-            if issparse(k) or (moved <= UNKNOWN * np.abs(squared)).all():
+    solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
+    for from_matrices in (False, True):
+        if from_matrices:
+            if issparse(k) or (errors <= UNKNOWN * np.abs(squared)).all():
                 break
             order = np.argsort(squared)
-            squared, moved, vectors = squared[order], moved[order], vectors[:, order]
-        trial = eigh(k, m)[1] if plain else vectors
+            squared, errors, vectors = squared[order], errors[order], vectors[:, order]
+        trial = eigh(k, m)[1] if from_matrices else vectors
         quotient = np.einsum("ij,ij->j", trial, k @ trial)
         residual = k @ trial - m @ trial * quotient
-        error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, inner(residual))))
-        better = error < moved
-        squared, moved = np.where(better, quotient, squared), np.where(better, error, moved)
+        error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve_mass(residual))))
+        better = error < errors
+        squared, errors = np.where(better, quotient, squared), np.where(better, error, errors)
         vectors = np.where(better, trial, vectors)
-    return squared, moved, vectors
+    return squared, errors, vectors
 
 
-def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
-    """Estimate errors of 1/theta, of an inverse known to the rounding of its largest eigenvalue."""
+def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
+    """Estimate errors of 1/theta if the matrix is known to the rounding of its largest eigenvalue; `product` is y^H z."""
     condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(np.abs(product), 1e-300)
     with np.errstate(all="ignore"):
         return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
@@ -227,33 +227,36 @@ def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Arra
 
 def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
     """Return the smallest |s^2| above its rounding error; the shift if there is none."""
-    weight = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
-    moved, size = tangent.rounding(left, right), np.abs(squared)
+    modal_mass = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
+    rounding, size = tangent.rounding(left, right), np.abs(squared)
     with np.errstate(all="ignore"):
-        return float(min(size[(size * weight > moved) & np.isfinite(size)], default=shift))
+        return float(min(size[(size * modal_mass > rounding) & np.isfinite(size)], default=shift))
 
 
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
-    """Solve s^2 M z + s C z + K z = 0 by the inverse at a positive real shift: s with Im s >= 0, vectors, errors, shift."""
-    n, least = len(m), float(np.sqrt(_shift(m, k)))
+    """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, squared shift.
+
+    The inverse acts on the state (z, z'/shift), so that both halves have one unit. Its eigenvalues are theta = 1/(s - shift).
+    """
+    n, least = len(m), float(np.sqrt(_first_shift(m, k)))
     shift = least
     for _ in range(3):
-        across = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
-        below = across.copy()  # of the rates over the shift: both halves of the state in one unit
-        below[:, :n] += np.eye(n) / shift
-        theta, left, right = eig(np.vstack([across, below]), left=True)
+        of_places = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
+        of_rates = of_places.copy()
+        of_rates[:, :n] += np.eye(n) / shift
+        theta, left, right = eig(np.vstack([of_places, of_rates]), left=True)
         values = shift + invert(theta)
-        kept = values.imag >= 0.0
-        moved = _by_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[kept]
-        values, left, right = values[kept], solve(m, left[n:, kept]), right[:n, kept]
+        upper = values.imag >= 0.0
+        errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[upper]
+        values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
         if 1.5 * shift <= lowest <= 10.0 * shift or (shift == least and lowest <= 2.0 * least):
             break
         shift = max(least, 0.5 * lowest)
-    return values, left, right, moved, shift**2
+    return values, left, right, errors, shift**2
 
 
-def _shift(m: Matrix, k: Matrix) -> float:
-    """Return a shift of -s^2 with which the lowest eigenvalues exceed the rounding error of the highest."""
+def _first_shift(m: Matrix, k: Matrix) -> float:
+    """Return a shift of -s^2 [1/s^2] with which the lowest eigenvalues exceed the rounding error of the highest."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)
