@@ -22,7 +22,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.statistics import WorkPoint, exponent, fastest, footnote, work_precision
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .ingredients import Ingredients, ingredients
-from .work import ENGINE, KNOWN, ONCE, ComparedWork
+from .work import ENGINE, KNOWN, ONCE, Work
 from .works import WORKS
 
 ORDER = 4
@@ -49,7 +49,7 @@ class Parameters(StudyParameters):
 class MeasuredWork:
     """Error and time of a work's runs by series and setting, and the difference of its references."""
 
-    work: ComparedWork
+    work: Work
     points: Mapping[tuple[str, str], WorkPoint]
     uncertainty: float
 
@@ -79,7 +79,7 @@ class MeasuredWork:
         return failed + ([] if self.uncertainty <= MOST_UNCERTAIN else [difference])
 
 
-def measure(work: ComparedWork, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
+def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
     """Run each setting once for its error, without timing, because first calls are slow; then measure the times."""
     quick = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*quick, (ENGINE, work.tuned)]}
@@ -96,12 +96,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     if "strip" in found:
         beams = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
         metrics["strip_order"] = Metric(exponent([*beams], [*beams.values()]), "1", exact=ORDER)
-    signals = {
-        f"{name}.{series}": np.array([[point.time, point.error] for point in each.of(series)])
-        for name, each in found.items()
-        for series in MARKERS
-        if each.of(series)
-    }
+    points = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
+    signals = {key: np.array([[point.time, point.error] for point in series]) for key, series in points.items() if series}
     tables = [_table(found, footnote(p))]
     if contents:
         title = "What scenes are made of, and what a run of each loads and compiles"

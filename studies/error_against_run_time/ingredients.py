@@ -32,15 +32,9 @@ LIMIT = 600.0
 
 @dataclass(frozen=True)
 class Ingredients:
-    """Ingredients of a run and its scene.
+    """Ingredients of a run and its scene: number of objects by kind, of coordinates and multipliers, compiled functions.
 
-    Attributes
-    ----------
-    status : status of the run
-    objects : number of objects of each kind
-    unknowns : number of coordinates and multipliers of constraints
-    kernels : compiled functions that were called from Python
-    packages, folders : those of `PACKAGES` and `FOLDERS` that were loaded
+    `packages` and `folders` are those of `PACKAGES` and `FOLDERS` that the run has loaded.
     """
 
     status: str

@@ -112,9 +112,6 @@ def _settings() -> Any:
     return settings
 
 
-# --- statics ----------------------------------------------------------------------------------------------------------
-
-
 def buckled_strip(section: Section, length: float, shortenings: Array, elements: int) -> Array:
     """Compute the force of the pinned strip [N] at rising end shortenings; each static solution starts from the one before.
 
@@ -157,9 +154,6 @@ def _half_sine_nodes(job: _System, length: float, shortening: float, elements: i
         change = [-shortening * s, height * np.sin(np.pi * s / length), np.cos(slope) - 1, np.sin(slope)]
         nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[s, 0, 1, 0], initialCoordinates=change)))
     return nodes
-
-
-# --- slider-crank -----------------------------------------------------------------------------------------------------
 
 
 def slider_crank(mechanism: Mechanism, times: Array, steps: int, relative: float, absolute: float) -> Array:
@@ -235,9 +229,6 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
         return -max(0.0, law.stiffness * (face - x) - law.damping * v) if x < face else 0.0
 
     return force
-
-
-# --- chains -----------------------------------------------------------------------------------------------------------
 
 
 def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absolute: float) -> Array:

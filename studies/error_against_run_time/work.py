@@ -35,7 +35,7 @@ TIMES = 401
 
 
 @dataclass(frozen=True)
-class ComparedWork:
+class Work:
     """Job with its runs and references.
 
     Attributes
@@ -56,7 +56,7 @@ class ComparedWork:
     references: Mapping[str, Run]
     scale: float | None = None
     largest: bool = False
-    motion: ComparedMotion | None = None
+    motion: Motion | None = None
 
     def error(self, series: str, found: Array) -> float:
         """Compute the error of a run of a series by its numbers; nan if the run failed."""
@@ -81,7 +81,7 @@ def _root_mean_square(x: Array) -> float:
 
 
 @dataclass(frozen=True)
-class ComparedMotion:
+class Motion:
     """Motion of a mechanism with its duration [s], and the signals that are compared."""
 
     mechanism: Mechanism

@@ -26,20 +26,7 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import (
-    ENGINE,
-    KNOWN,
-    ONCE,
-    STEPS,
-    ComparedMotion,
-    ComparedWork,
-    HandSetting,
-    Runs,
-    Setting,
-    cross_references,
-    engine_runs,
-    power,
-)
+from .work import ENGINE, KNOWN, ONCE, STEPS, HandSetting, Motion, Runs, Setting, Work, cross_references, engine_runs, power
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -66,10 +53,7 @@ def _engine() -> ModuleType:
     return plain
 
 
-# --- statics ----------------------------------------------------------------------------------------------------------
-
-
-def strip() -> ComparedWork:
+def strip() -> Work:
     """Define the work of loads of the buckled strip; Buckler's beam extends and shears, the hand-tuned cable only extends."""
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
@@ -86,16 +70,13 @@ def strip() -> ComparedWork:
     runs |= {(ONCE, f"{n}"): partial(run_beam, n) for n in (8, 16, 32, 64)}
     references = {ENGINE: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))}
     about, measure = "buckled strip, 20 end shortenings", "largest error of the load [1]"
-    return ComparedWork(about, measure, runs, "64", references, largest=True)
-
-
-# --- motions ----------------------------------------------------------------------------------------------------------
+    return Work(about, measure, runs, "64", references, largest=True)
 
 
 def slider_work(
     about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[HandSetting], once: Sequence[Setting],
     fine: tuple[HandSetting, Setting], tuned: str,
-) -> ComparedWork:  # fmt: skip
+) -> Work:  # fmt: skip
     """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears.
 
     `hand` and `once` are settings of the series `engine` and `once`, `fine` those of the references.
@@ -103,7 +84,7 @@ def slider_work(
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
-    motion = ComparedMotion(mechanism, 2 * pi / speed, ("coupler.deflection",))
+    motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def run_engine(setting: HandSetting) -> Array:
         elements, *steps = setting
@@ -112,10 +93,10 @@ def slider_work(
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
-    return ComparedWork(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
+    return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
-def smooth() -> ComparedWork:
+def smooth() -> Work:
     """Define the work of a slider-crank without a stop, whose coupler bends by its inertia and vibrates after a sudden start."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
@@ -125,7 +106,7 @@ def smooth() -> ComparedWork:
     )  # fmt: skip
 
 
-def stop() -> ComparedWork:
+def stop() -> Work:
     """Define the work of a slider-crank that strikes its stop, buckles its coupler, and leaves the stop."""
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
@@ -136,7 +117,7 @@ def stop() -> ComparedWork:
     )  # fmt: skip
 
 
-def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], tuned: str) -> ComparedWork:
+def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], tuned: str) -> Work:
     """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
@@ -148,7 +129,7 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
     point = f"link{last}" if bars else f"P{LINKS}"
-    motion = ComparedMotion(build(), 0.2, (f"{point}.x", f"{point}.y"))
+    motion = Motion(build(), 0.2, (f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
         elements, *steps = setting
@@ -158,7 +139,7 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
     by_other = cross_references(partial(run_engine, (8, 3200, 1e-5, 1e-6)), partial(motion.run_compiled, 1e-7, 8))
     references = dict.fromkeys((ENGINE, ONCE, KNOWN), exact) if bars else by_other
-    return ComparedWork(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
+    return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
@@ -188,7 +169,7 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
 
 def rattling(
     rocker: str, hand: Sequence[tuple[int, float]], once: Sequence[Setting], finest: tuple[int, float], fine: Setting, tuned: str
-) -> ComparedWork:
+) -> Work:
     """Define the work of a crank-rocker with clearance in all joints: paths of the centres of two bars, over the clearance.
 
     It runs for 10 ms, because the motion is chaotic after that. The runs of the engine have Buckler's items and laws, with
@@ -212,17 +193,17 @@ def rattling(
 
     def run_engine(elements: int, tolerance: float) -> Array:
         solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS))
-        return ComparedMotion(build(elements), 0.01, signals).simulate(solver=solver)
+        return Motion(build(elements), 0.01, signals).simulate(solver=solver)
 
-    motion = ComparedMotion(build(), 0.01, signals)
+    motion = Motion(build(), 0.01, signals)
     runs: Runs = {(ENGINE, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(run_engine, n, x) for n, x in hand}
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
     references = cross_references(partial(run_engine, *finest), partial(motion.run_compiled, *fine))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
-    return ComparedWork(about, measure, runs, tuned, references, GAP, motion=motion)
+    return Work(about, measure, runs, tuned, references, GAP, motion=motion)
 
 
-WORKS: Mapping[str, Callable[[], ComparedWork]] = {
+WORKS: Mapping[str, Callable[[], Work]] = {
     "strip": strip,
     "smooth": smooth,
     "stop": stop,

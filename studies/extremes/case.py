@@ -138,14 +138,14 @@ class Finding(NamedTuple):
     price: float
 
 
-def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
+def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
     """Run a mechanism, with an accuracy or without, and compare the run with its reference."""
     begin, nan = perf_counter(), float("nan")
-    name = made.name + (f", accuracy {accuracy:g}" if accuracy else "")
+    name = draw.name + (f", accuracy {accuracy:g}" if accuracy else "")
     try:
-        simulate(made.mechanism, 1e-3 * made.duration, solver=Spectral())  # compiles the solver before times are measured
+        simulate(draw.mechanism, 1e-3 * draw.duration, solver=Spectral())  # compiles the solver before times are measured
         start = perf_counter()
-        result = simulate(made.mechanism, made.duration, accuracy, timeout=timeout)
+        result = simulate(draw.mechanism, draw.duration, accuracy, timeout=timeout)
         spent = perf_counter() - start
     except ValueError as refusal:  # KinematicsError among them
         message = "refused: " + " ".join(str(refusal).split())
@@ -153,21 +153,21 @@ def judge(family: str, made: Draw, accuracy: float | None = None, timeout: float
     error, worst, price = None, "", nan
     if result.status in ENDED:
         start = perf_counter()
-        simulate(made.mechanism, made.duration, solver=Spectral(), timeout=PATIENCE)
-        price, size = spent / (perf_counter() - start), max(made.mechanism.length(link.name) for link in made.mechanism.links)
+        simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
+        price, size = spent / (perf_counter() - start), max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
         scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
-        scales["journal"] = min((joint.gap for joint in clearances(made.mechanism)), default=0.0)
-        if right := find_reference(made, scales):
-            measures = read(made, result)
+        scales["journal"] = min((joint.gap for joint in clearances(draw.mechanism)), default=0.0)
+        if right := find_reference(draw, scales):
+            measures = read(draw, result)
             error, worst = compare(measures, right, scales, reported_errors(result, measures))
     message = "" if result.status == Status.OK else f"{result.status}: {result.message}"
     verdict = decide(result.status, result.message, error)
     return Finding(family, name, verdict, nan if error is None else error, worst, message, perf_counter() - begin, price)
 
 
-def read(made: Draw, result: Result) -> Measures:
+def read(draw: Draw, result: Result) -> Measures:
     """Read the measures of a run."""
-    mechanism, duration = made.mechanism, made.duration
+    mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
         late = result.time > 0.999 * result.time[-1]
         inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # force of inertia of the mass of 0.1 kg at A
@@ -212,21 +212,21 @@ def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
     return found
 
 
-def find_reference(made: Draw, scales: Mapping[str, float]) -> Measures | None:
+def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
     """Compute the measures by a closed form or by reference runs; None if no measure is certain."""
-    if is_pressed(made.mechanism):
-        return {"force of the push": np.array([find_load(made)])}
-    mechanism = made.mechanism
+    if is_pressed(draw.mechanism):
+        return {"force of the push": np.array([find_load(draw)])}
+    mechanism = draw.mechanism
     is_pendulum = len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
     if is_pendulum:
-        return {"place": swing(made)}
-    coarse, fine = (read_reference(made, finer) for finer in (0, 1))
+        return {"place": swing(draw)}
+    coarse, fine = (read_reference(draw, finer) for finer in (0, 1))
     if coarse is None or fine is None:
         return None
     until = len(SAMPLES)
-    if clearances(made.mechanism):
-        joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in made.mechanism.joints]
-        if (other := read_reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)) is None:
+    if clearances(draw.mechanism):
+        joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in draw.mechanism.joints]
+        if (other := read_reference(draw._replace(mechanism=replace(draw.mechanism, joints=joints)), 0)) is None:
             return None
         has_parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
         until = int(np.argmax(has_parted)) if has_parted.any() else until
@@ -234,10 +234,7 @@ def find_reference(made: Draw, scales: Mapping[str, float]) -> Measures | None:
 
 
 def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
-    """Find the measures in which two reference runs agree; forces only if the motion is predictable up to its end.
-
-    `until` is the number of `SAMPLES` at which the motion is predictable.
-    """
+    """Find the measures in which two reference runs agree; forces only if all of the `until` first samples are predictable."""
     largest_force = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
     for name, value in fine.items():
         is_motion = name in ("place", "path", "journal")
@@ -251,25 +248,19 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
             yield name, second
 
 
-def run_reference(made: Draw, finer: int) -> Result | None:
-    """Run the compiled solver, with finer steps and strips for `finer` = 1; None if it fails."""
-    longest = made.duration / 800
-    if any(link.body.massless for link in made.mechanism.links):  # the tolerance of places does not resolve axial vibration
-        longest = min(longest, Scene.of(made.mechanism).axial_period / RINGING)
+def read_reference(draw: Draw, finer: int) -> Measures | None:
+    """Read the measures of a run of the compiled solver, with finer steps and strips for `finer` = 1; None if it fails."""
+    longest = draw.duration / 800
+    if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
+        longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
     steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
-        simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # compiles the solver without the time limit
-        result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
+        simulate(draw.mechanism, 1e-6 * draw.duration, solver=solver)  # compiles the solver without the time limit
+        result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return result if result.status in ENDED else None
-
-
-def read_reference(made: Draw, finer: int) -> Measures | None:
-    """Read the measures of a reference run; None if it fails."""
-    result = run_reference(made, finer)
-    return read(made, result) if result else None
+    return read(draw, result) if result.status in ENDED else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:
@@ -277,20 +268,20 @@ def is_pressed(mechanism: Mechanism) -> bool:
     return mechanism.links[0].name == "strip" and bool(mechanism.drives)
 
 
-def find_load(made: Draw) -> float:
+def find_load(draw: Draw) -> float:
     """Compute the elastica's load at the end of the travel of a pressed column [N]."""
-    (strip,), pushed, length = made.mechanism.links, made.mechanism.drives[0].motion, made.mechanism.length("strip")
+    (strip,), pushed, length = draw.mechanism.links, draw.mechanism.drives[0].motion, draw.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
-    return critical / np.pi**2 * float(pinned.load(pushed.position(made.duration) / length - critical / axial))
+    return critical / np.pi**2 * float(pinned.load(pushed.position(draw.duration) / length - critical / axial))
 
 
-def swing(made: Draw) -> Array:
+def swing(draw: Draw) -> Array:
     """Integrate the pendulum's equation with tolerance 1e-12; return x and y of both ends of the bar, (4, samples) [m]."""
-    (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
+    (bar,), (x, y) = draw.mechanism.links, draw.mechanism.points["A"]
     length, start = float(np.hypot(x, y)), float(np.arctan2(x, -y))
     mass, inertia, _ = bar.body.mass_properties(length)
     squared = mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)  # square of the frequency of small motions
-    settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12, "t_eval": SAMPLES * made.duration}
-    run = solve_ivp(lambda _t, y: (y[1], -squared * np.sin(y[0])), (0, made.duration), (start, 0.0), **settings)
+    settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12, "t_eval": SAMPLES * draw.duration}
+    run = solve_ivp(lambda _t, y: (y[1], -squared * np.sin(y[0])), (0, draw.duration), (start, 0.0), **settings)
     times, angle = run.t, run.y[0]
     return np.stack([0 * times, 0 * times, length * np.sin(angle), -length * np.cos(angle)])

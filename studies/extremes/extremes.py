@@ -18,7 +18,7 @@ from buckler.mbs import laws
 from buckler.mbs.library import PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 
 from ..kit import drawn
-from ..kit.drawn_linkages import PREDICTABLE, Dice, Made
+from ..kit.drawn_linkages import PREDICTABLE, Dice, Run
 from ..kit.parameters import StudyParameters, choices, integer, quantity
 from ..kit.published import STEEL, STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
@@ -35,7 +35,7 @@ MOST = 1 / LEAST
 """Largest error over the allowed one on the axis of the figure; larger errors are drawn there."""
 
 
-def strike(dice: Dice) -> Made:
+def strike(dice: Dice) -> Run:
     """Draw a slider-crank on its stop from wide ranges of thickness, speed, stiffness, restitution, friction and damping."""
     section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
     body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
@@ -44,14 +44,14 @@ def strike(dice: Dice) -> Made:
     return slider_crank(body, law=law, mass=0.3, speed=speed, friction=friction), 0.56 * 2 * pi / speed
 
 
-def pass_dead_centre(dice: Dice) -> Made:
+def pass_dead_centre(dice: Dice) -> Run:
     """Draw a four-bar near a change point: its lengths miss the one at which all bars can lie in one line by 1e-9 to 1e-2 m."""
     paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
     lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
     return crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=dice.one(0.5, -0.3)), 2 * pi / speed
 
 
-def rattle(dice: Dice) -> Made:
+def rattle(dice: Dice) -> Run:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
     gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
     law = laws.Impact(RATTLING.stiffness * factor, 253.0 * sqrt(factor), 1e-5)

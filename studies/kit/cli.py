@@ -189,6 +189,7 @@ def _declare_new(parser: argparse.ArgumentParser) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
+    """Write an example to a new file, or list the examples."""
     examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
     if options.name == "list":
         for name, path in examples.items():

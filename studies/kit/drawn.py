@@ -21,7 +21,7 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
 
 from . import drawn_linkages as parts
-from .drawn_linkages import Dice, Generator, Made
+from .drawn_linkages import Dice, Generator, Run
 from .published import GRAVITY, STRIP_WIDTH
 
 
@@ -40,15 +40,15 @@ def draw(seed: int, k: int, families: Sequence[str] = (), generators: Mapping[st
     return Draw(f"{family} {seed}.{k}", *generators[family](Dice(seed, list(generators).index(family), k)))
 
 
-def _free(dice: Dice) -> Made:
+def _free(dice: Dice) -> Run:
     """Draw a pendulum released for three to a hundred periods."""
     angle, length = dice.uniform(0.05, 2.8), dice.uniform(0.2, 0.6)
     points, bar = {"O": (0, 0), "A": parts.place(length * parts.ray(angle - pi / 2))}, mbs.Rigid(mbs.Section(0.02, 0.01))
-    made = mbs.Mechanism(points, [mbs.Link("bar", "O", "A", bar)], parts.revolutes("O ground bar"), gravity=parts.WEIGHT)
-    return made, dice.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
+    mechanism = mbs.Mechanism(points, [mbs.Link("bar", "O", "A", bar)], parts.revolutes("O ground bar"), gravity=parts.WEIGHT)
+    return mechanism, dice.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
 
 
-def _chain(dice: Dice) -> Made:
+def _chain(dice: Dice) -> Run:
     """Draw a released chain of one to three pendulums with loads, masses and springs."""
     count = int(dice.integers(1, 4))
     names, lengths, angles = [f"bar{k}" for k in range(count)], dice.uniform(0.1, 0.5, count), dice.uniform(-pi, pi, count)
@@ -80,7 +80,7 @@ def _block(dice: Dice, **more: Any) -> mbs.Mechanism:
     return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=dice.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 
 
-def _grazing(dice: Dice) -> Made:
+def _grazing(dice: Dice) -> Run:
     """Draw a rigid slider that just reaches its stops, or a block that falls on one or two stops."""
     law = parts.impact(dice)
     if dice.chance():
@@ -92,7 +92,7 @@ def _grazing(dice: Dice) -> Made:
     return _block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * height / pull)
 
 
-def _bouncing(dice: Dice) -> Made:
+def _bouncing(dice: Dice) -> Run:
     """Draw a block on a spring that strikes a stop once or many times."""
     stiffness, stretch = dice.log(20, 2000), dice.uniform(0.02, 0.08)
     spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + stretch)
@@ -112,7 +112,7 @@ def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechan
     return _column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
 
 
-def _draw_pressed(dice: Dice) -> Made:
+def _draw_pressed(dice: Dice) -> Run:
     """Draw a strip or modal link compressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(0.5, length)
@@ -122,7 +122,7 @@ def _draw_pressed(dice: Dice) -> Made:
     return make_pressed_column(body, share, duration), duration
 
 
-def _critical(dice: Dice) -> Made:
+def _critical(dice: Dice) -> Run:
     """Draw a bowed column under a load near the critical one, applied slowly or suddenly."""
     length = dice.uniform(0.2, 0.4)
     body = parts.strip(dice, length, 3e-4, 1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
@@ -132,11 +132,11 @@ def _critical(dice: Dice) -> Made:
     return _column(length, body, dice.uniform(0, 0.3), loads=[mbs.Force("A", push)]), duration
 
 
-def _cantilever(dice: Dice) -> Made:
+def _cantilever(dice: Dice) -> Run:
     """Draw a cantilever with a rigid arm at its tip, under a tip force, gravity and, if it is a beam, a line load."""
     length = dice.uniform(0.2, 0.4)
     end = parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2)))
-    made = mbs.Mechanism(
+    mechanism = mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": end},
         [mbs.Link("strip", "A", "B", parts.strip(dice, length, 1e-3, 2e-3)), mbs.Link("arm", "B", "C", parts.bar(dice))],
         [mbs.Weld("A", "ground", "strip"), dice.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
@@ -144,13 +144,15 @@ def _cantilever(dice: Dice) -> Made:
         gravity=parts.WEIGHT,
     )
     duration = dice.uniform(0.1, 0.3)
-    if isinstance(made.links[0].body, mbs.Beam) and dice.chance():
+    if isinstance(mechanism.links[0].body, mbs.Beam) and dice.chance():
         force, torque = (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05)  # a length
-        made = replace(made, loads=[*made.loads, mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))])
-    return made, duration
+        mechanism = replace(
+            mechanism, loads=[*mechanism.loads, mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))]
+        )
+    return mechanism, duration
 
 
-def _landing(dice: Dice) -> Made:
+def _landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
     clamped = mbs.Link("bar", "O", "A", parts.strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld
@@ -163,7 +165,7 @@ def _landing(dice: Dice) -> Made:
     ), dice.uniform(0.1, 0.2)  # fmt: skip
 
 
-def _spinning(dice: Dice) -> Made:
+def _spinning(dice: Dice) -> Run:
     """Draw a flexible link that starts with a spin, its welded arm under a force that follows it."""
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
@@ -183,7 +185,7 @@ def _spinning(dice: Dice) -> Made:
     ), dice.uniform(0.1, 0.3)
 
 
-def _draw_coupled(dice: Dice) -> Made:
+def _draw_coupled(dice: Dice) -> Run:
     """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
     distance, size, depth = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
     near, far = distance + size, distance + 2 * size

@@ -22,7 +22,7 @@ WEIGHT = (0.0, -GRAVITY)
 """Gravity in the plane, downwards [m/s^2]."""
 PREDICTABLE = 0.01
 """Longest run of a linkage with clearance at 300 r/min [s]: for a twentieth of a turn its motion is not yet chaotic."""
-Made = tuple[mbs.Mechanism, float]
+Run = tuple[mbs.Mechanism, float]
 """Random mechanism and the duration of its run [s]."""
 
 
@@ -49,7 +49,7 @@ class Dice(np.random.Generator):
         return [option for option in options if self.chance(share)]
 
 
-Generator = Callable[[Dice], Made]
+Generator = Callable[[Dice], Run]
 
 
 def strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
@@ -139,7 +139,7 @@ def ray(angle: float) -> complex:
 def turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), most: float = 0.5,
-) -> Made:  # fmt: skip
+) -> Run:  # fmt: skip
     """Draw a slider-crank or four-bar without stops.
 
     The inertia force of a slider on a strip stays below the share `most` of the strip's buckling load.
@@ -158,18 +158,18 @@ def turning(
     return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, fast, duration), lengths=lengths), duration
 
 
-def striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
+def striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Run:
     """Draw a slider-crank that strikes a stop and whose thin coupler buckles; a share of the guides has friction."""
     fast, length = dice.log(1, 15), PAPER.coupler
     bowed = strip(dice, length, 2e-4, 8e-4, bow=dice.one(-1, 1) * dice.log(1e-4, 1e-2) * length)
     body = bowed if dice.one(*bodies) == "strip" else mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)))
     dynamic = dice.uniform(0, 1)
     friction = mbs.GuideFriction(dynamic, dynamic * dice.uniform(1, 1.5)) if dice.chance(rubs) else None
-    made = slider_crank(body, law=impact(dice), mass=dice.uniform(0.1, 0.5), speed=fast, friction=friction)
-    return made, dice.uniform(0.4, 0.75) * 2 * pi / fast
+    mechanism = slider_crank(body, law=impact(dice), mass=dice.uniform(0.1, 0.5), speed=fast, friction=friction)
+    return mechanism, dice.uniform(0.4, 0.75) * 2 * pi / fast
 
 
-def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Made:
+def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
     """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
     fast, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
     rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
@@ -178,36 +178,36 @@ def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Made:
     return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)  # 10 pi rad/s is 300 r/min
 
 
-def strut(dice: Dice) -> Made:
+def strut(dice: Dice) -> Run:
     """Draw a slider-crank or four-bar with a strut."""
     return striking(dice, ("strut",)) if dice.chance() else turning(dice, bodies=("strut",), motions=("constant", "ramp"))
 
 
-def draw_mixed(dice: Dice) -> Made:
+def draw_mixed(dice: Dice) -> Run:
     """Draw a four-bar with two flexible links, or a linkage with clearance and a flexible link or a stop."""
     kind = dice.integers(3)
     if kind == 0:
-        made, duration = turning(dice, ("four-bar",), ("strip",))
-        coupler = replace(made.link("coupler"), body=strip(dice, CrankRocker().coupler, 1e-3))
-        return replace(made, links=[coupler if link.name == "coupler" else link for link in made.links]), duration / 2
+        mechanism, duration = turning(dice, ("four-bar",), ("strip",))
+        coupler = replace(mechanism.link("coupler"), body=strip(dice, CrankRocker().coupler, 1e-3))
+        return replace(mechanism, links=[coupler if link.name == "coupler" else link for link in mechanism.links]), duration / 2
     if kind == 1:
         return rattling(dice, ("strip", "beam"))
     near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
-    made = slider_crank(mbs.Rigid(BAR), law=impact(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
-    return replace(made, joints=[made.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
+    mechanism = slider_crank(mbs.Rigid(BAR), law=impact(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
+    return replace(mechanism, joints=[mechanism.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 
 
-def rubbing(dice: Dice) -> Made:
+def rubbing(dice: Dice) -> Run:
     """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
     fast = dice.uniform(5, 20)
-    made = slider_crank(bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
-    guide = replace(made.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
+    mechanism = slider_crank(bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
+    guide = replace(mechanism.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
     if dice.chance(0.6):
-        made = replace(made, drives=[], velocities={"crank": fast}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
-    return replace(made, guides=[guide], gravity=WEIGHT), dice.uniform(0.2, 0.8) * 2 * pi / fast
+        mechanism = replace(mechanism, drives=[], velocities={"crank": fast}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
+    return replace(mechanism, guides=[guide], gravity=WEIGHT), dice.uniform(0.2, 0.8) * 2 * pi / fast
 
 
-def draw_guided(dice: Dice) -> Made:
+def draw_guided(dice: Dice) -> Run:
     """Draw a rigid slider-crank with a spring: driven on a level line, or falling on an inclined one."""
     length, turn, driven = dice.uniform(0.2, 0.5), dice.uniform(0.3, 1.2), dice.chance()
     along = (1.0, 0.0) if driven else place(ray(dice.uniform(-0.6, 0.6)))
@@ -222,7 +222,7 @@ def draw_guided(dice: Dice) -> Made:
     ), dice.uniform(0.1, 0.3)
 
 
-def sliding(dice: Dice) -> Made:
+def sliding(dice: Dice) -> Run:
     """Draw a swinging bar along which a second body slides, with springs and a motor or a torque."""
     length, turn = dice.uniform(0.2, 0.4), dice.uniform(-0.4, 0.4)
     end = length * ray(dice.uniform(-1.0, 1.0))
@@ -242,7 +242,7 @@ def sliding(dice: Dice) -> Made:
     return mbs.Mechanism(places, links, joints, loads=[pull, *loads], masses=masses, gravity=WEIGHT), dice.uniform(0.1, 0.25)
 
 
-def two_drives(dice: Dice) -> Made:
+def two_drives(dice: Dice) -> Run:
     """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
     low, fast = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
     duration = dice.uniform(0.4, 1.0) / fast

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from buckler.mbs.library import BAR, RATTLING
 
-# --- the compliant slider-crank ---------------------------------------------------------------------------------------
-
 STRIP_WIDTH = 0.030
 """Width of the strip [m] (Table 1)."""
 CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
@@ -28,10 +26,8 @@ SENSOR_RANGE = 44.18
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2], the value of the papers."""
 
-# --- the crank-rocker with clearance joints ---------------------------------------------------------------------------
-
 STEEL = BAR.material
-"""Material of the bars."""
+"""Material of the bars of the crank-rocker."""
 BAR_AREA = BAR.width * BAR.thickness
 """Area of a bar's cross-section [m^2]."""
 CONTACT_DAMPING = RATTLING.damping

@@ -177,9 +177,6 @@ def _commit() -> str | None:
     return None
 
 
-# --- files --------------------------------------------------------------------------------------------------------------
-
-
 def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_allowed: bool = False) -> str:
     """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last.
 
@@ -255,9 +252,6 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
     if isinstance(content, float) and not math.isfinite(content):
         return convert(content)
     return content if isinstance(content, str | int | float | None) else str(content)
-
-
-# --- progress -----------------------------------------------------------------------------------------------------------
 
 
 class Progress:

@@ -1,6 +1,6 @@
 """Means with their standard errors, power laws by least squares, error against run time.
 
-Run times of variants are measured in rounds, in each of which every variant runs once. So a busy machine slows all of them. The
+Run times are measured in rounds, in each of which every variant runs once, so that a busy machine slows all variants alike. The
 ratio of two times is the median of the ratios within a round.
 """
 

@@ -35,7 +35,7 @@ from buckler.mbs.validate import number
 from buckler.mbs.view.report import blank, content, fill_page, with_ledger
 
 from ..kit.cli import add_repeated
-from .verbs import VARIED, Opened, file_command, read_range, varied_numbers
+from .verbs import VARIED_HELP, FileContent, file_command, read_range, varied_numbers
 
 HOST = "127.0.0.1"
 DEFAULT_RANGE = (0.5, 2.0)
@@ -200,12 +200,13 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
-    add_repeated(parser, "--free", "PATH[=LOW:HIGH]", f"a number with a slider; default {VARIED}")
+    add_repeated(parser, "--free", "PATH[=LOW:HIGH]", f"a number with a slider; default {VARIED_HELP}")
     parser.add_argument("--port", type=int, default=0, help="port of the server; default any that is free")
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
 
 
-def _serve(options: argparse.Namespace, file: Opened) -> int:
+def _serve(options: argparse.Namespace, file: FileContent) -> int:
+    """Serve the page of a file until Ctrl-C."""
     free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
     document, usual = (file.document, ()) if free else varied_numbers(file, OMITTED)
     explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(usual), file.measures)

@@ -29,7 +29,7 @@ from buckler.mbs.validate import number
 
 from ..kit.cli import Command
 from ..kit.report import Table
-from .verbs import Opened, ask, file_command
+from .verbs import FileContent, ask, file_command
 
 
 def _read_time(text: str) -> float:
@@ -66,7 +66,7 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
 
 
-def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: Opened) -> int:
+def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: FileContent) -> int:
     """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
     if "to" in options:
         if (options.plot or options.csv) and not options.point:
@@ -140,9 +140,8 @@ def describe(mechanism: Mechanism) -> str:
         extra = f", {redundant} of them redundant" if redundant else ""
         rest = "" if freedoms == driven else f"; {driven or 'none'} driven"
         is_driven = freedoms <= driven
-        lines.append(
-            f"as an ideal rigid linkage: coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}{rest}"
-        )
+        numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}"
+        lines.append(f"as an ideal rigid linkage: {numbers}{rest}")
     is_rigid = not any(link.body.flexible for link in mechanism.links)
     lines += [] if is_driven and is_rigid else _frequencies(mechanism)
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]

@@ -48,8 +48,9 @@ RENAMED = {"count": "steps", "method": "integrator"}
 """Names of settings whose fields have names that are unclear without their class."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
-KIND_HELP = "default exudyn, or closure for linkages that it determines"
-KIND = Declaration(Choice(tuple(SOLVERS)), KIND_HELP, {}, False, None, SOLVER_GROUP)
+KIND = Declaration(
+    Choice(tuple(SOLVERS)), "default exudyn, closure for linkages that it determines", {}, False, None, SOLVER_GROUP
+)
 
 
 class Setting(NamedTuple):

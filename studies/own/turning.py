@@ -30,7 +30,7 @@ from ..kit.cli import add_repeated
 from ..kit.report import Table, to_json
 from ..kit.running import make_folder
 from ..kit.style import house_style, subplots
-from .verbs import VARIED, Opened, ask, file_command, read_quantities, read_range, varied_numbers
+from .verbs import VARIED_HELP, FileContent, ask, file_command, read_quantities, read_range, varied_numbers
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -41,12 +41,13 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
-    add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default {VARIED}")
+    add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default {VARIED_HELP}")
     about = "a reading, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; default the measures of the file"
     add_repeated(parser, "--of", "READING", about)
 
 
-def _sensitivity(options: argparse.Namespace, file: Opened) -> int:
+def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
+    """Compute and print derivatives of readings, and the spread of readings that spreads of numbers cause."""
     readings = list(dict.fromkeys(options.of or file.measures))
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
@@ -88,7 +89,8 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the figure; default results")
 
 
-def _fit(options: argparse.Namespace, file: Opened) -> int:
+def _fit(options: argparse.Namespace, file: FileContent) -> int:
+    """Fit numbers to data; write a figure, and the mechanism with the fitted numbers."""
     if not options.signal:
         raise ValueError("--signal: none; write for instance --signal B.contact_force")
     if not options.free:
@@ -120,7 +122,8 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
 
 
-def _optimise(options: argparse.Namespace, file: Opened) -> int:
+def _optimise(options: argparse.Namespace, file: FileContent) -> int:
+    """Search the numbers of the best design; write the mechanism with them. A design that breaks a constraint is exit 1."""
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
@@ -158,7 +161,8 @@ def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
 
 
-def _ensemble(options: argparse.Namespace, file: Opened) -> int:
+def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
+    """Run an ensemble; print statistics of its readings, and write its members and figures."""
     readings = list(dict.fromkeys(options.of or file.measures))
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")

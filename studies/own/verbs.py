@@ -37,11 +37,11 @@ from .study import Parameters, digest, solver_options, target_signals
 
 T = TypeVar("T")
 
-FIXED = ("elements", "points", "velocities", "gravity")
+FIXED_KEYS = ("elements", "points", "velocities", "gravity")
 """Keys of a document below which numbers change only if they are named: coordinates and whole numbers."""
-VARIED = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
+VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
-PROBED = 1e-6
+TRIAL_DURATION = 1e-6
 """Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
@@ -107,7 +107,7 @@ class Typed(Anything):
         return read_value(given) if isinstance(given, str) else given
 
 
-def spec(document: Mapping[str, object], path: str) -> Declaration:
+def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     """Return the declaration of a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
     about, now, unit = standing(document, path)
     doc = about.doc if about else path
@@ -148,7 +148,7 @@ class File(Study):
             document, places = change(json.loads(base["document"]), changes), {}
             for name in (text.partition("=")[0].strip() for text in options.vary):
                 try:
-                    places[name] = spec(document, name)
+                    places[name] = declare_path(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
         return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
@@ -156,7 +156,7 @@ class File(Study):
     def probe(self, parameters: Any) -> str:
         """Run the first microsecond, in which wrong starts and names of signals raise; return name and hash of the document."""
         with name_errors(self.path):
-            result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
+            result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
             for name in target_signals(parameters) if result.signals else ():
                 _ = result[name]
             for text in parameters.measure if result.signals else ():
@@ -188,7 +188,7 @@ class File(Study):
         return {**run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
 
 
-class Opened(NamedTuple):
+class FileContent(NamedTuple):
     """Content of a file: its document with changes, the duration of its run [s], and its readings."""
 
     document: dict[str, Any]
@@ -201,19 +201,21 @@ class Opened(NamedTuple):
         return Mechanism.from_dict(self.document)
 
 
-def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> Opened:
+def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> FileContent:
     """Read a file, with the changes of `--set` and the duration of `--duration`; errors begin with the file's name."""
     about = OPTIONS["duration"]
     with name_errors(path):
         document, run = read_file(path)
         seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
-        opened = Opened(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
-        _ = opened.mechanism  # raises here, so that the error names the file
-    return opened
+        content = FileContent(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
+        _ = content.mechanism  # raises here, so that the error names the file
+    return content
 
 
 def file_command(
-    declare: Callable[[argparse.ArgumentParser], object], answer: Callable[[argparse.Namespace, Opened], int], runs: bool = True
+    declare: Callable[[argparse.ArgumentParser], object],
+    answer: Callable[[argparse.Namespace, FileContent], int],
+    runs: bool = True,
 ) -> Command:
     """Make a command on a file with the options --set, --timeout, with `runs` --duration, and its own; a failed run is exit 1."""
 
@@ -271,7 +273,7 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
         raise ValueError(f"{place}: {error}") from None
 
 
-def varied_numbers(file: Opened, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
+def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
     """Return the document and the paths of the numbers that change where none are named.
 
     These are the parameters of the file, or else all its numbers that are neither zero nor coordinates, without `omitted` keys.
@@ -279,18 +281,18 @@ def varied_numbers(file: Opened, omitted: Collection[str] = ()) -> tuple[dict[st
     if named := free_parameters(file.document):
         return file.document, named
     document = file.mechanism.to_dict()
-    last_keys = {path: re.sub(r"\[\d+\]", "", path).rpartition(".")[2] for path in numbers(document)}
+    last_keys = {path: re.sub(r"\[\d+\]", "", path).rpartition(".")[2] for path in find_numbers(document)}
     return document, [path for path, key in last_keys.items() if key not in omitted]
 
 
-def numbers(content: object, path: str = "") -> Iterator[str]:
-    """Find the paths of all numbers of a document that are neither zero nor below `FIXED` keys."""
+def find_numbers(content: object, path: str = "") -> Iterator[str]:
+    """Find the paths of all numbers of a document that are neither zero nor below `FIXED_KEYS` keys."""
     if isinstance(content, Mapping):
         for key, each in content.items():
-            if key not in FIXED and not (path.startswith("guides") and key == "along"):
-                yield from numbers(each, f"{path}.{key}" if path else key)
+            if key not in FIXED_KEYS and not (path.startswith("guides") and key == "along"):
+                yield from find_numbers(each, f"{path}.{key}" if path else key)
     elif isinstance(content, list):
         for k, each in enumerate(content):
-            yield from numbers(each, f"{path}[{k}]")
+            yield from find_numbers(each, f"{path}[{k}]")
     elif isinstance(content, float) and content:
         yield path

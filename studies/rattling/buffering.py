@@ -5,10 +5,10 @@ by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell i
 Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places in their bushes.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
-a sampling error, the standard error from the scatter of its runs, and a model error, the scatter over samples beyond that. The
-share of samples in which the claim holds has Wilson's confidence interval: its lower end counts samples in which the claim surely
-holds (by the ratio's interval of 95 %), its upper end also those in which it may hold. A claim holds if this interval is above
-one half, does not hold if it is below, and is undecided otherwise. `level` is the probability that any verdict of the table is
+two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
+beyond that. The share of samples in which the claim holds has Wilson's confidence interval. Its lower end counts samples in which
+the ratio's interval of 95 % proves the claim, its upper end also those in which it allows it. A claim holds if this interval is
+above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of the table is
 wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with the last.
 
 References
@@ -59,7 +59,7 @@ class Parameters(TestedRuns):
     pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
     pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
     friction_thresholds: tuple[float, ...] = quantities(
-        (0.1, 1.0), "1", 1e-4, 100, "factor on 0.1 and 1 m/s: one, or from, to", OPEN
+        (0.1, 1.0), "1", 1e-4, 100, "factor on the thresholds of friction, 0.1 and 1 m/s: one, or from, to", OPEN
     )
     modal_damping: tuple[str, ...] = choices(tuple(DAMPINGS), tuple(DAMPINGS), "damping ratios of modes", OPEN)
     rocker_damping: tuple[float, ...] = quantities((2e-3, 5e-2), "1", 1e-6, 1, "damping ratio: one, or from, to", OPEN)
@@ -67,7 +67,7 @@ class Parameters(TestedRuns):
     bending: tuple[int, ...] = counts((2, 3, 6), 1, 8, "bending modes of a free rocker", OPEN)
     axial: tuple[int, ...] = counts((1, 3), 0, 8, "its axial modes", OPEN)
     frequency_factor: tuple[float, ...] = quantities(
-        (0.9, 1.1), "1", 0.5, 2, "on the rocker's frequencies, as eyes, holes or a mesh have it: one, or from, to", OPEN
+        (0.9, 1.1), "1", 0.5, 2, "factor on the rocker's frequencies, for eyes, holes or a mesh: one, or from, to", OPEN
     )
     damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "units of c_max: each in turn", OPEN)
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", OPEN)

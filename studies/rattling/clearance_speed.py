@@ -187,6 +187,7 @@ def _bifurcation(result: StudyResult) -> Figure:
 
 
 def _lines(result: StudyResult) -> Figure:
+    """Draw each number over the clearance with a curve for each speed; points without a valid law are hollow."""
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
     values, errors = [*np.moveaxis(s["mean"], -1, 0), s["depth"]], [*np.moveaxis(s["error"], -1, 0), 0 * s["depth"]]
@@ -207,6 +208,7 @@ def _lines(result: StudyResult) -> Figure:
 
 
 def _maps(result: StudyResult) -> Figure:
+    """Draw each number over that of ideal joints as a map of clearance and speed; invalid points are in brackets."""
     s = result.signals
     fig, axes = subplots(3, 1, height=185, sharex=True)
     names = ["force, joint B, over ideal", "rms $a_x$, coupler, over ideal", "rms $a_x$, rocker, over ideal"]

@@ -32,7 +32,7 @@ STEPS_A_TURN = 720
 FORCE = "max(sqrt({0}.normal_force**2 + {0}.friction_force**2))"
 """Reading of a joint's largest force [N]."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
-"""Readings of the deepest penetration [m]."""
+"""Readings of each joint's largest penetration [m]."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Runs(StudyParameters):
     """Number and accuracy of the runs of a crank-rocker with clearance."""
 
     members: int = integer(4, 2, 10_000, "runs of each case; their scatter gives its standard error", "statistics")
-    cycles: int = integer(2, 1, 10**5, "turns measured of each run", "statistics")
-    settle: int = integer(1, 0, 10**5, "turns before that", "statistics")
+    cycles: int = integer(2, 1, 10**5, "turns of each run over which means are taken", "statistics")
+    settle: int = integer(1, 0, 10**5, "turns before these, which are discarded", "statistics")
     seed: int = integer(0, 0, 2**30, "seed of the random starts of the runs", "statistics")
     tolerance: float = quantity(LOOSE, "1", 1e-12, 1e-3, "error of a step, over the longest bar or a radian", "numerics")
     workers: int = integer(2, 1, 256, "number of threads", "numerics")
@@ -90,7 +90,7 @@ def run_turns(
 
 
 def period(mechanism: Mechanism) -> float:
-    """Return the time of a turn of the crank [s]; a ValueError if its speed is zero."""
+    """Return the time of a turn of the crank [s]; a ValueError if its speed is zero or not constant."""
     speed = mechanism.drives[0].speed
     if not isinstance(speed, int | float) or not speed:
         raise ValueError(f"speed = {speed} rad/s: turns need a crank that turns at one speed")

@@ -1,8 +1,8 @@
 """First impacts of the striking slider-crank over speed, bow, stop stiffness and slider mass, in dimensionless numbers.
 
-A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the largest
-compression of the strip and the largest force of the stop, both over the Euler load P_E. An independent theory, a strip of sine
-modes (`SineStrip`), is compared with it. Two numbers decide the regime of a strike: the strip's deflection at first contact over
+A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the compression of
+the strip and the force of the stop at their maxima, over the Euler load P_E. An independent theory, a strip of sine modes
+(`SineStrip`), is compared with it. Two numbers decide the regime of a strike: the strip's deflection at first contact over
 its radius of gyration, and the rate of compression in Euler loads over a radian of the strip's first vibration,
 
     s = K' v/(P_E w1 cos phi).
@@ -12,9 +12,9 @@ strip's chord to the slider's line. In the regime "late buckling" a straight str
 "plateau" the strip has time to buckle and pushes with P_E. In "sagging" it is bowed and acts as a soft spring. In "swing" it has
 buckled before contact, swings, and the slider may never reach the stop.
 
-Theory: the coupler from the crank's pin A to the slider B has bending stiffness E I, mass per length mu, axial stiffness E A, no
-axial inertia, and material damping of time constant tau. Its deflection from the chord AB is the sum of a_n sin(n pi x/L), b_n
-where it is free of stress. Bending shortens the chord. So the compression P and the amplitudes obey
+In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
+mu. It has no axial inertia; its material damping has the time constant tau. Its deflection from the chord AB is the sum of
+a_n sin(n pi x/L), where it is free of stress of b_n sin(n pi x/L). Bending shortens the chord. So the compression P and a_n obey
 
     P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),                                                   (1)
 
@@ -63,8 +63,8 @@ SAGGING = 0.95
 """Compression over the Euler load below which the regime is "sagging"."""
 STRAIGHT = 5.0
 """Deflection at first contact over the radius of gyration up to which the power law of late buckling is fitted."""
-REGIMES = ("late buckling", "plateau", "sagging", "swing")
-MARKS = ("o", "s", "^", "x")
+REGIMES = {"late buckling": "o", "plateau": "s", "sagging": "^", "swing": "x"}
+"""Regimes, and their marks in the figure."""
 BEFORE = np.radians(3.0)
 """Crank angle from the start of the theory's integration to first contact [rad]."""
 AFTER = np.radians(25.0)
@@ -74,6 +74,7 @@ LINEAR = 1e-3
 N = np.arange(1, 11)
 """Numbers n of the modes."""
 R, L = PAPER.crank, PAPER.coupler
+"""Lengths of crank and coupler [m]."""
 K = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
@@ -117,12 +118,12 @@ class SineStrip:
         return self.case.section.first_frequency(L)
 
     @cached_property
-    def free(self) -> Array:
+    def stress_free(self) -> Array:
         """Stress-free amplitudes b_n [m], positive to the left when looking from A to B."""
         return np.where(N == 1, -self.case.imperfection * L, 0.0)
 
     @cached_property
-    def bend(self) -> Array:
+    def bending(self) -> Array:
         """Bending stiffness E I k^4 of the modes [N/m^2]."""
         return np.asarray(self.case.section.bending_stiffness * K**4)
 
@@ -133,14 +134,11 @@ class SineStrip:
 
     @property
     def duration(self) -> float:
-        """Time after first contact by which the impact is over [s].
-
-        It is a period of the slider on its stop and (3 + 6 s^(-1/3))/w1 for the growth a'' = s w1^3 t a of the first mode.
-        """
+        """Time after first contact by which the impact is over [s]: a period on the stop, and the strip's time to buckle."""
         p = self.case
         rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s of the stop alone
-        slider = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness)
-        return float(min(AFTER / p.speed, slider + (3 + 6 / np.cbrt(rate)) / self.frequency))
+        on_stop, buckling = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness), 3 + 6 / np.cbrt(rate)  # growth a'' = s w1^3 t a
+        return float(min(AFTER / p.speed, on_stop + buckling / self.frequency))
 
     def peak(self) -> float:
         """Integrate from shortly before the first contact to the end of the impact; return the largest force of the stop [N]."""
@@ -164,8 +162,8 @@ class SineStrip:
         acceleration = float(PAPER.slider_second_rate(angle)) * p.speed**2
         load = (p.friction_force - p.mass * acceleration) / cosine
         q = self._transverse(angle, R * np.cos(angle) - cosine * L, acceleration)
-        least = 0.1 * self.bend[0]  # a bound near the Euler load, where the strip swings and an equilibrium says nothing
-        return (self.bend * self.free + q) / np.maximum(self.bend - load * K**2, least), load
+        least = 0.1 * self.bending[0]  # a bound near the Euler load, where the strip swings and an equilibrium says nothing
+        return (self.bending * self.stress_free + q) / np.maximum(self.bending - load * K**2, least), load
 
     def _start(self, angle: float) -> Array:
         """Return the initial state: the slider moves as on a rigid coupler, the modes are in equilibrium."""
@@ -176,7 +174,7 @@ class SineStrip:
 
     def _shortening(self, a: Array) -> float:
         """Compute the shortening of the chord by bending [m], the sum in equation (1)."""
-        return float((N**2 * np.pi**2 * (a**2 - self.free**2)).sum() / (4 * L))
+        return float((N**2 * np.pi**2 * (a**2 - self.stress_free**2)).sum() / (4 * L))
 
     def _transverse(self, angle: float, x: float, acceleration: float) -> Array:
         """Compute q_n [N/m], weight less inertia of the chord, from the slider's position and acceleration."""
@@ -203,7 +201,7 @@ class SineStrip:
         friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
         acceleration = (force - load * cosine - friction) / self.case.mass
         a, speed = np.split(y[2:], 2)
-        bend = self.bend * (a - self.free + 2 * self.case.damping / self.frequency * speed)
+        bend = self.bending * (a - self.stress_free + 2 * self.case.damping / self.frequency * speed)
         q = self._transverse(self.case.speed * t, y[0], acceleration)
         return np.concatenate([[y[1], acceleration], speed, (load * K**2 * a - bend + q) / self.case.section.mass_per_length])
 
@@ -260,7 +258,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         **status_of(wrong),
         metrics=metrics,
-        signals=columns | {"regime": np.array([REGIMES.index(x.regime) for x in points])},
+        signals=columns | {"regime": np.array([list(REGIMES).index(x.regime) for x in points])},
         work={"strikes": len(points)},
         tables=[replace(metrics_table(metrics), notes=f"sine: peaks over those of the simulation.\n{p.describe()}.")],
     )
@@ -289,8 +287,8 @@ def figure(result: StudyResult) -> Figure:
     """Draw the compression over the rate with a line of slope 1/2, and the peaks of sine modes over the simulated peaks."""
     fig, (over, parity) = subplots(2, 1, height=170)
     s = result.signals
-    for k, name in enumerate(REGIMES):
-        part, style = s["regime"] == k, {"color": COLOURS[k], "markersize": 4, "linestyle": "", "marker": MARKS[k], "label": name}
+    for k, (name, mark) in enumerate(REGIMES.items()):
+        part, style = s["regime"] == k, {"color": COLOURS[k], "markersize": 4, "linestyle": "", "marker": mark, "label": name}
         over.loglog(s["rate"][part], s["compression"][part], **style)
         parity.loglog(s["peak"][part], s["sine"][part], **style)
     x, ends = np.sort(s["rate"]), (np.nanmin(s["peak"]), np.nanmax(s["peak"]))

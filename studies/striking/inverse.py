@@ -1,7 +1,7 @@
 """Inverse design of the striking slider-crank: equations for strip, stop and speed by wished forces and contact angle.
 
 A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g. In between the coupler, a pinned strip of width b
-and thickness h, is buckled and presses the slider against the stop, with the largest force at the dead centre pi. The crank has
+and thickness h, is buckled. It presses the slider against the stop, with the largest force at the dead centre pi. The crank has
 length r and speed omega, the coupler length L; x(theta) is the slider's position, v its speed at first contact, K the stiffness
 of the stop, p(u) the load of the exact elastica (`buckler.elastica.law.fast`):
 
@@ -150,9 +150,6 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
     return StrikeDesign(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
-
-
-# --- limits -----------------------------------------------------------------------------------------------------------
 
 
 class Limit(NamedTuple):

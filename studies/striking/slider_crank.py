@@ -119,10 +119,8 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
     return {name: values for run in runs for name, values in run.signals.items()}
 
 
-# --- constant speed ---------------------------------------------------------------------------------------------------
-
-
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
+    """Run one turn of each model at constant speed."""
     stops = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
     duration = p.longest_time(p.until / p.speed)
     runs = [run_model(model, p, stops[model], p.speed, duration) for model in progress(p.models, label="models")]
@@ -161,10 +159,8 @@ def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
     return float(np.abs(run.force[is_compared] / exact_force(p, run.angle[is_compared]) - 1).max())
 
 
-# --- rising speed -----------------------------------------------------------------------------------------------------
-
-
 def _run_ramp(p: Parameters, progress: Progress) -> StudyResult:
+    """Calibrate each model, and run it with rising speed."""
     fits = [calibrate(model, p) for model in progress(p.models, label="calibration")]
     runs = [run_model(fit.model, p, fit.stop, p.ramp, p.duration) for fit in progress(fits, label="models")]
     readings = {run.model: [read(run, turn) for turn in range(p.turns)] for run in runs}
@@ -217,9 +213,6 @@ def _heaviest(p: Parameters) -> float:
         middle = sqrt(low * high)
         low, high = (middle, high) if is_resting(middle) else (low, middle)
     return low if is_resting(low) else nan
-
-
-# --- voltage ----------------------------------------------------------------------------------------------------------
 
 
 def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:

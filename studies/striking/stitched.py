@@ -3,7 +3,7 @@
 1. Rigid: the coupler is straight, and the loop closure gives the slider's motion (eqs 1-5).
 2. Impact: the slider of mass m meets the stop at speed v and leaves it at e v (eq. 6). The stop feels a constant force
    F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back with the constant force F_c of that crank angle,
-   friction f opposes its motion, and it returns at e v sqrt((F_c - f)/(F_c + f)). This repeats until rebounds are negligible.
+   against friction f. It returns at e v sqrt((F_c - f)/(F_c + f)). This repeats until rebounds are negligible.
 3. Contact: the slider rests against the stop, which feels F_c = p(u) E I/L^2 cos(phi) in equilibrium (eqs 7-13), until the
    coupler is straight again. Here u is the end shortening over length, phi the angle of the coupler to the slider's line.
 
@@ -43,13 +43,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 class Rebound(NamedTuple):
     """Motion of the slider off the stop, in SI units.
 
-    `outward_time` and `height` are time and distance to standstill, `duration` the time until it returns or is held. `slow` is
-    its deceleration (F_c + f)/m, `fast` its acceleration back (F_c - f)/m, 0 if friction holds it.
+    `outward_time` and `height` are time and distance to standstill, `duration` the time until it returns or is held. The
+    deceleration is (F_c + f)/m, the acceleration back (F_c - f)/m, or 0 if friction holds it.
     """
 
     speed: float
-    slow: float
-    fast: float
+    deceleration: float
+    acceleration: float
     outward_time: float
     height: float
     duration: float
@@ -58,16 +58,16 @@ class Rebound(NamedTuple):
     @classmethod
     def of(cls, speed: float, push: float, friction: float, mass: float) -> Rebound:
         """Compute the motion with an initial speed [m/s] against a constant push [N] and friction [N], for a mass [kg]."""
-        slow, fast = (push + friction) / mass, max(push - friction, 0.0) / mass
-        outward, height = speed / slow, speed**2 / (2 * slow)
-        back = sqrt(2 * height / fast) if fast else 0.0
-        return cls(speed, slow, fast, outward, height, outward + back, speed * sqrt(fast / slow))
+        deceleration, acceleration = (push + friction) / mass, max(push - friction, 0.0) / mass
+        outward, height = speed / deceleration, speed**2 / (2 * deceleration)
+        back, returned = sqrt(2 * height / acceleration) if acceleration else 0.0, speed * sqrt(acceleration / deceleration)
+        return cls(speed, deceleration, acceleration, outward, height, outward + back, returned)
 
     def motion(self, t: Array) -> tuple[Array, Array]:
         """Compute distance and velocity from the stop at times t [s] since the slider has left it."""
         back, out = np.maximum(t - self.outward_time, 0.0), np.minimum(t, self.outward_time)
-        distance = self.speed * out - self.slow * out**2 / 2 - self.fast * back**2 / 2
-        return distance, np.where(t < self.outward_time, self.speed - self.slow * out, -self.fast * back)
+        distance = self.speed * out - self.deceleration * out**2 / 2 - self.acceleration * back**2 / 2
+        return distance, np.where(t < self.outward_time, self.speed - self.deceleration * out, -self.acceleration * back)
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
         time, speed = float(flight[-1]), rebound.return_speed
-        if not rebound.fast:
+        if not rebound.acceleration:
             yield _piece("held", _times("held", time, end), model.stop + rebound.height)
             return
     if time < end:

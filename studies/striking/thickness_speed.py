@@ -99,11 +99,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
-    """Read the rows of the sweep, each array of shape (cases,).
+    """Read the rows of the sweep to arrays of shape (cases,), nan where a case has no such number.
 
-    The arrays are: state; force at the dead centre if the slider rests there, and that of the elastica [N]; largest force of the
-    first impact [N]; time [s] and crank angle [rad] from the first contact to the end of the last; energy balance. They are nan
-    for cases in which there is no such number.
+    They are: state; force at the dead centre if the slider rests there, and that of the elastica [N]; largest force of the first
+    impact [N]; time [s] and crank angle [rad] from the first contact to the end of the last; energy balance.
     """
 
     def column(name: str) -> Array:
@@ -125,10 +124,7 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 
 
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
-    """Compute a model's ratios of forces at the slow speed, differences from the elastica, and powers of impact over speed.
-
-    The columns of `read` have the shape (thicknesses, speeds).
-    """
+    """Compute a model's metrics from columns (thicknesses, speeds): cubes, differences from the elastica, powers of impact."""
     found: dict[str, Metric] = {}
     force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
     base, printed = p.thicknesses[0], CONTACT_FORCES

@@ -3,8 +3,8 @@
 A slow compression reaches Euler's load. In a fast one the strip is still straight, and its force reaches many times that load.
 The beam on the engine has all bending modes and axial vibration; in theory the first mode alone obeys an ordinary differential
 equation (Hoff's problem). The strip has critical load P_E, first frequency w1, radius of gyration r, length L, and the bow
-a0 sin(pi x/L) where it is free of stress. With the amplitude a of its deflection, bow included, the speed v of approach, the time
-tau = w1 t and the force p = P/P_E, the first mode obeys equation (1); the rate s is dp/dtau of a straight strip:
+a0 sin(pi x/L) where it is free of stress. Let a be the amplitude of its deflection, bow included, v the speed of approach, and
+tau = w1 t, p = P/P_E. The first mode obeys equation (1), in which the rate s is dp/dtau of a straight strip:
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2).                           (1)
 

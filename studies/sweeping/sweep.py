@@ -108,10 +108,7 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: its number, the module of its study, its parameters.
-
-    `cases` is the number of cases that its worker runs in all, for a forecast of their duration; 1 for no forecast.
-    """
+    """Case to run: number, module of its study, parameters; a number of `cases` above 1 asks for a forecast of their run time."""
 
     number: int
     module: str

@@ -33,7 +33,6 @@ VALID = ("OK", "SUSPECT")
 """Status of cases whose metrics are shown."""
 MOST_LINES = 100
 """Most lines of the table in the terminal; the CSV has all."""
-
 MARKS = "os^vDP*Xhd"
 """Marks of the curves of a figure, in order."""
 CONSTANT = 1e-9
