@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..elements import Motion, Ramp
+from ..elements.element import GROUND
 from ..elements.load import Stateful
 from ..functions import numbers_of
 from ..functions.values import has_user_code
@@ -24,7 +25,7 @@ from ..mechanism import Mechanism
 from .tables import STATE, ForceKind, MarkerKind, MeasureKind, MotionKind
 
 Pair = tuple[float, float]
-GROUND = "ground"
+"""Coordinates (x, y) [m], or components of a direction."""
 
 
 class BuiltBody(Protocol):

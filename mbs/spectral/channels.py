@@ -163,8 +163,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     c, s = np.cos(body.angle), np.sin(body.angle)
     place = body.start + np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
     marker = body.marker_at(scene.builder, place, shape, turned=True)
-    if len(scene.builder.markers) > len(scene.tables.markers):
-        scene.refresh()
+    scene.refresh()
     if quantity in POINT:
         return (Source.MARKER, marker, POINT[quantity], Transform.PLAIN, 1.0)
     return (Source.ACCELERATION, marker, ("ax", "ay").index(quantity), Transform.PLAIN, 1.0)

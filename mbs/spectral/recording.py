@@ -62,8 +62,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and body.model is None:
             frames[link.name] = _centre_frame(scene, link, body)
-    if len(builder.markers) > len(scene.tables.markers):
-        scene.refresh()
+    scene.refresh()
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
     kinds = scene.tables.forces[:, 0]
     reports = np.empty((len(out.time), len(kinds), 0 if np.isin(kinds, UNREPORTED).all() else 8))

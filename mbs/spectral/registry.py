@@ -1,6 +1,6 @@
 """Functions that add a link or an element to the lists of the compiled solver, with tables of them by kind.
 
-A pair of numbers is (x, y) [m], or a direction. The numbers of a force are those that `lawtable` and `forces` read for its kind.
+The numbers of a force are those that `lawtable` and `forces` read for its kind.
 """
 
 from __future__ import annotations

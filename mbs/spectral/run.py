@@ -23,7 +23,7 @@ from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
 from .fronts import Orders
-from .output import DormandPrince, Output, Radau
+from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, dormand_prince, radau_state, start_rates
@@ -115,8 +115,8 @@ def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | No
     violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
     if not violation.max(initial=0.0) > MOST_VIOLATION * scene.length:
         return None
-    what = f"'{scene.row_names[int(violation.argmax())]}' is off by {violation.max():.2g} m or rad"
-    return Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {what}"
+    worst = f"'{scene.row_names[int(violation.argmax())]}' is off by {violation.max():.2g} m or rad"
+    return Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {worst}"
 
 
 def integrate(
@@ -223,17 +223,13 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
 
 def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status, str] | None:
     """Translate the status of a run's counts to one of a result, with a message; None without a failure."""
-    status = counts.status
-    if status == output.Ended.UNDERFLOW:
-        return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"
-    if status == output.Ended.NOT_FINITE:
-        return (
-            Status.NOT_FINITE,
-            f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew",
-        )
-    if status == output.Ended.TOO_MANY:
-        return Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
-    return None
+    not_finite = f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew"
+    many = f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
+    return {
+        Ended.UNDERFLOW: (Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"),
+        Ended.NOT_FINITE: (Status.NOT_FINITE, not_finite),
+        Ended.TOO_MANY: (Status.TOO_MANY_STEPS, many),
+    }.get(Ended(counts.status))
 
 
 def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
@@ -251,5 +247,5 @@ def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[
     t = part.time[-1]
     if isinstance(error, ValueError) and any(link.body.massless for link in scene.mechanism.links):
         return part, (Status.STRUT_OUT_OF_RANGE, f"after t = {t:.6g} s the law of a strut: {error}")
-    what = "a function of the mechanism"
-    return part, (Status.FUNCTION_FAILED, f"after t = {t:.6g} s {what} raised {type(error).__name__}: {error}")
+    message = f"after t = {t:.6g} s a function of the mechanism raised {type(error).__name__}: {error}"
+    return part, (Status.FUNCTION_FAILED, message)

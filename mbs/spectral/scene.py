@@ -221,15 +221,18 @@ class CompiledScene:
     def marker(self, link: str, point: str) -> int:
         """Return the marker of a point of a link, or of the ground; it is added to the scene if missing."""
         marker = self.builder.marker(link, point)
-        if len(self.builder.markers) > len(self.tables.markers):
-            self.refresh()
+        self.refresh()
         return marker
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> MarkerMotion:
         """Compute position and angle of a marker at coordinates q, and their rates at v (zero by default)."""
+        s = self._place(q, v)[marker]
+        return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[State.ANGLE]), float(s[State.SPIN]))
+
+    def _place(self, q: Array, v: Array | None = None) -> Array:
+        """Compute the states of all markers, (markers, 11)."""
         entry_points.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
-        s = self.work.state[marker]
-        return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
+        return self.work.state
 
     def turns(self, q: Array) -> Array:
         """Compute the angles of markers with whole turns, (markers,), at the last row of q (times, n), which begins at t = 0.
@@ -238,12 +241,12 @@ class CompiledScene:
         """
         self._reset_turns()
         for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
-            entry_points.place(self.tables, self.work, each, np.zeros(self.size))
+            self._place(each)
         return self.work.state[:, State.ANGLE].copy()
 
     def measure(self, measure: int, q: Array) -> float:
         """Compute the value of a measure at coordinates q."""
-        entry_points.place(self.tables, self.work, q, np.zeros(self.size))
+        self._place(q)
         return float(entry_points.measure_at(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def summary(self) -> dict[str, int]:
@@ -262,7 +265,9 @@ class CompiledScene:
                 self.tables.values[r] = row.value
 
     def refresh(self) -> None:
-        """Pack the tables again, with the markers added to the builder since."""
+        """Pack the tables again if markers were added to the builder since."""
+        if len(self.builder.markers) == len(self.tables.markers):
+            return
         old, numbers = self.tables, len(self.builder.data)
         self.tables = pack(self.builder)
         del self.builder.data[numbers:]  # of forces, which `pack` appends

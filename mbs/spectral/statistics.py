@@ -73,15 +73,22 @@ def add_interval(at, h, a, b):
     at[Statistic.SMALLEST] = min(at[Statistic.SMALLEST], min(a, b))
 
 
+@inline
+def find_window(edges, t):
+    """Return the index of the window in which time t lies, of the first or last one if it lies outside."""
+    window = 0
+    while window < edges.size - 2 and edges[window + 1] <= t:
+        window += 1
+    return window
+
+
 @draft
 def add_vertices(t, value, edges, found, state):
     """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
     columns, windows = value.size, edges.size - 1
     if state[StateIndex.ROWS] < 2.0:
         return
-    window = 0
-    while window < windows - 1 and edges[window + 1] <= state[StateIndex.T1]:
-        window += 1
+    window = find_window(edges, state[StateIndex.T1])
     if state[StateIndex.T1] < edges[window] or state[StateIndex.T1] > edges[windows]:
         return
     h1, h2 = state[StateIndex.T1] - state[StateIndex.T2], t - state[StateIndex.T1]
@@ -126,10 +133,8 @@ def accumulate(time, values, edges, found, state):
         if state[StateIndex.ROWS] > 0.0:
             if not t > state[StateIndex.T1]:
                 continue
-            window = 0
-            while window < windows - 1 and edges[window + 1] <= state[StateIndex.T1]:
-                window += 1
             start = state[StateIndex.T1]
+            window = find_window(edges, start)
             while start < t and window < windows:
                 end = min(t, edges[window + 1]) if window < windows else t
                 if end > start and start >= edges[window] - 1e-15 * t:

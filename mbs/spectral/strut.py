@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from typing import cast
 
 from ..elements import Link, Strut
+from ..elements.element import GROUND
 from ..elements.strut import StrutLaw
 from ..functions import numbers_of
 from ..laws.compiled import function_pointer
-from .builder import GROUND, Builder
+from .builder import Builder
 from .tables import ForceKind, MeasureKind
 
 
