@@ -21,9 +21,7 @@ SHORTEST_REFINED = 1e-9
 
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
-    """Return a run with `between` more states in each step, at equal distances; steps shorter than `SHORTEST_REFINED` have
-    none.
-    """
+    """Return a run with `between` more states at equal distances in each step longer than `SHORTEST_REFINED`."""
     long = np.diff(out.time) > SHORTEST_REFINED * out.time[-1]
     parts = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts

@@ -1,8 +1,4 @@
-"""Events of the implicit integrator, compiled: contacts that close or open, edges of laws, jumps of accelerations.
-
-An edge is a value of a measure at which a law has a jump or kink. Accelerations and multipliers are computed anew after an
-event.
-"""
+"""Events of the implicit integrator, compiled: contacts that close or open, edges (jumps or kinks) of laws, restarts."""
 
 from __future__ import annotations
 
@@ -29,7 +25,7 @@ ROUNDING = 1e-15
 
 
 @draft
-def restart(model, t):
+def _compute_accelerations(model, t):
     """Compute accelerations and multipliers after a jump of them, from M a + G^T lambda = f, G a = change."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n, r = state.q.size, state.lam.size
@@ -95,6 +91,6 @@ def restart_past_event(model, clock, controls, out, counts):
     for i in range(state.q.size):
         state.q[i] += h * state.v[i]
     clock.time, clock.previous, clock.needs_matrix = clock.time + h, 0.0, True
-    restart(model, clock.time)
+    _compute_accelerations(model, clock.time)
     if writes_within_steps(controls):
         write_after_jump(state, clock, controls, out, counts)

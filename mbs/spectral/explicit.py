@@ -183,13 +183,10 @@ def _find_next_stop(clock, controls, stops):
 
 
 @draft
-def _try_step(model, clock, h, is_last, controls, counts):
-    """Try a step of length h; return False, with a shorter next step, if error or contacts need one.
-
-    The `is_last` step before a stop ends just before it, on this side of a kink.
-    """
+def _try_step(model, clock, h, last, controls, counts):
+    """Try a step of length h; return True if accepted, else shorten the next. A `last` step ends just before its stop."""
     state = model.state
-    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if is_last else h)
+    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
     counts.iterations += 6
     clock.error = error = _estimate_error(state, h, controls.tolerance)
     if not error <= 1.0 and not (controls.fixed and error < INFINITE):
@@ -248,13 +245,13 @@ def run_explicit(model, clock, controls, stops, out, counts):
         reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH
         if clock.time + reach * h >= stop:
             h = stop - clock.time
-        is_last = h >= stop - clock.time
+        last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY
-        if not _try_step(model, clock, h, is_last, controls, counts):
+        if not _try_step(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, stop if is_last else clock.time + h, stop, controls, out, counts)
+        _accept(model, clock, stop if last else clock.time + h, stop, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:

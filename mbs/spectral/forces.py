@@ -1,8 +1,7 @@
 """Forces between markers, compiled: along a measure, of a pin in a bush, and at a marker; with their derivatives.
 
-Derivatives are added with a minus sign, as stiffness -df/dq and damping -df/dv. Those of a force along a measure are (2) of
-docs/theory-spectral.md. In local names `h` (6, 6) are derivatives of the forces on markers a and b by their (x, y, angle), `c`
-those by their rates.
+Stiffness is -df/dq, damping -df/dv; for a force along a measure see (2) of docs/theory-spectral.md. Local names: `h` (6, 6),
+derivatives of the forces on markers a and b by their (x, y, angle), `c` those by their rates.
 """
 
 from __future__ import annotations
@@ -246,9 +245,7 @@ def _add_push_tangents(tables, work, k, q):
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
     h = work.by_place
     markers.add_geometric(tables, work, a, q, (-fx, -fy, -_compute_moment(tables, work, k, fx, fy)), work.block_stiffness, 0)
-    for i in range(6):
-        for j in range(6):
-            h[i, j] = 0.0
+    h[:] = 0.0
     has_line = tables.data[tables.forces[k, Forces.NUMBERS] + 3]  # 1 if its line of action goes through a fixed point
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _compute_moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -has_line * fy, has_line * fx

@@ -60,8 +60,8 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
     """Add a rigid body with all masses attached to it; `centre` is its centre of mass at t = 0 without these masses."""
     start, _, _, angle = line_of(builder, link)
     parts = [(mass, centre, inertia)]  # mass, place, inertia about it
-    for each in builder.attached.get(link.name, ()):
-        parts.append((each.mass, np.array(builder.mechanism.points[each.point]), each.inertia))
+    attached = builder.attached.get(link.name, ())
+    parts += [(each.mass, np.array(builder.mechanism.points[each.point]), each.inertia) for each in attached]
     total = sum(p[0] for p in parts)
     middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre  # centre of mass of all
     inertia = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)

@@ -1,14 +1,14 @@
-"""Multifrontal LU factors of a mechanism's matrices, compiled; `elimination` finds the order.
+"""Multifrontal LU factors of a mechanism's matrices, compiled (Duff and Reid 1983, doi 10.1145/356044.356047).
 
-A front is a small dense matrix whose first unknowns, the pivots, are eliminated; the Schur complement S is added to its parent
-front (Duff and Reid 1983, doi 10.1145/356044.356047):
+A front is a small dense matrix whose first unknowns, the pivots, are eliminated, in the order of `elimination`. The Schur
+complement S is added to its parent front:
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
 
-The order is fixed, with two exceptions. Within a front, rows are exchanged for the largest pivot of a column. Constraints whose
-pivot is small give way to that with the largest: of two nearly redundant constraints the better conditioned one is then kept in
-every pose. A pivot below rounding counts as zero, and so does the multiplier of its redundant constraint.
+Within a front, rows are exchanged for the largest pivot of a column. A constraint whose pivot is small is exchanged with that
+of the largest: of two nearly redundant constraints the better conditioned one is kept in every pose. A pivot below rounding
+counts as zero, and so does the multiplier of its redundant constraint.
 """
 
 from __future__ import annotations

@@ -206,9 +206,7 @@ def _accept(model, clock, h, target, controls, out, counts):
 
 @draft
 def _lengthen(clock, h, shortest):
-    """Set the length of the next step after an accepted one of length h, by Gustafsson's rule from the errors of both last
-    steps.
-    """
+    """Set the length of the next step after one of length h, by Gustafsson's rule from the last two errors."""
     error = max(clock.error, 1e-8)
     factor = min(clock.max_growth, SAFETY * error**-ORDER)
     if clock.last_error > 0.0:

@@ -1,8 +1,8 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-The derivatives of a marker's x, y and angle by its coordinates, the Jacobian J, stand in work.jacobian (3, places), their time
-derivatives in work.jacobian_rate. A marker's columns there begin at `first`. Other names: c, sn cosine and sine; d index in
-tables.data; p a marker's state.
+The Jacobian J of a marker's x, y and angle by its coordinates stands in work.jacobian (3, places) from column `first` on, its
+time derivative J' in work.jacobian_rate. Local names: j and dj for them, c and sn for cosine and sine, d for an index in
+tables.data.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, Measures, Sta
 def _place_frame(tables, work, m, q, v, with_rates):
     """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k), its rates and derivatives.
 
-    R and theta are position and angle of the frame, l the point in it, phi_k the mode shapes, eta_k the modal coordinates. Then
-    (ax, ay) is r - R, (ux, uy) the velocity in the frame, both along the global axes.
+    (lx, ly) is the point in the frame, (rx, ry) its rate there, `turn` the rate of its angle in the frame; (px, py, pa) a mode
+    shape phi_k. Along global axes (ax, ay) is r - R, (ux, uy) the velocity in the frame.
     """
     o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
     d = tables.markers[m, Markers.DATA]
@@ -65,11 +65,11 @@ def _place_linear(tables, work, m, q, v):
 def _place_curve(tables, work, m, q, v):
     """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), of its values the one nearest to the last.
 
-    (ux, uy) is the tangent, (rx, ry) its rate; N and N' are the basis and its derivative at the marker.
+    (ux, uy) is the tangent, (rx, ry) its rate; n and dn are the basis and its derivative.
     """
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
-    x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x = y = vx = vy = ux = uy = rx = ry = 0.0
     for i in range(size):
         a, b, n, dn = tables.places[first + i], tables.places[first + size + i], tables.data[d + i], tables.data[d + size + i]
         x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
@@ -162,8 +162,7 @@ def compute_measure(tables, work, k, grad):
     kind, a, b = tables.measures[k, Measures.KIND], tables.measures[k, Measures.A], tables.measures[k, Measures.B]
     pa, pb = work.state[a], work.state[b]
     if kind == MeasureKind.ANGLE:
-        for i in range(6):
-            grad[i] = 0.0
+        grad[:] = 0.0
         grad[2], grad[5] = 1.0, -1.0
         return pa[State.ANGLE] - pb[State.ANGLE], pa[State.SPIN] - pb[State.SPIN]
     ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
@@ -185,9 +184,7 @@ def compute_hessian(tables, work, k, grad, hess):
     """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient; return False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
-    for i in range(6):
-        for j in range(6):
-            hess[i, j] = 0.0
+    hess[:] = 0.0
     value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])
     if kind == MeasureKind.DISTANCE:
         hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value

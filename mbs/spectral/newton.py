@@ -1,7 +1,7 @@
-"""Simplified Newton's method for the three nodes of a Radau step, compiled.
+"""Simplified Newton's method for the nodes of a Radau step, compiled; its matrices are kept while it converges.
 
-Its matrices are kept from step to step while it converges. Symbols: h length of the step, G Jacobian of the constraints, n
-coordinates, r constraints. Equations (3) and (4): docs/theory-spectral.md; transformation: Hairer and Wanner 1996, IV.8.
+Symbols: h length of the step, G Jacobian of the constraints, n coordinates, r constraints. Equations (3) and (4):
+docs/theory-spectral.md; transformation by T: Hairer and Wanner 1996, IV.8.
 """
 
 from __future__ import annotations

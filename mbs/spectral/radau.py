@@ -2,9 +2,7 @@
 
 The module `newton` solves the equations. Unknowns are rates and multipliers at the nodes; constraints hold for velocities
 (index 2). The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system.
-Equations (3) to (5) and sources: docs/theory-spectral.md.
-
-Symbols: n coordinates q, rates v, r multipliers lam, step length h, constraints g(q, t) = 0 with Jacobian G.
+Symbols: n coordinates q, rates v, r multipliers lam, step length h, Jacobian G. Equations (3) to (5): docs/theory-spectral.md.
 """
 
 from __future__ import annotations
@@ -22,10 +20,9 @@ from .tables import STATE, Elastic, Instant
 
 
 def _coefficients() -> tuple[Any, ...]:
-    """Compute the coefficients of the method: nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, weights of the
-    error.
+    """Compute the nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, and the weights of the error.
 
-    T has the real eigenvector, and real and imaginary part of the complex one, as columns. Weights: Hairer and Wanner 1996,
+    The columns of T are the real eigenvector, and real and imaginary part of the complex one. Weights: Hairer and Wanner 1996,
     IV.8.
     """
     root = np.sqrt(6.0)
@@ -162,8 +159,7 @@ def estimate_error(tables, orders, state, h):
 def project(tables, orders, work, state, t, h):
     """Project the end of a step onto the constraints: coordinates by the Newton matrix, their rates in the mass metric.
 
-    Without strips, multipliers at the end are corrected so that the equations of motion hold along the constraints. Those at
-    the other nodes change in proportion to their time: docs/theory-spectral.md, (5).
+    Without strips, multipliers at the nodes are then corrected: docs/theory-spectral.md, (5).
     """
     n, r, q, v, a, lam = state.q.size, state.lam.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if r == 0:
@@ -241,10 +237,10 @@ def measure_deformation(state, elastic, k):
 
 @draft
 def update_units(state, elastic, tolerance):
-    """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, within bounds.
+    """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, up to the full unit.
 
-    The upper bound is the full unit, the lower one a share of it, below which rounding decides. The unit of a law's state is 1
-    or its largest value so far.
+    They are not below a share of the full unit, where rounding decides. The unit of a law's state is 1 or its largest value so
+    far.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):

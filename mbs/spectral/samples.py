@@ -46,15 +46,11 @@ def write_after_jump(state, clock, controls, out, counts):
 
 @draft
 def write_at_face(state, out, counts, t, h, moment):
-    """Write a row near an end of a step at which a contact's force jumps: `moment` after its start or, if negative, before its
-    end [s].
-    """
+    """Write a row beside a face: `moment` [s] after the start of a step or, if negative, before its end."""
     row, is_end = counts.samples, moment < 0.0
-    q, v, a, lam = (
-        (state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2])
-        if is_end
-        else (state.q, state.v, state.a, state.lam)
-    )
+    q, v, a, lam = state.q, state.v, state.a, state.lam
+    if is_end:
+        q, v, a, lam = state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     out.time[row] = t + (h if is_end else 0.0) + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
@@ -76,8 +72,7 @@ def _write_memory(state, out, row, start):
 def count_parts(state, elastic, h, controls, depth_bending):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
-    The deviation of a quantity from its chord is h^2/8 times its second derivative; `depth_bending` is that of depths,
-    relative.
+    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is that of depths, relative.
     """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))

@@ -38,12 +38,8 @@ def _compute_strains(kind, first, second, third, fourth, slopes):
     p = 1.0 / (first * first + second * second)
     r, k = np.sqrt(p), (first * fourth - second * third) * p
     slopes[0, 0], slopes[0, 1] = first * r, second * r
-    slopes[2, 0], slopes[2, 1], slopes[2, 2], slopes[2, 3] = (
-        p * (fourth - 2.0 * k * first),
-        p * (-third - 2.0 * k * second),
-        -second * p,
-        first * p,
-    )
+    slopes[2, 0], slopes[2, 1] = p * (fourth - 2.0 * k * first), p * (-third - 2.0 * k * second)
+    slopes[2, 2], slopes[2, 3] = -second * p, first * p
     return 1.0 / r - 1.0, 0.0, k
 
 
@@ -110,10 +106,7 @@ def _compute_arguments(data, m, x, block, count):
 @inline
 def _subtract_transposed(data, m, f, block, count, out):
     """Subtract A^T f from `out`, f the forces on the four arguments."""
-    for a in range(count):
-        out[block[0] + a] -= data[m[0] + a] * f[0]
-        out[block[1] + a] -= data[m[1] + a] * f[1]
-    for i in range(2, 4):
+    for i in range(4):
         for a in range(count):
             out[block[i] + a] -= data[m[i] + a] * f[i]
 
