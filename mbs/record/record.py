@@ -15,7 +15,7 @@ import numpy as np
 
 from ..elements.element import Recorded
 from ..functions import Called
-from ..geometry import Array, rotate_left
+from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from .lookup import hermite, trapezoidal
@@ -43,9 +43,10 @@ class RigidMotion:
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Return place and velocity of a point fixed to the link, each (times, 2)."""
-        (c, s), (x, y) = self._rotation, self.arms[name]
-        arm = np.stack([c * x - s * y, s * x + c * y], axis=-1)
-        return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * rotate_left(arm)
+        (c, s), (x, y), spin = self._rotation, self.arms[name], self.q_t[:, 2]
+        arm_x, arm_y = c * x - s * y, s * x + c * y
+        place = np.stack([self.q[:, 0] + arm_x, self.q[:, 1] + arm_y])
+        return place.T, np.stack([self.q_t[:, 0] - spin * arm_y, self.q_t[:, 1] + spin * arm_x]).T
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:
         """Return the angle since t = 0 and its rate, each (times,)."""

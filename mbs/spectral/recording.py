@@ -32,7 +32,7 @@ UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
 
 @jit
 def follow(tables, work, out, wanted, traces, reports):
-    """Fill the traces of some markers, (wanted, 3, times, 3), and the reports of all forces, (times, forces, 8).
+    """Fill the traces of some markers, (wanted, 3, 3, times), and the reports of all forces, (times, forces, 8).
 
     Reports of shape (times, forces, 0) are not filled.
     """
@@ -46,7 +46,7 @@ def follow(tables, work, out, wanted, traces, reports):
                 total = work.state[m, State.AX + c]
                 for j in range(first, first + count):
                     total += work.jacobian[c, j] * out.a[i, tables.places[j]]
-                traces[k, 0, i, c], traces[k, 1, i, c], traces[k, 2, i, c] = work.state[m, c], work.state[m, 3 + c], total
+                traces[k, 0, c, i], traces[k, 1, c, i], traces[k, 2, c, i] = work.state[m, c], work.state[m, 3 + c], total
         if reports.shape[2] > 0:
             since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
@@ -87,9 +87,9 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
     """Compute the traces of some markers, (wanted, 3, times, 3); fill the reports of forces, see `follow`."""
-    traces = np.empty((len(wanted), 3, len(out.time), 3))
+    traces = np.empty((len(wanted), 3, 3, len(out.time)))
     follow(scene.tables, scene.work, out, np.array(wanted, int), traces, reports)
-    return traces
+    return traces.swapaxes(2, 3)  # each component stays contiguous in memory
 
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
