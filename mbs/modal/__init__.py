@@ -1,7 +1,7 @@
-"""Links as reduced-order flexible bodies: a solid mesh, its finite-element matrices, chosen modes. Independent of solvers.
+"""Modal links: reduced-order models of flexible bodies, from a solid mesh, its finite-element matrices and chosen modes.
 
-`Modal` specifies a link; `reduced(modal, length)` gives its `ReducedModel` in space, and `.plane` of that what
-the plane of motion sees. The deformation is linear: a modal link vibrates but never buckles.
+`Modal` specifies a link. `reduced(modal, length)` computes its `ReducedModel` in space, whose attribute `plane` is the model in
+the plane of motion. The deformation is linear: a modal link vibrates but never buckles.
 """
 
 from typing import TYPE_CHECKING

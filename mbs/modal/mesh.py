@@ -1,4 +1,4 @@
-"""Meshes of links: bars, and files read by meshio, converted to scikit-fem; pip install 'buckler[modal]'.
+"""Meshes of links for scikit-fem: regular meshes of bars, and meshes from files by meshio; pip install 'buckler[modal]'.
 
 Link axes: origin at the start joint's centre, x towards the end joint's centre, y to the left of x in the plane of motion.
 """
@@ -21,56 +21,56 @@ from ..geometry import Array
 from ..validate import number, positive
 
 SHAPES = {"tetra": ("Tet", 4), "hexahedron": ("Hex", 8), "triangle": ("Tri", 3), "quad": ("Quad", 4)}
-"""scikit-fem's name of a shape, and its number of corners."""
+"""scikit-fem's name and the number of corners of a cell, by its shape."""
 KINDS = {
     "tetra": "TetP1", "tetra10": "TetP2", "hexahedron": "Hex1", "hexahedron20": "HexS2", "hexahedron27": "Hex2",
     "triangle": "TriP1", "triangle6": "TriP2", "quad": "Quad1", "quad8": "QuadS2", "quad9": "Quad2",
 }  # fmt: skip
-"""Cells that are read, by meshio's names, with scikit-fem's element of these nodes."""
-ON = 1e-6
+"""scikit-fem's element with the nodes of a cell, by meshio's name of the cell."""
+ON_FACE = 1e-6
 """Distance within which a node lies on a face or in the plane, relative to the size of the face or to the link's length."""
 ZERO = 1e-9
-"""Determinant of a cell's map that counts as zero, relative to the cell's largest; collapsed cells have such corners."""
+"""Determinant of a cell's map that counts as zero, over the cell's largest; a collapsed cell has zeros at some corners."""
 
 
 def skfem() -> Any:
     """Import scikit-fem; an ImportError says how to install it."""
     try:
-        import skfem as found
+        import skfem as module
     except ModuleNotFoundError as error:
         raise ImportError("a Modal link needs scikit-fem: pip install 'buckler[modal]'") from error
-    return found
+    return module
 
 
 def bar_grid(length: float, depth: float, width: float, elements: Sequence[int]) -> Any:
-    """Mesh a bar between two joint centres, which are the centres of its end faces; sizes [m] and elements along x, y, z."""
+    """Mesh a bar by hexahedra; joints are at the centres of its end faces. Sizes [m] and `elements` are along x, y, z."""
     size = [(0.0, length), (-depth / 2, depth / 2), (-width / 2, width / 2)]
     return skfem().MeshHex.init_tensor(*(np.linspace(*ends, n + 1) for ends, n in zip(size, elements, strict=True)))
 
 
 def read_mesh(file: MeshFile) -> tuple[object, float]:
-    """Read a mesh of any format meshio knows in link axes [m], and the distance of the joints' centres [m].
+    """Read a mesh in any format of meshio; return it in link axes [m], with the distance of the joints [m].
 
-    A ValueError names what is wrong with the file: meshio cannot read it, or it has cells of several kinds, inverted cells, parts
-    or hanging nodes. Or joints coincide, the normal is not square to the link, a planar mesh is out of the plane of motion.
+    A ValueError names the fault: meshio cannot read the file; cells of several kinds; inverted cells; separate parts; hanging
+    nodes; joints that coincide; a normal that is not normal to the link; a planar mesh out of the plane of motion.
     """
     where = f"mesh '{file.path}'"
     mesh = _read(file.path)
     kind, cells = _cells_of(mesh, where)
-    turn, length = _link_axes(file)
+    rotation, length = _link_axes(file)
     points = np.asarray(mesh.points, dtype=float)
-    places = (np.pad(points, ((0, 0), (0, 3 - points.shape[1]))) - np.array(file.start)) @ turn.T * file.scale
-    used, compact = np.unique(cells, return_inverse=True)  # files keep points that no cell uses
+    places = (np.pad(points, ((0, 0), (0, 3 - points.shape[1]))) - np.array(file.start)) @ rotation.T * file.scale
+    used, renumbered = np.unique(cells, return_inverse=True)  # files may have points that no cell uses
     out_of_plane = np.ptp(places[used, 2])
-    if kind.startswith(("triangle", "quad")) and out_of_plane > ON * length:
+    if kind.startswith(("triangle", "quad")) and out_of_plane > ON_FACE * length:
         raise ValueError(
             f"{where}: its {kind} cells reach {out_of_plane:.3g} m out of one plane: must lie in the plane of motion"
         )
-    return grid_of(kind, places[used], compact.reshape(cells.shape), where), length
+    return grid_of(kind, places[used], renumbered.reshape(cells.shape), where), length
 
 
 def _read(path: str) -> Any:
-    """Read a file by meshio, which on an error prints and exits."""
+    """Read a file by meshio, whose message on an error is printed; meshio exits then, which is caught."""
     import meshio
 
     if not Path(path).is_file():
@@ -80,14 +80,16 @@ def _read(path: str) -> Any:
         with redirect_stderr(printed), redirect_stdout(printed):
             return meshio.read(path)
     except (Exception, SystemExit) as error:
-        told = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
-        raise ValueError(f"mesh '{path}': meshio cannot read it ({told}); write it in another format, as .vtu or .inp") from error
+        reason = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
+        raise ValueError(
+            f"mesh '{path}': meshio cannot read it ({reason}); write it in another format, as .vtu or .inp"
+        ) from error
 
 
 def _cells_of(mesh: Any, where: str) -> tuple[str, Array]:
-    """Return kind and nodes of the cells of the highest dimension."""
-    most = max((block.dim for block in mesh.cells if len(block.data)), default=0)
-    found = {block.type for block in mesh.cells if block.dim == most and len(block.data)}
+    """Return kind and node numbers of the cells of the highest dimension."""
+    dimension = max((block.dim for block in mesh.cells if len(block.data)), default=0)
+    found = {block.type for block in mesh.cells if block.dim == dimension and len(block.data)}
     if len(found) != 1 or not found <= set(KINDS):
         have = ", ".join(sorted(found)) or "none"
         raise ValueError(f"{where}: cells = {have}: must be one kind of cells, one of {', '.join(KINDS)}")
@@ -109,43 +111,47 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
 
 
 def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
-    """Make scikit-fem's mesh of cells: corners are in meshio's order, all other nodes in any order.
+    """Make scikit-fem's mesh from cells, whose corners are in meshio's order and whose other nodes are in any order.
 
-    The kind is one of `KINDS`; all points, (nodes, 3) in link axes [m], are used, of a planar mesh their first two coordinates.
+    The kind is one of `KINDS`. Each of the points (nodes, 3) [m] belongs to a cell; a planar mesh takes x and y alone.
     """
     import meshio
     from skfem.io import from_meshio
 
-    plain = next(name for name in SHAPES if kind.startswith(name))
-    shape, corners = SHAPES[plain]
-    used, compact = np.unique(cells[:, :corners], return_inverse=True)
-    straight = from_meshio(meshio.Mesh(points[used], [(plain, compact.reshape(-1, corners))]))
+    first_order = next(name for name in SHAPES if kind.startswith(name))
+    shape, corners = SHAPES[first_order]
+    used, renumbered = np.unique(cells[:, :corners], return_inverse=True)
+    straight = from_meshio(meshio.Mesh(points[used], [(first_order, renumbered.reshape(-1, corners))]))
     _check_connected(straight, where)
-    grid = straight if kind == plain else _add_second_order_nodes(straight, shape, KINDS[kind], points[cells[:, corners:]])
+    extra = points[cells[:, corners:]]
+    grid = straight if kind == first_order else _add_second_order_nodes(straight, shape, KINDS[kind], extra)
     _check_inverted(straight, grid, where)
-    if loose := len(found := hanging(straight)):
-        at = ", ".join(f"{x:.6g}" for x in straight.p[:, found[0]])
-        raise ValueError(
-            f"{where}: hanging nodes = {loose}, one at ({at}) m in link axes: must be 0; touching cells are to share whole faces"
-        )
+    if len(nodes := find_hanging_nodes(straight)):
+        at = ", ".join(f"{x:.6g}" for x in straight.p[:, nodes[0]])
+        advice = "must be 0; touching cells are to share whole faces"
+        raise ValueError(f"{where}: hanging nodes = {len(nodes)}, one at ({at}) m in link axes: {advice}")
     return grid
 
 
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Add the second-order nodes to a straight mesh (cells, nodes, 3): each belongs to the place of the element nearest to it."""
+    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order, each assigned to the nearest node of a straight cell.
+
+    Where two nodes are nearest to one, the Hungarian method minimises the sum of squared distances.
+    """
     fem, dim = skfem(), straight.p.shape[0]
     first, second = straight.elem(), getattr(fem, f"Element{element}")()
     corners = straight.p[:, straight.t].transpose(2, 1, 0)  # cells, corners, dim
     count = corners.shape[1]
-    ideal = np.einsum("ik,cid->ckd", _values(first, second.doflocs[count:]), corners)
-    distance = np.linalg.norm(ideal[:, :, None] - extra[:, None, :, :dim], axis=3)
+    straight_nodes = np.einsum("ik,cid->ckd", _values(first, second.doflocs[count:]), corners)
+    distance = np.linalg.norm(straight_nodes[:, :, None] - extra[:, None, :, :dim], axis=3)
     nearest = distance.argmin(axis=2)
-    for k in np.flatnonzero((np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)):
+    is_ambiguous = (np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)
+    for k in np.flatnonzero(is_ambiguous):
         nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)[1]
     nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
     full = grid.elem()
-    if len(full.doflocs) != len(second.doflocs):  # serendipity cells: missing nodes by their map
+    if len(full.doflocs) != len(second.doflocs):  # serendipity cells lack inner nodes: interpolate them
         nodes = np.einsum("ik,cid->ckd", _values(second, full.doflocs), nodes)
     places = grid.doflocs.copy()
     places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)
@@ -153,11 +159,12 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
 
 
 def _values(element: Any, places: Array) -> Array:
-    """Values of an element's functions at places of the reference cell, shape (functions, places)."""
+    """Evaluate the shape functions of an element at places of the reference cell, shape (functions, places)."""
     return np.array([element.lbasis(places.T, i)[0] for i in range(len(element.doflocs))])
 
 
 def _check_connected(grid: Any, where: str) -> None:
+    """Raise a ValueError if the mesh has separate parts."""
     corners = grid.t
     links = scipy.sparse.coo_matrix((np.ones(corners.size), (np.tile(corners[0], len(corners)), corners.ravel())))
     links.resize(grid.p.shape[1], grid.p.shape[1])
@@ -167,13 +174,14 @@ def _check_connected(grid: Any, where: str) -> None:
 
 
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
-    """Raise an error for cells whose map folds, and for cells on the same side of a shared face as their neighbours.
+    """Raise a ValueError for inverted cells.
 
-    A cell whose nodes go round the other way is none of them: its determinant has one sign.
+    The determinant of an inverted cell's map changes sign, or the cell lies on the same side of a shared face as its neighbour.
+    A cell whose nodes are numbered in the mirrored order is not inverted: its determinant has one sign.
     """
     element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
-    here, count = element.doflocs.T, len(element.doflocs)
-    slopes = np.array([np.broadcast_to(element.lbasis(here, i)[1], here.shape) for i in range(count)])
+    at, count = element.doflocs.T, len(element.doflocs)
+    slopes = np.array([np.broadcast_to(element.lbasis(at, i)[1], at.shape) for i in range(count)])
     det = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))
     size = ZERO * np.abs(det).max(axis=1)
     folded = (det.min(axis=1) < -size) & (det.max(axis=1) > size) | (size == 0.0)
@@ -181,12 +189,13 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     pair, face = straight.f2t[:, inner], straight.p[:, straight.facets[:, inner]]
     edge = face[:, 1] - face[:, 0]
     normal = np.cross(edge.T, (face[:, 2] - face[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
-    middle, off = face.mean(axis=1), straight.p[:, straight.t].mean(axis=1)
-    side = np.stack([(normal * (off[:, cells] - middle)).sum(axis=0) for cells in pair])
-    flat = ON * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
-    over = (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)
-    share = np.bincount(pair[:, over].ravel(), minlength=len(folded)) / np.bincount(pair.ravel(), minlength=len(folded)).clip(1)
-    folded[pair[:, over][share[pair[:, over]] >= share[pair[::-1][:, over]]]] = True
+    middle, centres = face.mean(axis=1), straight.p[:, straight.t].mean(axis=1)
+    side = np.stack([(normal * (centres[:, cells] - middle)).sum(axis=0) for cells in pair])
+    flat = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
+    overlapping = pair[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)]
+    bad_faces, faces = (np.bincount(cells.ravel(), minlength=len(folded)) for cells in (overlapping, pair))
+    share = bad_faces / faces.clip(1)  # of two overlapping cells the one with the larger share of bad faces is inverted
+    folded[overlapping[share[overlapping] >= share[overlapping[::-1]]]] = True
     if folded.any():
         raise ValueError(
             f"{where}: inverted cells = {folded.sum()}, the first is number {np.argmax(folded) + 1}: must be 0; "
@@ -194,10 +203,10 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
         )
 
 
-def hanging(grid: Any) -> Array:
-    """Find corner nodes that lie on a boundary face of a cell they are no corner of; none if the mesh is conforming.
+def find_hanging_nodes(grid: Any) -> Array:
+    """Find corner nodes on a boundary face of which they are no corner; none if the mesh is conforming.
 
-    A place lies on a face if it is its corner c_0 plus shares s of the edges from there, s >= 0, sum s <= 1.
+    Faces are divided into simplices of corners c_i. A place c_0 + sum s_i (c_i - c_0) is on one if s_i >= 0, sum s_i <= 1.
     """
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
@@ -206,13 +215,14 @@ def hanging(grid: Any) -> Array:
     places = grid.p.T[simplices]
     middle = places.mean(axis=1)
     radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)
-    near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON))
+    near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON_FACE))
     face = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
     node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
-    foreign = (owners[face] != node[:, None]).all(axis=1)
-    face, node = face[foreign], node[foreign]
+    is_no_corner = (owners[face] != node[:, None]).all(axis=1)
+    face, node = face[is_no_corner], node[is_no_corner]
     edges = (places[face, 1:] - places[face, :1]).transpose(0, 2, 1)
-    away = grid.p.T[node] - places[face, 0]
-    shares = np.einsum("fij,fj->fi", np.linalg.pinv(edges), away)
-    off = np.linalg.norm(away - np.einsum("fij,fj->fi", edges, shares), axis=1)
-    return np.unique(node[(off <= ON * radius[face]) & (shares.min(axis=1) >= -ON) & (shares.sum(axis=1) <= 1 + ON)])
+    offset = grid.p.T[node] - places[face, 0]
+    s = np.einsum("fij,fj->fi", np.linalg.pinv(edges), offset)
+    distance = np.linalg.norm(offset - np.einsum("fij,fj->fi", edges, s), axis=1)
+    is_inside = (s.min(axis=1) >= -ON_FACE) & (s.sum(axis=1) <= 1 + ON_FACE)
+    return np.unique(node[(distance <= ON_FACE * radius[face]) & is_inside])

@@ -1,6 +1,6 @@
-"""Mass, stiffness and modes of links by scikit-fem: linear elasticity of solids, plane stress of planar meshes.
+"""Mass, stiffness and modes of links by finite elements of scikit-fem: linear elasticity, plane stress of planar meshes.
 
-All modes are mass-normalised, orthogonal to the rigid motions, and have the shape (modes, nodes, 3).
+Modes are normalised to modal masses of 1, are orthogonal to rigid motions, and have the shape (modes, nodes, 3).
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from ..validate import number
 from .mesh import skfem
 
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
-"""Motions of a mode; the first two move the link in the plane."""
+"""Motions of cross-sections by which modes are classified; the first two are in the plane of motion."""
 SLABS = 24
-"""Number of slices across the link by which modes are classified."""
+"""Number of slices, normal to the link, whose rigid motions classify a mode."""
 IN_PLANE = 1e-6
-"""Mean share of energy in the plane below which modes of equal frequency are not rotated: rounding leaves 1e-12."""
+"""Mean share of energy in the plane below which modes of equal frequency are not recombined: rounding leaves 1e-12."""
 CLUSTER = 1e-3
-"""Relative distance of frequencies that count as equal: two bending modes of a square bar may be any linear combinations."""
+"""Relative difference of frequencies that count as equal; eigenvectors are then arbitrary linear combinations."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """Finite-element matrices of a link; coordinates are node by node (ux, uy, uz), without uz for a planar mesh.
+    """Finite-element matrices of a link with n nodes of d coordinates (ux, uy, uz), without uz for a planar mesh.
 
-    `nodes` (n, 3) are all interpolation nodes in link axes [m]. `mass` (n, n) is the same for each direction [kg], `stiffness`
-    (d n, d n) in N/m, `length` the distance of the joints [m].
+    `nodes` (n, 3) are in link axes [m]. `mass` (n, n) [kg] is the same for each direction; `stiffness` (d n, d n) [N/m] is
+    ordered node by node. `length` is the distance of the joints [m].
     """
 
     nodes: Array
@@ -43,7 +43,7 @@ class Solid:
 
     @property
     def dim(self) -> int:
-        """Coordinates of a node: 3, or 2 for a planar mesh."""
+        """Number d of coordinates of a node: 3, or 2 for a planar mesh."""
         return int(self.stiffness.shape[0] // self.mass.shape[0])
 
     @property
@@ -58,7 +58,7 @@ class Solid:
 
     @cached_property
     def weights(self) -> Array:
-        """Nodal masses [kg]: the diagonal of the mass matrix scaled to the total (positive, unlike row sums)."""
+        """Lumped masses of the nodes [kg]: the diagonal of the mass matrix, scaled to the total; positive, unlike row sums."""
         diagonal = self.mass.diagonal()
         return diagonal * (self.mass.sum() / diagonal.sum())
 
@@ -69,10 +69,9 @@ class Solid:
 
 
 def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -> Solid:
-    """Assemble mass and stiffness of linear elasticity with elements of second order, as first-order ones lock in bending.
+    """Assemble mass and stiffness matrices with elements of second order, as elements of first order lock in bending.
 
-    The mesh, in link axes [m], has one kind of cells; a planar one is `width` [m] thick normal to its plane, in plane stress.
-    Poisson's ratio is below 0.5.
+    The mesh is in link axes [m]; a planar mesh is `width` [m] thick normal to its plane. Poisson's ratio is below 0.5.
     """
     fem = skfem()
     from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
@@ -80,8 +79,8 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
     nu = number("poisson", material.poisson, -0.999, 0.499, "1")
     shape, degree = type(grid).__name__[4:-1], type(grid).__name__[-1]  # MeshTet1, MeshHex2, ...
     element = getattr(fem, f"Element{shape}{'P' if shape in ('Tet', 'Tri') else ''}2")()
-    points = 4 if degree == "1" else 6
-    basis, vectors = (fem.Basis(grid, each, intorder=points) for each in (element, fem.ElementVector(element)))
+    order = 4 if degree == "1" else 6  # of the quadrature; more for curved cells
+    basis, vectors = (fem.Basis(grid, kind, intorder=order) for kind in (element, fem.ElementVector(element)))
     planar = grid.p.shape[0] == 2
     size, moduli = (width, plane_stress) if planar else (1.0, lame_parameters)
     mass = size * material.density * fem.BilinearForm(lambda u, v, _: u * v).assemble(basis)
@@ -91,33 +90,33 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
 
 
 def rigid_motions(places: Array, dim: int = 3) -> Array:
-    """Displacements of the six rigid motions (three translations, three rotations) about the origin, shape (3 n, 6).
+    """Compute displacements of n places in the rigid motions, three translations and three rotations, shape (3 n, 6).
 
-    In two dimensions of the three in the plane, shape (2 n, 3).
+    In two dimensions there are three motions, shape (2 n, 3).
     """
     x, y, z = np.asarray(places, dtype=float).T
-    none, one = np.zeros_like(x), np.ones_like(x)
-    rows = np.array([[one, none, none, none, z, -y], [none, one, none, -z, none, x], [none, none, one, y, -x, none]])
-    kept = rows if dim == 3 else rows[:2, [0, 1, 5]]
-    return kept.transpose(2, 0, 1).reshape(-1, kept.shape[1])
+    o, one = np.zeros_like(x), np.ones_like(x)
+    motions = np.array([[one, o, o, o, z, -y], [o, one, o, -z, o, x], [o, o, one, y, -x, o]])
+    motions = motions if dim == 3 else motions[:2, [0, 1, 5]]
+    return motions.transpose(2, 0, 1).reshape(-1, motions.shape[1])
 
 
 def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
-    shift = -1e-4 * (speed / solid.length) ** 2  # below all of them; the unshifted stiffness is singular
+    shift = -1e-4 * (speed / solid.length) ** 2  # below all eigenvalues: the stiffness itself is singular
     factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
     squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
     flexible = np.argsort(squares)[solid.rigid :]
-    return _tidy(solid, np.sqrt(squares[flexible]), vectors[:, flexible])
+    return _normalise(solid, np.sqrt(squares[flexible]), vectors[:, flexible])
 
 
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
-    """Compute flexible Craig-Bampton modes (doi 10.2514/3.4741), made orthogonal: 6 static (3 in the plane) and vibrating ones.
+    """Compute Craig-Bampton modes (doi 10.2514/3.4741): static modes of rigid interfaces, and vibrations with fixed interfaces.
 
-    Each of two interfaces, given by its nodes, moves as a rigid body; `fixed` is the number of fixed-interface modes. The result
-    is that of `free_modes`, as many as static and fixed ones.
+    An interface is an array of its nodes. `fixed` is the number of vibrations. The modes are made orthogonal by the eigenvalue
+    problem in their span, from which rigid motions are left out: 6 + `fixed` modes, 3 + `fixed` in the plane, as `free_modes`.
     """
     dim, static = solid.dim, 2 * solid.rigid
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
@@ -135,48 +134,44 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
     scale = np.sqrt(np.einsum("ij,ij->j", basis, mass @ basis))
     basis = basis / scale
     squares, mix = scipy.linalg.eigh(basis.T @ (stiffness @ basis), basis.T @ (mass @ basis))
-    return _tidy(solid, np.sqrt(squares[solid.rigid :]), basis @ mix[:, solid.rigid :])
+    return _normalise(solid, np.sqrt(squares[solid.rigid :]), basis @ mix[:, solid.rigid :])
 
 
 def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -> tuple[Array, Array]:
-    """Eigenvalues next to the shift, included in the factors, and eigenvectors."""
+    """Compute eigenvalues next to a shift, and eigenvectors; `factors` is the LU decomposition of K - shift M."""
     inverse = scipy.sparse.linalg.LinearOperator(stiffness.shape, factors.solve)
     start = np.cos(np.arange(mass.shape[0]))  # a fixed vector: the same modes in each run
-    found: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
-    return found
+    pairs: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
+    return pairs
 
 
 def participation(solid: Solid, shapes: Array) -> Array:
-    """Shares of each mode's kinetic energy by `MOTIONS`, shape (modes, 4): the cross-sections' rigid motion.
+    """Compute the shares of each mode's kinetic energy in the rigid motions of its sections, `MOTIONS`, shape (modes, 4).
 
-    What is missing to 1 deforms the sections.
+    The rest to 1 is energy of motions that deform the sections.
     """
     return np.stack([np.einsum("kk->k", form) for form in _section_forms(solid, shapes)], axis=1)
 
 
 def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[Array, Array]:
-    """Fit the mean motion of some nodes: mass-weighted least squares of a translation of the point `about` and a rotation.
-
-    Both have the shape (modes, 3).
-    """
+    """Fit a translation of the point `about` and a rotation, each (modes, 3), to nodes, by least squares weighted by mass."""
     motion = rigid_motions(solid.nodes[nodes] - about)
     weights = np.repeat(np.sqrt(solid.weights[nodes]), 3)
-    size = np.array([1.0, 1, 1, *np.full(3, 1 / solid.length)])  # one unit for all six columns
+    size = np.array([1.0, 1, 1, *np.full(3, 1 / solid.length)])  # rotations times length, so that all columns have one unit
     field = shapes[:, nodes].reshape(len(shapes), 3 * len(nodes))
     fitted = size[:, None] * np.linalg.lstsq(weights[:, None] * motion * size, (weights * field).T, rcond=None)[0]
     return fitted[:3].T, fitted[3:].T
 
 
 def slices(solid: Solid, count: int = SLABS) -> list[Array]:
-    """Nodes of the slices across the link, from its one end to the other."""
+    """Divide the nodes into slices of equal thickness along x; return their node numbers."""
     x = solid.nodes[:, 0]
-    place = (x - x.min()) / np.ptp(x)
-    number = np.minimum((place * count + 1e-9).astype(int), count - 1)
-    return [found for found in (np.flatnonzero(number == k) for k in range(count)) if len(found)]
+    number = np.minimum(((x - x.min()) / np.ptp(x) * count + 1e-9).astype(int), count - 1)
+    return [nodes for nodes in (np.flatnonzero(number == k) for k in range(count)) if len(nodes)]
 
 
 def _section_forms(solid: Solid, shapes: Array) -> Array:
-    """Kinetic forms of the slices' rigid motion, shape (4, modes, modes), in the order of `MOTIONS`."""
+    """Compute the mass matrices of the modes due to rigid motions of slices, (4, modes, modes), in the order of `MOTIONS`."""
     forms = np.zeros((4, len(shapes), len(shapes)))
     for nodes in slices(solid):
         weights = solid.weights[nodes]
@@ -184,34 +179,37 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         arms = solid.nodes[nodes] - weights @ solid.nodes[nodes] / mass
         moments = np.einsum("n,na,nb->ab", weights, arms, arms)
         inertia = np.trace(moments) * np.eye(3) - moments
-        move = np.einsum("n,kna->ka", weights, shapes[:, nodes]) / mass
-        spin = np.einsum("n,kna->ka", weights, np.cross(arms, shapes[:, nodes]))
-        turn = spin @ np.linalg.pinv(inertia, rcond=1e-9)
-        linear = mass * np.einsum("ka,la->akl", move, move)
-        rotary = 0.5 * np.einsum("ka,la->akl", turn, spin)
+        translation = np.einsum("n,kna->ka", weights, shapes[:, nodes]) / mass
+        spin_momentum = np.einsum("n,kna->ka", weights, np.cross(arms, shapes[:, nodes]))
+        rotation = spin_momentum @ np.linalg.pinv(inertia, rcond=1e-9)
+        linear = mass * np.einsum("ka,la->akl", translation, translation)
+        rotary = 0.5 * np.einsum("ka,la->akl", rotation, spin_momentum)
         rotary = rotary + rotary.transpose(0, 2, 1)
         forms += [linear[0], linear[1] + rotary[2], linear[2] + rotary[1], rotary[0]]
     return forms
 
 
-def _tidy(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array]:
-    """Remove rigid motion left by rounding, normalise, fix linear combinations and signs."""
+def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array]:
+    """Remove rigid motion left by rounding, scale to modal masses of 1, make combinations and signs unique.
+
+    Of modes with equal frequencies, the combination with most motion in the plane comes first. The largest component of the sum
+    of displacements at the start is positive.
+    """
     mass, dim = solid.full_mass, solid.dim
     rigid = rigid_motions(solid.nodes - solid.centre, dim)
     vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
     shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
     shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
     breaks = np.flatnonzero(np.diff(omega) > CLUSTER * omega[1:]) + 1
-    # of modes of equal frequency the combination with most motion in the plane comes first
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
             if np.trace(forms[0] + forms[1]) < IN_PLANE * len(group):
                 continue
-            _, mix = np.linalg.eigh(-(forms[0] + forms[1]) - 1e-3 * forms[0])
+            _, mix = np.linalg.eigh(-(forms[0] + forms[1]) - 1e-3 * forms[0])  # the last term orders axial before bending
             shapes[group] = np.einsum("kl,kna->lna", mix, shapes[group])
             omega[group] = np.sqrt(mix.T**2 @ omega[group] ** 2)
     x = solid.nodes[:, 0]
-    first = shapes[:, x <= x.min() + 0.05 * np.ptp(x)].sum(axis=1)
-    strongest = np.take_along_axis(first, np.argmax(np.abs(first), axis=1)[:, None], axis=1)
-    return omega, shapes * np.where(strongest < 0, -1.0, 1.0)[:, :, None]
+    sums = shapes[:, x <= x.min() + 0.05 * np.ptp(x)].sum(axis=1)
+    largest = np.take_along_axis(sums, np.argmax(np.abs(sums), axis=1)[:, None], axis=1)
+    return omega, shapes * np.where(largest < 0, -1.0, 1.0)[:, :, None]
