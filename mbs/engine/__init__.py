@@ -1,4 +1,4 @@
-"""The solver Exudyn: translation of elements into items of the engine, runs and their recording."""
+"""Solver by the multibody engine Exudyn: translation of elements into items of the engine, runs and their recording."""
 
 import os
 from collections.abc import Callable
@@ -14,6 +14,6 @@ __getattr__ = on_demand(__name__, {"pinned_strip": "pressed"})
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 System = Any
-"""The engine's `MainSystem`: its stubs declare lists instead of arrays."""
+"""Exudyn's `MainSystem`, without its type, as its stubs declare lists instead of arrays."""
 Callback = Callable[..., Any]
-"""User function of the engine: of the system, the time and arguments of the item."""
+"""User function that the engine calls with the system, the time and arguments that depend on the item."""

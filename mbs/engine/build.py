@@ -1,4 +1,4 @@
-"""Assembly of an Exudyn system from a `Mechanism`."""
+"""Assembly of an Exudyn system from a `Mechanism`: bodies, blocks, added masses, then all other elements."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], EngineBody | No
     elements.Modal: modal.add,
     elements.Strut: loads.add_strut,
 }
-"""Functions that add a link: (scene, link, velocity of its start) -> EngineBody, or None if the link has no coordinates."""
+"""Functions that add a link, by the class of its body: (scene, link, velocity (vx, vy, omega) of its start) -> EngineBody.
+
+A link without coordinates, such as a strut, gives None."""
 
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,
@@ -45,55 +47,49 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.TorsionSpring: loads.add_torsion_springs,
     elements.Mass: lambda _scene, _masses: None,  # built with the bodies
 }
-"""Functions that add all elements of a kind, after the bodies: (scene, elements by name)."""
+"""Functions that add all elements of a class, after the bodies: (scene, elements by name)."""
 
 
 def connect(scene: EngineScene) -> None:
-    """Add all elements, after the bodies, in the order of `CONNECTORS`; a kind that is not listed there by its rows."""
-    found: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
+    """Add all elements, in the order of `CONNECTORS`, then those of extensions.
+
+    Elements of a class without a function are added by their rows of constraints.
+    """
+    by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         body = type(element.body) if isinstance(element, elements.Link) else None
         if body is None or body in CONNECTORS:
-            found.setdefault(body or type(element), {})[name] = element
-    for kind, each in found.items():
-        known = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
-        if known is None and not all(any(element.rows(scene.mechanism)) for element in each.values()):
+            by_kind.setdefault(body or type(element), {})[name] = element
+    for kind, named in by_kind.items():
+        function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
+        if function is None and not all(any(element.rows(scene.mechanism)) for element in named.values()):
             raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
-        (known or rows.connect)(scene, each)
+        (function or rows.connect)(scene, named)
 
 
 exu.config.printToConsole = False
 
 
 def build(mechanism: Mechanism) -> EngineScene:
-    """Assemble a mechanism in Exudyn.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    EngineScene
-        With the engine's system, not yet stepped.
+    """Assemble a mechanism in Exudyn; the system has not yet been integrated.
 
     Raises
     ------
     ValueError
-        If there is no mass at a strut's end, as of a body or of a guide's block.
+        If no body or block gives mass to the end of a strut.
     KinematicsError
-        If the drive cannot move the linkage from its start.
+        If the drive cannot move the linkage from its initial pose.
     """
     container = exu.SystemContainer()
     system = container.AddSystem()
     scene = EngineScene(mechanism, system, container)
-    scene.start = begun = scene.source.start
+    scene.start = start = scene.source.start
     for link in mechanism.links:
-        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
+        placed = BODIES[type(link.body)](scene, link, start.rates[start.linkage.index[link.name]])
         if placed is not None:
             scene.placed[link.name] = placed
     for guide in mechanism.guides:
-        velocity = begun.velocity(guide.link, guide.point)
+        velocity = start.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
     for burden in scene.source.burdens:
         attach(scene, burden)
@@ -110,7 +106,7 @@ def build(mechanism: Mechanism) -> EngineScene:
 
 
 def _add_gravity(scene: EngineScene) -> None:
-    """Add the weight, if gravity has a component in the plane."""
+    """Add the weight of all bodies, if there is gravity in the plane."""
     gx, gy = scene.mechanism.gravity
     if gx == gy == 0:
         return

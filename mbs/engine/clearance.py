@@ -1,4 +1,7 @@
-"""Joints with clearance in the engine: one user element for all joints with the same laws."""
+"""Joints with clearance in the engine: a user element computes the forces of all joints with the same laws.
+
+The forces come from compiled kernels of `buckler.mbs.laws.contact`; a joint is a pin in a bush.
+"""
 
 from __future__ import annotations
 
@@ -25,27 +28,28 @@ if TYPE_CHECKING:
     from ..laws.contact import Kernel
 
 PATIENCE = 1_000_000
-"""Calls without progress of the time after which a step counts as stuck, some 10 s.
+"""Number of calls without progress in time after which the run is ended; they take some 10 s.
 
-The engine's explicit integrator can reject one step for ever, and calls only the forces meanwhile."""
-SLOWER = 10
-"""Factor by which fewer calls are allowed in plain Python."""
-DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
+The engine's explicit integrator can reject one step for ever, and calls nothing but the forces meanwhile."""
+PYTHON_PATIENCE = PATIENCE // 10
+"""The same number for laws called in plain Python, which are slower."""
+DEPTH, RATE, SPEED, DEFLECTION = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
+"""Columns of the report of a kernel."""
 
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Return the kernel of the contact; the import is here so that only joints with clearance load the compiler."""
-    from ..laws.contact import kernel_of as made
+    """Return the kernel of contact and friction; imported here, so that only joints with clearance load the compiler."""
+    from ..laws import contact
 
-    return made(law, friction)
+    return contact.kernel_of(law, friction)
 
 
 class ClearanceGroup:
-    """Joints with clearance with the same laws: one user element of the engine, without mass.
+    """Joints with clearance with the same laws, as a user element of the engine without mass.
 
-    `columns` (nodes, 3) are indices of the coordinates in the engine's vector. `memory` (joints, 4) has the columns of
-    `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends on it. `latest` (2,) is the latest
-    time of all calls [s] and the number of calls since; infinite once there are too many.
+    `places` and `numbers` are tables for the kernel. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
+    `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends
+    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since then, infinite if too large.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -57,33 +61,34 @@ class ClearanceGroup:
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.latest = np.zeros(2)
         self.columns = np.empty((0, 3), dtype=int)
-        self.has_memory = isinstance(friction, BristleLaw) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        depends_on_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)  # at onset speeds of 1 and 2 m/s
+        self.has_memory = isinstance(friction, BristleLaw) or depends_on_onset
         self._report = np.zeros((len(joints), len(COLUMNS)))
-        self._before: Array | None = None
+        self._previous: Array | None = None
 
     def locate(self, system: System) -> None:
-        """Find the columns of the element's coordinates, once the system is assembled."""
+        """Find the indices of the coordinates in the assembled system."""
         self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
-        flat, memory, now = self.columns.ravel(), self.memory, self._report
-        self.kernel.report(t, q[flat], q_t[flat], memory, self.places, self.numbers, now)
-        depth, rate = now[:, DEPTH], now[:, RATE]
-        free = depth <= 0
-        memory[free, ONSET] = np.maximum(rate[free], SLOWEST_ONSET)
-        if self._before is not None:
-            h, before = t - memory[0, SINCE], self._before
-            for j in np.flatnonzero(~free & (before[:, DEPTH] <= 0)):
-                speed = _crossing_speed(h, [before[j, DEPTH], depth[j]], [before[j, RATE], rate[j]])
+        columns, memory, report = self.columns.ravel(), self.memory, self._report
+        self.kernel.report(t, q[columns], q_t[columns], memory, self.places, self.numbers, report)
+        depth, rate = report[:, DEPTH], report[:, RATE]
+        is_free = depth <= 0
+        memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
+        if self._previous is not None:
+            h, previous = t - memory[0, SINCE], self._previous
+            for j in np.flatnonzero(~is_free & (previous[:, DEPTH] <= 0)):
+                speed = _crossing_speed(h, [previous[j, DEPTH], depth[j]], [previous[j, RATE], rate[j]])
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
-        memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = now[:, [BENT, SPEED]], t
-        self._before = now.copy()
+        memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = report[:, [DEFLECTION, SPEED]], t
+        self._previous = report.copy()
         return memory.copy()
 
 
 def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
-    """Return the speed at which the cubic with depths and rates at both ends of a step crosses zero, m/s."""
+    """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
     step = np.array([0.0, h]), np.array(depths), np.array(rates)
     return float(hermite(*step, onsets(*step))[1][0])
 
@@ -95,13 +100,13 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         groups.setdefault((joint.law, joint.friction), []).append(name)
     for names in groups.values():
         nodes: list[int] = []
-        chosen = [joints[name] for name in names]
-        ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in chosen]
-        group = ClearanceGroup(names, chosen, ends, nodes)
+        alike = [joints[name] for name in names]
+        ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in alike]
+        group = ClearanceGroup(names, alike, ends, nodes)
         g = len(scene.with_memory)
         scene.with_memory.append(group)
         if not group.kernel.compiled:
-            points = ", ".join(f"'{joint.point}'" for joint in chosen)
+            points = ", ".join(f"'{joint.point}'" for joint in alike)
             scene.notes.append(
                 f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
                 "it is no plain arithmetic, or Numba is missing"
@@ -112,12 +117,12 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
 
 
 def _memory(group: int, k: int, run: History, _record: Record) -> Array:
-    """Return the memory of one joint over the run."""
+    """Return the memory of joint k of a group over the run, (times, 4)."""
     return run.memory[group][:, k]
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
-    """Return one side of a joint with clearance; add its node to `nodes`."""
+    """Return the pin or the bush of a joint as the kernel needs it; add its node to `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
         return End(-1, (x, y), (0.0, 0.0))
@@ -130,7 +135,7 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
 
 
 def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack ends, radii and constants of laws for the kernel: ints (joints, 2) and floats (joints, columns)."""
+    """Pack input of the kernel: first coordinates of pins and bushes (joints, 2); places, radii and constants of laws."""
     places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
         [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel_of(joint.law, joint.friction).constants]
@@ -150,11 +155,10 @@ def add_clearances(scene: EngineScene, group: ClearanceGroup) -> None:
 
 
 def user_function(group: ClearanceGroup, out: Array) -> Callback:
-    """Make the engine's function of time, coordinates and rates of a group; `out` takes the generalised forces."""
-    most, latest = PATIENCE if group.kernel.compiled else PATIENCE // SLOWER, group.latest
+    """Make the engine's function of time, coordinates and rates of a group; `out` is the array for generalised forces."""
+    most, latest = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE, group.latest
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
-        """Return the generalised forces at the engine's state."""
         latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
         if latest[1] > most:
             latest[1] = np.inf

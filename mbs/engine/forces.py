@@ -1,4 +1,4 @@
-"""Forces of stops and struts as callbacks of the engine, with the state of the last call or step."""
+"""Forces of stops and struts as callbacks of the engine, with their state at the last call or accepted step."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .placed import EngineBody
 
 @dataclass
 class StopContact(Striking):
-    """One stop in the engine's coordinates.
+    """Contact of a guide's block with a stop.
 
-    Contact closes at the travel `face` [m] along its direction; `side` is +1 if the face is ahead of the start, else -1. `mass`
-    [kg] is the effective mass of the point, its lower bound without joined bodies. `columns` are indices of the coordinates in
-    the engine's vector. `touching`, and the force `pressing` [N], are those at the last accepted step.
+    The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
+    `mass` [kg] is the effective mass of the point, without joined bodies a lower bound. `columns` are indices of the coordinates
+    in the engine's vector. `touching` is true in contact, `pressing` is the force [N], at the last accepted step.
     """
 
     face: float = 0.0
@@ -36,12 +36,12 @@ class StopContact(Striking):
         self.columns = placed[self.stop.point].columns()[0]
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Return depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
+        """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
 
     def step(self, q: Array, q_t: Array) -> float:
-        """Update the state after an accepted step; return the contact force, N."""
+        """Update the state after an accepted step; return the contact force [N]."""
         depth, rate = self.state(q, q_t)
         self.touching = self.accept(depth, rate)
         self.pressing = self.force(depth, rate) if self.touching else 0.0
@@ -50,9 +50,10 @@ class StopContact(Striking):
 
 @dataclass
 class StopEnd:
-    """One body of a stop: its node and number of coordinates; none for the ground.
+    """Node of a body of a stop, with `size` coordinates; 0 for the ground.
 
-    `place` is that of the node at t = 0 [m], `arm` leads from the node to the point and turns with its third coordinate.
+    `place` is the position of the node at t = 0 [m]; `arm` leads from the node to the contact point and turns with the third
+    coordinate.
     """
 
     node: int = -1
@@ -63,14 +64,15 @@ class StopEnd:
 
 @dataclass
 class FreeContact(StopContact):
-    """Contact of any point of a link against a line of another body or the ground.
+    """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`.
 
-    With p the point, o the place and phi the angle of the face's node, u = R(phi) along and reach = at - along . o(0):
+    o is the position and phi the angle of the node of `second`; u = R(phi) `along` is the normal of the face, and `reach` the
+    coordinate u . (p - o) at which the contact closes:
 
-        depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq,
+        depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq.
 
-    so that the force acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction
-    acts likewise along the coordinate R(phi) (-along_y, along_x) . (p - o).
+    So the force acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction acts in
+    the same way on the coordinate R(phi) (-along_y, along_x) . (p - o).
     """
 
     first: StopEnd = field(default_factory=StopEnd)
@@ -80,62 +82,64 @@ class FreeContact(StopContact):
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
-        ends = [end for end in (self.first, self.second) if end.size]
-        first = [system.GetNodeODE2Index(end.node) for end in ends]
-        self.columns = np.concatenate([np.arange(at, at + end.size) for at, end in zip(first, ends, strict=True)])
+        ends = [(system.GetNodeODE2Index(end.node), end.size) for end in (self.first, self.second) if end.size]
+        self.columns = np.concatenate([np.arange(start, start + size) for start, size in ends])
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Return depth, m, positive in contact, and its rate, m/s, from all coordinates and rates."""
+        """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
         depth, rate, _ = self.depth(q[self.columns], q_t[self.columns])
         return depth, rate
 
     def depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
-        """Compute the depth, its rate, and its derivatives by the element's coordinates."""
-        travel, rate, slope = self.travel(q, v, self.along)
-        return self.side * (travel - self.reach), self.side * rate, [self.side * each for each in slope]
+        """Compute depth, rate and gradient of the depth from coordinates `q` and velocities `v` of the two nodes."""
+        travel, rate, gradient = self.travel(q, v, self.along)
+        return self.side * (travel - self.reach), self.side * rate, [self.side * slope for slope in gradient]
 
     def travel(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
-        """Compute the coordinate along a line that turns with the face, its rate, and its derivatives by the coordinates."""
+        """Compute u . (p - o) with u = R(phi) line, its rate, and its gradient by the coordinates.
+
+        Below, (bx, by) is the arm to p; (px, py) and (wx, wy) become position and velocity of p relative to o.
+        """
         ax, ay = self.first.arm
-        slope = [0.0] * len(q)
-        px, py, wx, wy = self.first.place[0] + q[0], self.first.place[1] + q[1], v[0], v[1]
+        gradient = [0.0] * len(q)
         c, s = cos(q[2]), sin(q[2])
         bx, by = c * ax - s * ay, s * ax + c * ay
-        px, py, wx, wy = px + bx, py + by, wx - v[2] * by, wy + v[2] * bx
+        px, py = self.first.place[0] + q[0] + bx, self.first.place[1] + q[1] + by
+        wx, wy = v[0] - v[2] * by, v[1] + v[2] * bx
         ux, uy = line
-        k = self.first.size
+        k = self.first.size  # index of the first coordinate of `second`
         if self.second.size:
             c, s = cos(q[k + 2]), sin(q[k + 2])
             ux, uy = c * ux - s * uy, s * ux + c * uy
             px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
             wx, wy = wx - v[k], wy - v[k + 1]
             by_angle = ux * py - uy * px
-            slope[k : k + 3] = [-ux, -uy, by_angle]
-        slope[:3] = [ux, uy, uy * bx - ux * by]
+            gradient[k : k + 3] = [-ux, -uy, by_angle]
+        gradient[:3] = [ux, uy, uy * bx - ux * by]
         rate = ux * wx + uy * wy
         if self.second.size:
             rate += v[k + 2] * by_angle
-        return ux * px + uy * py, rate, slope
+        return ux * px + uy * py, rate, gradient
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
-        """Engine callback: generalised forces on the element's coordinates, N and N m."""
-        depth, rate, slope = self.depth(q, q_t)
+        """Return the generalised forces on the nodes [N and N m], as the engine's callback."""
+        depth, rate, normal = self.depth(q, q_t)
         force = self.force(depth, rate)
         if not (force and self.stop.rubs):
-            return [-force * each for each in slope]
-        _, speed, along = self.travel(q, q_t, (-self.along[1], self.along[0]))
-        drag = float(self.stop.friction.coefficient(speed)) * force
-        return [-force * across - drag * each for across, each in zip(slope, along, strict=True)]
+            return [-force * n for n in normal]
+        _, speed, tangential = self.travel(q, q_t, (-self.along[1], self.along[0]))
+        friction = float(self.stop.friction.coefficient(speed)) * force
+        return [-force * n - friction * t for n, t in zip(normal, tangential, strict=True)]
 
 
 class StrutSpring(StrutLaw):
-    """Callback of one strut, with elongation [m] and rate [m/s] of the engine's last call."""
+    """Force law of a strut as a callback, with `elongation` [m] and `rate` [m/s] of the engine's last call."""
 
     def __init__(self, strut: Strut, length: float) -> None:
         super().__init__(strut, length)
         self.elongation = self.rate = 0.0
 
     def __call__(self, _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float) -> float:
-        """Return the tension, N."""
+        """Return the tension [N]."""
         self.elongation, self.rate = elongation, rate
         return self.force(elongation, rate)

@@ -1,4 +1,7 @@
-"""Guards of users' functions: one that raises, or returns no number, ends the run with a message that names it."""
+"""Guards of users' functions: an exception, or a value that is no finite number, ends the run with a message.
+
+The engine replaces exceptions of callbacks by its own; therefore they are stored here, in `scene.stopped`.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,16 @@ from .scene import EngineScene
 
 
 def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
-    """Return status and sentence for an exception of a user's function; a ValueError may have a status of its own."""
+    """Return status and message for an exception of the function `what`; a ValueError has the status `out_of_range`."""
     if out_of_range is not None and isinstance(error, ValueError):
         return out_of_range, f"at t = {t:.6g} s {what}: {error}"
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
 
 def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
-    """Return a function called with (anything, time, ...) that records its first exception in `scene.stopped`.
-
-    `what` names the function in words. A ValueError has the status `out_of_range`, any other exception FUNCTION_FAILED.
-    """
+    """Return a callback (system, time, ...) that calls a function and stores its first exception; see `describe_failure`."""
 
     def call(system: System, t: float, *arguments: float) -> object:
-        """Call the function and store its exception, which the engine alters."""
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:
@@ -36,9 +35,9 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
 
 
 def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
-    """Return a guarded function of the time, for messages, and of its arguments, that returns `size` finite numbers.
+    """Return a guarded function of (time for messages, arguments) that returns `size` finite numbers.
 
-    A number instead of a function is its constant value.
+    `function` is the user's function of the arguments, or its constant value.
     """
     if not callable(function):
         return lambda _t, *_: function
@@ -46,12 +45,11 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     watched = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
-        """Call the function and check its value."""
         value = watched(None, t, *arguments)
         try:
-            parts = (value,) if size == 1 else tuple(value)
-            if len(parts) == size and all(map(isfinite, parts)):
-                return float(value) if size == 1 else [float(part) for part in parts]
+            numbers = (value,) if size == 1 else tuple(value)
+            if len(numbers) == size and all(map(isfinite, numbers)):
+                return float(value) if size == 1 else [float(number) for number in numbers]
         except (TypeError, ValueError):
             pass
         scene.stopped = (Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} returned {value!r}")

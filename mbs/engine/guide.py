@@ -1,4 +1,4 @@
-"""Guides in the engine: a block with its travel since t = 0 as coordinate, and its friction."""
+"""Guides in the engine: a block whose coordinate is its travel [m] along the guide since t = 0, and the block's friction."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from .guarded import watch
 from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
-SMALLEST_SHARE = 0.1
-"""Least relaxation factor of the reaction in friction from one Newton iteration to the next."""
-LARGEST_SHARE = 5.0
-"""Largest relaxation factor of the reaction."""
+SMALLEST_FACTOR = 0.1
+"""Least relaxation factor in `ReactionFriction.normal`."""
+LARGEST_FACTOR = 5.0
+"""Largest relaxation factor in `ReactionFriction.normal`."""
 
 
 @dataclass(frozen=True)
 class PlacedBlock(EngineBody):
-    """A guide's block."""
+    """Block of a guide, at `origin` [m] at t = 0."""
 
     origin: tuple[float, float]
 
@@ -39,7 +39,7 @@ class PlacedBlock(EngineBody):
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
 
     def attach(self, _point: str, mass: float, _inertia: float) -> bool:
-        """Add a mass to that of the coordinate."""
+        """Add a point mass to the mass of the block."""
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
         return True
 
@@ -49,7 +49,7 @@ class PlacedBlock(EngineBody):
 
 
 def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
-    """Add the block; `speed` is its speed along the guide."""
+    """Add the block of a guide, with its initial speed [m/s] along the guide."""
     x, y = scene.mechanism.points[guide.point]
     ax, ay = guide.along
     node = scene.system.AddNode(eii.Node1D(referenceCoordinates=[0.0], initialVelocities=[speed]))
@@ -84,19 +84,19 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
 
 
 def _weight(scene: EngineScene, guide: Guide) -> float:
-    """Compute the block's weight to the left of the guide's direction, N."""
+    """Compute the component of the block's weight to the left of the guide's direction [N]."""
     gx, gy = scene.mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
 
 def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
-    """Return the force of the guide on the block, to the left of its direction, N: balance of pin and weight."""
+    """Return the force of the guide on the block, to the left of the direction [N], from the forces of pin and weight."""
     force = run.multipliers[:, scene.multipliers(name)]
     return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
 
 
 def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
-    """Return the same force for a block at the end of a strut: balance of strut and weight."""
+    """Return the force of the guide on a block at the end of a strut, from the forces of strut and weight."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
     law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
@@ -110,7 +110,7 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
 
 
 def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
-    """Add prescribed friction on a block's coordinate: a native element without a data node."""
+    """Add friction of prescribed size on the coordinate of a block, by a native element of the engine."""
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamperExt(
             markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)],
@@ -124,10 +124,10 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 
 
 class ReactionFriction:
-    """Friction of one guide from its lateral reaction, by the multipliers of the same Newton iteration.
+    """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
-    `memory` (1, 4) is that of joints with clearance, with the travel instead of the sliding speed; `has_memory` is true for a
-    law with a bristle.
+    `memory` (1, 4) has the columns `laws.journal.MEMORY`, with the travel instead of the sliding speed; `has_memory` is true for
+    a law with a bristle. `column` and `rows` are indices of coordinate and multipliers.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
@@ -135,23 +135,25 @@ class ReactionFriction:
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
-        self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
+        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # of `normal`
 
     def normal(self, t: float, reaction: float) -> float:
-        """Return the normal force, N, the same for all calls of a Newton iteration, by Aitken's relaxation.
+        """Return the normal force [N], the same for all calls of a Newton iteration, by Aitken's relaxation.
 
-        Newton's matrix lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only if
-        the reaction depends weakly on friction, and slowly near self-locking.
+        The engine's Jacobian lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only
+        if the reaction depends weakly on friction, and slowly near self-locking. A new value of the reaction begins a new
+        iteration: relaxed += factor (reaction - relaxed).
         """
         if t != self.time:
-            self.time, self.seen, self.used, self.gap = t, reaction, reaction, 0.0
-        elif reaction != self.seen:
-            gap = reaction - self.used
-            if self.gap not in (0.0, gap):
-                self.share = min(LARGEST_SHARE, max(SMALLEST_SHARE, self.share * self.gap / (self.gap - gap)))
-            self.seen, self.gap = reaction, gap
-            self.used += self.share * gap
-        return abs(self.used)
+            self.time, self.reaction, self.relaxed, self.residual = t, reaction, reaction, 0.0
+        elif reaction != self.reaction:
+            residual = reaction - self.relaxed
+            if self.residual not in (0.0, residual):
+                factor = self.factor * self.residual / (self.residual - residual)
+                self.factor = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, factor))
+            self.reaction, self.residual = reaction, residual
+            self.relaxed += self.factor * residual
+        return abs(self.relaxed)
 
     def locate(self, system: System) -> None:
         """Find the indices of coordinate and multipliers in the assembled system."""
@@ -161,14 +163,17 @@ class ReactionFriction:
         self.weight = _weight(self.scene, self.guide)
 
     def bristle(self, t: float, travel: float, speed: float) -> float:
-        """Return the bristle, m, from the travel since the last accepted step, so that a returning body restores it."""
-        _, bent, before, since = self.memory[0]
-        passed = t - since
-        bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))
-        return bristle
+        """Return the deflection of the bristle [m], by the mean speed since the last accepted step.
+
+        With the mean speed, a block that returns to its place also returns to the same deflection.
+        """
+        _, deflection, last_travel, last_time = self.memory[0]
+        h = t - last_time
+        mean_speed = (travel - last_travel) / h if h > 0 else speed
+        return float(self.law.after(deflection, mean_speed, max(h, 0.0)))
 
     def __call__(self, _system: System, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
-        """Return the friction against the speed, N, as the engine's callback."""
+        """Return the friction against the speed [N], as the engine's callback."""
         fx, fy = self.data.GetAECoordinates()[self.rows]
         normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
         return float(self.law.coefficient(speed, self.bristle(t, travel, speed)) * normal)
@@ -181,7 +186,7 @@ class ReactionFriction:
 
 
 def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
-    """Add friction by the guide's reaction; ValueError for a strut on the block, as there is no constraint then."""
+    """Add friction proportional to the guide's reaction; a ValueError says that a strut gives no constraint force."""
     if guide.link in scene.strut_links:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     friction, g = ReactionFriction(scene, name, guide), len(scene.with_memory)

@@ -1,4 +1,4 @@
-"""Loads, springs, struts, masses and drives as native items of the engine, with callbacks only for users' functions."""
+"""Loads, springs, struts, masses and drives as native items of the engine; only users' functions and laws need callbacks."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from .placed import History
 from .scene import EngineScene
 from .strip import PlacedStrip
 
-FLYWHEEL = 1e12
-"""Moment of inertia, kg m^2, of a link driven at constant speed in a scene without constraints."""
+DRIVEN_INERTIA = 1e12
+"""Moment of inertia [kg m^2] that keeps the speed of a driven link constant in a scene without constraints."""
 
 
 def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
-    """Add a load to each point; a constant force needs no callback."""
+    """Add forces on points. A force whose line of action goes through a fixed place also has a moment about its point."""
     for name, load in loads.items():
-        at = place(holder_reference(scene.mechanism, load.point))
-        marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
+        point = place(holder_reference(scene.mechanism, load.point))
+        marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
@@ -41,34 +41,34 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
-            add_torque(scene, scene.turning(*at), _moment_of(scene, at, load.through, _force(scene, name, load, follows)))
+            force = _force(scene, name, load, follows)
+            add_torque(scene, scene.turning(*point), _moment_of(scene, point, load.through, force))
 
 
 def _refuse_states(load: Force | Torque) -> None:
-    """Raise a ValueError for a law with states: the engine has no coordinates for them."""
+    """Raise a ValueError for a load with states of its own, for which the engine has no coordinates."""
     if load.states is not None:
         raise ValueError(f"{load.where}: states = {load.states!r}: the compiled solver alone integrates states; use Spectral()")
 
 
 def _moment_of(
-    scene: EngineScene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
+    scene: EngineScene, point: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
 ) -> Callback:
-    """Make the moment about its point of a force whose line of action goes through a fixed place."""
+    """Make the callback of the moment [N m] about a point (body, point) of a force whose line of action meets a place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
-        """Return the moment of the force about the point [N m]."""
         fx, fy, _z = force(None, t, None)
-        x, y = scene.position(*at)
+        x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
 
     return moment
 
 
 def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+    """Make the callback of a force [N] that turns with the section at the place `follows`, if any."""
     value = guard(scene, name, load.value, 2)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
-        """Return the force in the engine's frame [N]."""
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
@@ -80,12 +80,13 @@ def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> C
 
 
 def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
-    """Add a load to each node; a force that turns with the section is fixed to the node."""
+    """Add the distributed loads of strips as loads on nodes, fixed to the node if they turn with the section."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
-        for node, length, (_, _, turn) in zip(strip.nodes, nodal_lengths(strip.body, strip.pieces), strip.reference, strict=True):
-            fx, fy = (length * each for each in load.force)
-            c, s = (cos(turn), sin(turn)) if load.turns else (1.0, 0.0)
+        lengths = nodal_lengths(strip.body, strip.pieces)
+        for node, length, (_, _, angle) in zip(strip.nodes, lengths, strip.reference, strict=True):
+            fx, fy = (length * component for component in load.force)
+            c, s = (cos(angle), sin(angle)) if load.turns else (1.0, 0.0)
             marker = scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node))
             vector = [c * fx + s * fy, -s * fx + c * fy, 0.0]
             scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=vector, bodyFixed=load.turns))
@@ -94,7 +95,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
 
 
 def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
-    """Add a load to the angle of each link; a constant torque needs no callback."""
+    """Add torques on links."""
     for name, load in loads.items():
         body, point = place(load.at(scene.mechanism))
         _refuse_states(load)
@@ -105,15 +106,17 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
 
 
 def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
-    """Add a torque(t, t, angle, speed), or a force along a travel, as a connector, which enters the Jacobian."""
+    """Add a torque(t, t, angle, speed) [N m], or a force on a travel [N], as a spring, as springs enter the engine's Jacobian.
 
-    def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
-        """Return the torque with the engine's sign, against the turn [N m]."""
+    The function has the arguments of a guarded function, with the time for messages first.
+    """
+
+    def spring_torque(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
         return -float(torque(t, t, angle, speed))
 
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[scene.ground, marker], stiffness=1.0, springForceUserFunction=resisting
+            markerNumbers=[scene.ground, marker], stiffness=1.0, springForceUserFunction=spring_torque
         )
     )
 
@@ -126,14 +129,13 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         def torque(
             t: float, _value: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage
         ) -> float:
-            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
-    """Add springs between points; only a law needs a callback."""
+    """Add springs between points."""
     for name, load in loads.items():
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         scene.system.AddObject(
@@ -144,30 +146,29 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
 
 
 def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
-    """Return the engine's parameters of a spring: stiffness and damping, or a callback with the law of (value, rate)."""
+    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
-        """Return the force of the law [N]."""
         return law(t, value, rate)
 
     return {"stiffness": 1.0, "springForceUserFunction": force}
 
 
 def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> None:
-    """Add torsion springs between angles."""
+    """Add torsion springs between the angles of two bodies."""
     for name, load in loads.items():
         free = load.free_angle or 0.0
-        given = spring_parameters(scene, name, load)
-        if "springForceUserFunction" in given:
-            law = given["springForceUserFunction"]  # the engine passes the angle without the offset
-            given["springForceUserFunction"] = lambda s, t, i, value, *rest, law=law, free=free: law(s, t, i, value - free, *rest)
+        options = spring_parameters(scene, name, load)
+        if "springForceUserFunction" in options:
+            law = options["springForceUserFunction"]  # the engine passes the angle without the offset
+            options["springForceUserFunction"] = lambda s, t, k, angle, *u, law=law, free=free: law(s, t, k, angle - free, *u)
         else:
-            given["offset"] = free
-        markers = [scene.turning(*place(at)) for at in load.ends(scene.mechanism)]
-        scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **given))
+            options["offset"] = free
+        markers = [scene.turning(*place(end)) for end in load.ends(scene.mechanism)]
+        scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **options))
 
 
 def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
@@ -175,7 +176,7 @@ def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
 
 
 def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
-    """Add each strut between position markers of its neighbours."""
+    """Add struts as springs between the bodies at their ends."""
     for name, link in links.items():
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
         scene.struts[name] = spring
@@ -190,12 +191,12 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
 
 
 def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
-    """Return the marker of the body on which a strut's end acts, directly or through other struts: block, link, ground."""
+    """Return the position marker of the block, the link or the ground on which the end of a strut acts."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
 def attach(scene: EngineScene, burden: Burden) -> None:
-    """Add a burden to a body, with its weight unless the body's weight includes it."""
+    """Add a point mass with inertia to a body, and its weight unless the weight of the body includes it."""
     body, point = place(burden.at)
     placed = scene.placed[body]
     if not placed.attach(point, burden.mass, burden.inertia):
@@ -206,10 +207,13 @@ def attach(scene: EngineScene, burden: Burden) -> None:
 
 
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
-    """Prescribe each driven coordinate."""
+    """Prescribe each driven coordinate by a constraint.
+
+    The explicit integrator has no constraints: there a huge inertia keeps the speed of the driven link constant.
+    """
     for name, drive in drives.items():
-        if scene.source.is_loose:  # the explicit integrator has no constraints: a huge inertia keeps the speed constant
-            scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
+        if scene.source.is_loose:
+            scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
             scene.reads(name, "effort", partial(_effort, drive))
         else:
             coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
@@ -218,22 +222,22 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
 
 
 def _effort(drive: Drive, _run: History, record: Record) -> Array:
-    """Return the torque that balances contacts and loads on a link of constant speed, N m, (times, 1)."""
+    """Return the torque [N m], (times, 1), that balances contacts and loads on a link of constant speed."""
     total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
     for name, element in Scene.of(record.mechanism).elements.items():
-        for at, force, torque in element.pushes(name, record) or ():
-            if place(at).body == drive.target:
-                total = total - cross(record.point(at)[0] - centre, force) - torque
+        for point, force, torque in element.pushes(name, record) or ():
+            if place(point).body == drive.target:
+                total = total - cross(record.point(point)[0] - centre, force) - torque
     return total[:, None]
 
 
 def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
-    """Prescribe a coordinate: by its velocity if the speed is constant (no callbacks), else by position and velocity."""
+    """Prescribe a coordinate: by its velocity if that is constant, without callbacks, else by position and velocity."""
     markers = [scene.ground, coordinate]
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
-        motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
-        watched = [watch(scene, who, lambda _system, t, _item, _offset, f=f: f(t)) for f in (motion.position, motion.speed)]
+        motion, what = drive.motion, f"the motion of the drive of '{drive.target}'"
+        watched = [watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in (motion.position, motion.speed)]
         item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=watched[0], offsetUserFunction_t=watched[1])
     return int(scene.system.AddObject(item))

@@ -1,7 +1,7 @@
-"""Modal links in the engine: a native floating-frame body, constrained to the plane, with a few virtual mesh points.
+"""Modal links in the engine: a native body with a floating frame of reference, constrained to the plane.
 
-Instead of the mesh the engine gets the inertia integrals, and at each joint a cross of points that moves as the interface.
-Markers and energies are then exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
+The engine gets no mesh, but inertia integrals and five virtual mesh points at each joint, a cross that moves as the interface.
+So forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ from .scene import EngineScene
 ARM = 0.05
 """Half width of the crosses of virtual points, over the link's length; any value gives the same motion."""
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+"""Virtual points at a joint, in half widths."""
 ENDS = STATIONS[:2]
+"""Stations of the two joints."""
 IN_PLANE = (0, 1, 5)
-"""Coordinates of the engine's frame node in the plane; it has x, y, z and three Tait-Bryan angles."""
+"""Planar coordinates x, y, theta among those of the engine's frame node: x, y, z and three Tait-Bryan angles."""
 
 
 @dataclass(frozen=True)
 class PlacedModal(EngineBody):
-    """A modal link in the engine; its coordinates are x, y, theta of the frame, then those of the modes.
+    """A modal link in the engine, with coordinates x, y, theta of the frame at the centre of mass, then those of m modes.
 
-    The frame's origin is the centre of mass; its initial velocity is `initial` (vx, vy, omega). `stations` maps points to 'start'
-    or 'end', `places` to places at t = 0 [m]. `anchors` are nodes (x, y, theta) at the ends, which `add_anchor` makes for joints
-    that need them.
+    `initial` is the velocity (vx, vy, omega) of the frame at t = 0. `stations` maps points to 'start' or 'end', `places` to
+    positions at t = 0 [m]. `anchors` maps points to nodes (x, y, theta) for joints that act on nodes.
     """
 
     model: PlanarModel = field(kw_only=True)
@@ -51,17 +52,17 @@ class PlacedModal(EngineBody):
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
     def weights(self) -> Array:
-        """Return the largest displacement by one unit of each coordinate [m], shape (1, 3 + m): a norm for step errors."""
+        """Return the largest displacement of the link per unit of each coordinate [m], shape (1, 3 + m)."""
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
     def motion(self, states: EngineStates) -> ModalHistory:
-        """Return the motion of frame and modes."""
+        """Return the motion of the link from the engine's coordinates."""
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Return the inverse of the effective mass of a point, in the direction in which the mass is least [1/kg]."""
+        """Return an upper bound [1/kg] of the inverse of the effective mass of a point in any direction."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
@@ -72,7 +73,7 @@ class PlacedModal(EngineBody):
 
 
 def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
-    """Add a modal link, initially undeformed in rigid motion; `rates` is the velocity of its start, (vx, vy, omega)."""
+    """Add a modal link, initially undeformed in rigid motion; `rates` is the velocity (vx, vy, omega) of its start."""
     mechanism, system = scene.mechanism, scene.system
     body_spec = cast(Modal, link.body)
     model = body_spec.planar(mechanism.length(link.name))
@@ -93,9 +94,9 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
 
 
 def add_anchor(placed: PlacedModal, point: str) -> int:
-    """Add a node (x, y, theta) that moves with an end's cross-section, for joints that act on nodes, as those with clearance.
+    """Add a node (x, y, theta) without mass that moves with an end's cross-section, for joints that act on nodes.
 
-    It has no mass; a pin constrains its place, and a linear constraint its angle, theta + sum psi_k q_k.
+    A pin constrains its place, and a linear constraint its angle: theta + sum psi_k q_k, where psi_k is the rotation in mode k.
     """
     if point in placed.anchors:
         return placed.anchors[point]
@@ -109,13 +110,13 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     )
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
-    turns = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
-    row = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *turns]
+    rotations = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
+    row = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *rotations]
     body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))
-    own = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
+    anchor = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
     system.AddObject(
         eii.ObjectConnectorCoordinateVector(
-            markerNumbers=[body, own], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
+            markerNumbers=[body, anchor], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
         )
     )
     placed.anchors[point] = int(node)
@@ -123,23 +124,24 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
 
 
 def _position_marker(system: System, body: int, station: str) -> int:
+    """Add a position marker at the centre of a joint."""
     joint = [len(CROSS) * ENDS.index(station)]
     item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
     return int(system.AddMarker(item))
 
 
 def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
-    """Add a floating frame with modes; constrain its three motions out of the plane."""
+    """Add a body with a floating frame and modes; constrain its three motions out of the plane."""
     frame = system.AddNode(
         eii.NodeRigidBodyRxyz(
             referenceCoordinates=[*place[:2], 0.0, 0.0, 0.0, place[2]],
             initialVelocities=[*velocity[:2], 0.0, 0.0, 0.0, velocity[2]],
         )
     )
-    none, m = np.zeros(len(model)), len(model)
+    zeros, m = np.zeros(len(model)), len(model)
     modal = system.AddNode(
         eii.NodeGenericODE2(
-            referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=none, numberOfODE2Coordinates=m
+            referenceCoordinates=zeros, initialCoordinates=zeros, initialCoordinates_t=zeros, numberOfODE2Coordinates=m
         )
     )
     body = system.AddObject(eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model)))
@@ -151,9 +153,9 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
 
 
 def _integrals(model: PlanarModel) -> dict[str, Any]:
-    """Return the engine's inertia integrals, in-plane parts only, so that the link stays in the plane.
+    """Return the engine's inertia integrals with in-plane parts only, so that the link stays in the plane.
 
-    With S(a) b = a x b the tilde matrices stack S(phi_k): S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
+    Matrices named "Tilde" are made of S(phi_k), with S(a) b = a x b: S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
     """
     m, axis = len(model), np.diag([0.0, 0.0, 1.0])
     return {
@@ -161,11 +163,11 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
         "stiffnessMatrixReduced": _container(np.diag(model.stiffness)),
         "dampingMatrixReduced": _container(np.diag(2 * model.damping * model.frequency)),
         "mass": model.mass,
-        "inertia": model.inertia * np.eye(3),  # about x and y it is never used
+        "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],
         "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),
         "mPsiTildePsiTilde": np.kron(model.gram, axis),
-        "mPhitTPsi": np.zeros((3, m)),  # mean axes: modes carry no momentum of the whole
+        "mPhitTPsi": np.zeros((3, m)),  # modes are orthogonal to rigid motions
         "mPhitTPsiTilde": np.zeros((3, 3 * m)),
         "mXRefTildePsi": np.zeros((3, m)),
         "mXRefTildePsiTilde": np.kron(model.radial, axis),
@@ -173,11 +175,11 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
-    """Return the points at each end, the joint's centre and a cross about it, and their displacements in each mode."""
+    """Return the virtual points at both joints, and their displacements in each mode, in the engine's format."""
     offsets = ARM * model.length * CROSS
-    turned = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
+    rotated = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
     places = np.concatenate([model.place(station) + offsets for station in ENDS])
-    modes = [shape[None, :2] + turned[:, :, None] * shape[2] for shape in model.shapes[:2]]  # points, 2, m
+    modes = [shape[None, :2] + rotated[:, :, None] * shape[2] for shape in model.shapes[:2]]  # points, 2, m
     return {
         "referencePositions": np.pad(places, ((0, 0), (0, 1))).ravel(),
         "modeBasis": np.pad(np.concatenate(modes), ((0, 0), (0, 1), (0, 0))).reshape(-1, len(model)),
@@ -187,6 +189,7 @@ def _virtual_points(model: PlanarModel) -> dict[str, Any]:
 
 
 def _container(matrix: Array) -> Any:
-    filled = exu.MatrixContainer()
-    filled.SetWithDenseMatrix(matrix, useDenseMatrix=True)
-    return filled
+    """Convert a matrix to the engine's type."""
+    container = exu.MatrixContainer()
+    container.SetWithDenseMatrix(matrix, useDenseMatrix=True)
+    return container

@@ -1,4 +1,4 @@
-"""Links and blocks in the engine, and the history of its steps, from which a record is made."""
+"""Base class of links and blocks in the engine, and the history of the engine's steps, from which a record is made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from . import System
 
 
 class EngineStates(NamedTuple):
-    """The engine's coordinates over time: displacements from the reference and their rates, each (times, coordinates)."""
+    """The engine's coordinates over time: displacements from the reference configuration, velocities, accelerations.
+
+    Each is an array (times, coordinates).
+    """
 
     q: Array
     q_t: Array
@@ -24,9 +27,9 @@ class EngineStates(NamedTuple):
 
 @dataclass(frozen=True)
 class EngineBody:
-    """A link or block in the engine: numbers of its `nodes` and `objects`, position markers of its points in `ends`.
+    """A link or block in the engine: numbers of its `nodes` and `objects`; `ends` maps its points to position markers.
 
-    `reference` (nodes, coordinates of a node) are the coordinates of the undeformed link.
+    `reference` (nodes, coordinates of a node) are the coordinates in the undeformed link at t = 0.
     """
 
     system: System
@@ -39,8 +42,8 @@ class EngineBody:
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape as `reference`."""
-        first = [self.system.GetNodeODE2Index(node) for node in self.nodes]
-        return np.add.outer(np.array(first), np.arange(self.reference.shape[1]))
+        starts = [self.system.GetNodeODE2Index(node) for node in self.nodes]
+        return np.add.outer(np.array(starts), np.arange(self.reference.shape[1]))
 
     def total(self, states: EngineStates) -> EngineStates:
         """Return coordinates and rates of this link, each (times, nodes, coordinates of a node)."""
@@ -52,11 +55,11 @@ class EngineBody:
         raise NotImplementedError
 
     def weights(self) -> Array:
-        """Return the displacement of the link by one unit of each coordinate, m, shape as `columns`: a norm for step errors."""
+        """Return the displacement of the link per unit of each coordinate [m], shape as `columns`: weights of step errors."""
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add a mass, kg, with a moment of inertia, kg m^2, to the node at a point; return False if the body has it already."""
+        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; return False if the body includes them already."""
         if inertia:
             node, size = self.contact_node(point)[0], 3
         else:
@@ -66,24 +69,24 @@ class EngineBody:
         return True
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node that moves with a point, its number of coordinates (x, y first), and its reference place."""
+        """Return the node that moves with a point, its number of coordinates (x, y first), and its place at t = 0."""
         node, place = self.contact_node(point)
         return node, 3, place
 
     def mobility(self, _point: str, _along: Pair) -> float:
-        """Return the inverse of the effective mass of a point along a unit vector, without joined bodies, 1/kg."""
+        """Return the inverse of the effective mass [1/kg] of a point along a unit vector, without joined bodies."""
         raise NotImplementedError
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return the node (x, y, theta) at a point, and its reference place; ValueError if the body has no angle."""
+        """Return the node (x, y, theta) at a point, and its place at t = 0; a ValueError says that the body has no angle."""
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
 
 
 @dataclass(frozen=True)
 class History:
-    """History of the engine's steps: multipliers (times, constraints), contact forces [N] (times, stops).
+    """History of the engine's steps: times, coordinates, multipliers (times, constraints), `contact` forces [N] (times, stops).
 
-    `memory` has for each of the scene's `with_memory` an array (times, joints, 4) with the columns of `journal.MEMORY`.
+    `memory` has an array (times, joints, 4) for each of the scene's `with_memory`, with the columns of `laws.journal.MEMORY`.
     """
 
     time: Array
@@ -94,12 +97,12 @@ class History:
 
 
 class WithMemory(Protocol):
-    """Protocol of forces with a memory from one accepted step to the next."""
+    """Protocol of forces that depend on the last accepted step."""
 
     memory: Array
     has_memory: bool
     latest: Array
-    """Latest time of all calls, and number of calls since; infinite once there are too many."""
+    """Latest time of all calls [s], and number of calls since then, infinite if too large."""
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""

@@ -1,4 +1,4 @@
-"""Loads of the pinned strip by static equilibrium in the engine, started from the exact elastica to stay on its branch."""
+"""Loads of the buckled pinned strip by Newton's method in the engine, started from the exact elastica."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from .build import build
 from .scene import SPARSE_FROM, EngineScene
 
 OFF_BRANCH = 0.5
-"""Relative distance from the exact force beyond which a state is not on the buckled branch."""
+"""Relative difference from the exact force above which an equilibrium is not on the buckled branch."""
 MESH = 1e-2
-"""Relative distance beyond which there are too few elements; shear and compression of a thick strip are added to it."""
+"""Relative difference from the exact force above which there are too few elements, beyond shear and compression."""
 
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
-    """Find the forces that hold a strip, pinned at both ends, at some end shortenings.
+    """Compute the forces that hold a strip, pinned at both ends, at given end shortenings.
 
     Parameters
     ----------
     body : Beam or Cable
-        The strip and its elements.
+        Section and elements of the strip.
     length : float
-        Distance of the straight strip's ends [m].
+        Length of the straight strip [m].
     shortenings : array_like, shape (values,)
-        End shortening over length, in [1e-6, 1.5].
+        End shortening over length, 1e-6 to 1.5.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
         If Newton's method does not converge, or a force is not that of the buckled branch.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
-    travel = [0.0]  # of the moving end [m], read by the engine's callback
+    travel = [0.0]  # of the moving end [m]; the drive reads it
     mechanism = Mechanism(
         points={"A": (0.0, 0.0), "B": (length, 0.0)},
         links=[Link("strip", "A", "B", body)],
@@ -56,34 +56,34 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
     scene = build(mechanism)
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
     settings, data = _static_settings(scene), scene.system.systemData
-    unit, row, load = body.section.bending_stiffness / length**2, int(scene.multipliers("drive")[0]), np.empty(len(u))
+    unit, row, loads = body.section.bending_stiffness / length**2, int(scene.multipliers("drive")[0]), np.empty(len(u))
     for k, guess in enumerate(_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length
         data.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
         try:
-            found = engine.SolveSystem(scene.system, settings)
+            has_converged = engine.SolveSystem(scene.system, settings)
         except exu.ExudynError:
-            found = False
-        if not found:
+            has_converged = False
+        if not has_converged:
             raise ArithmeticError(f"no equilibrium found at u = {u[k]:g}")
-        load[k] = abs(float(data.GetAECoordinates()[row])) / unit
-    _check_branch(body, length, u, load)
-    return load
+        loads[k] = abs(float(data.GetAECoordinates()[row])) / unit
+    _check_branch(body, length, u, loads)
+    return loads
 
 
-def _check_branch(body: Beam | Cable, length: float, u: Array, load: Array) -> None:
+def _check_branch(body: Beam | Cable, length: float, u: Array, loads: Array) -> None:
     """Raise an ArithmeticError unless all loads are those of the buckled branch, up to shear and compression."""
     section, exact = body.section, pinned.load(u)
-    thick = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
-    error = np.abs(load / exact - 1)
+    shear_and_compression = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
+    error = np.abs(loads / exact - 1)
     k = int(np.argmax(error))
-    if error[k] > MESH + thick:
-        why = "off the buckled branch" if error[k] > OFF_BRANCH else "too few elements"
-        raise ArithmeticError(f"at u = {u[k]:g} the force is {load[k]:.4g}, exact {exact[k]:.4g}: {why}")
+    if error[k] > MESH + shear_and_compression:
+        cause = "off the buckled branch" if error[k] > OFF_BRANCH else "too few elements"
+        raise ArithmeticError(f"at u = {u[k]:g} the force is {loads[k]:.4g}, exact {exact[k]:.4g}: {cause}")
 
 
 def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:
-    """Compute the displacements of all coordinates in the exact shape, (values, coordinates)."""
+    """Compute the engine's coordinates of the exact elastica, (shortenings, coordinates)."""
     strip = scene.placed["strip"]
     columns, length = strip.columns(), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))
@@ -97,6 +97,7 @@ def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Arra
 
 
 def _static_settings(scene: EngineScene) -> exu.SimulationSettings:
+    """Return the settings of the static solver: full load in one step."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     static = settings.staticSolver

@@ -1,4 +1,4 @@
-"""Recording of a run, step by step, and the reasons for which it stops."""
+"""Recording of a run, step by step, and conditions that end a run early."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CHECK_EVERY = 16
 
 @dataclass
 class Rows:
-    """Rows of the accepted steps."""
+    """Values at the accepted steps, one entry of each list for each step."""
 
     time: list[float] = field(default_factory=list)
     q: list[Array] = field(default_factory=list)
@@ -37,13 +37,16 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack the rows as a history."""
+        """Stack the values as arrays.
+
+        If the engine's forces at t = 0 lack friction (`starts_smooth`), those of the first step replace them.
+        """
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.starts_smooth and count > 1:
             forces[0] = forces[1]
-        recorded = iter(np.array(part) for part in zip(*self.memory, strict=True))
-        memory = [next(recorded) if group.has_memory else np.tile(group.memory, (count, 1, 1)) for group in scene.with_memory]
+        stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))
+        memory = [next(stacked) if group.has_memory else np.tile(group.memory, (count, 1, 1)) for group in scene.with_memory]
         time = np.array(self.time)
         for part in memory:
             part[:, :, SINCE] = time[:, None]
@@ -51,7 +54,7 @@ class Rows:
 
 
 class Recorder:
-    """The engine's callback after each accepted step: record, report the progress, end the run if necessary."""
+    """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary."""
 
     def __init__(
         self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
@@ -69,16 +72,16 @@ class Recorder:
         self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:
-        """Record a step as the engine's callback; False ends the run. An exception is raised again after the engine's return."""
+        """Record a step; return False to end the run. An exception is stored, to be raised after the engine's return."""
         try:
             self._accept(t)
-            return self._may_go_on(t)
+            return self._may_continue(t)
         except BaseException as error:
             self.raised = error
             return False
 
     def _accept(self, t: float) -> None:
-        """Record a step; parts that the mechanism does not have are skipped, as steps of rigid mechanisms are short."""
+        """Record a step. What the mechanism does not have is skipped, as a step of a rigid mechanism takes little time."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)
@@ -96,6 +99,7 @@ class Recorder:
         self.next_step(q, q_t)
 
     def _contact(self, stop: StopContact, q: Array, q_t: Array, t: float) -> float:
+        """Update a stop and return its force [N]; nan, which ends the run, if its law raises an exception."""
         try:
             return stop.step(q, q_t)
         except Exception as error:
@@ -103,9 +107,10 @@ class Recorder:
             return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:
-        """Choose the next step; by default the engine does."""
+        """Choose the size of the next step; by default the engine chooses it."""
 
-    def _may_go_on(self, t: float) -> bool:
+    def _may_continue(self, t: float) -> bool:
+        """Return False, and store the failure, if the run must end."""
         count = len(self.record.time)
         if self.failure is not None:
             return False

@@ -1,4 +1,4 @@
-"""Rigid links in the engine."""
+"""Rigid links in the engine, each one node (x, y, theta) at the centre of mass with added masses."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedRigid(EngineBody):
-    """A rigid link; its coordinates are place of the centre of mass, added masses included, and direction.
+    """A rigid link in the engine.
 
-    `mass` [kg] and `inertia` [kg m^2] are the link's alone; `arms` lead from the link's own centre of mass to all points at
-    t = 0, `own` from the node to that centre [m]. `radius` is half the length [m].
+    `mass` [kg], `inertia` [kg m^2] and the centre of mass, without added masses, are recorded. `arms` lead from this centre to
+    all points at t = 0 [m], `own` leads from the node to this centre [m]. `radius` is half the length [m].
     """
 
     mass: float
@@ -30,7 +30,7 @@ class PlacedRigid(EngineBody):
     own: Array
 
     def motion(self, states: EngineStates) -> RigidMotion:
-        """Compute the motion of the link's own centre of mass."""
+        """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
@@ -43,25 +43,25 @@ class PlacedRigid(EngineBody):
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def weights(self) -> Array:
-        """Return 1 for places and half the link's length for the angle."""
+        """Return 1 for x and y, and half the length of the link for the angle."""
         return np.array([[1.0, 1.0, self.radius]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
-        """Return False: the body was built with all added masses."""
+        """Return False: `add` includes all added masses."""
         return False
 
     def mobility(self, point: str, along: Pair) -> float:
-        """Compute the inverse of the effective mass from mass and inertia."""
+        """Compute the inverse of the effective mass [1/kg] from mass and inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return the only node."""
+        """Return the node of the link."""
         return self.nodes[0], self.reference[0, :2]
 
 
 def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
-    """Add a rigid link; `velocity` is that of its start, (vx, vy, omega)."""
+    """Add a rigid link; `velocity` is (vx, vy, omega) of its start."""
     mechanism, system = scene.mechanism, scene.system
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     length = mechanism.length(link.name)
@@ -75,11 +75,11 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     reference = np.array([[*middle, direction]])
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*reference[0]], initialVelocities=rates))
     body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
-    turn = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
-    arms = {point: np.subtract(at, own) for point, at in mechanism.points.items()}
+    to_link = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
+    arms = {point: np.subtract(position, own) for point, position in mechanism.points.items()}
     ends = {
         point: system.AddMarker(
-            eii.MarkerBodyPosition(bodyNumber=body, localPosition=[*(turn @ (arms[point] + own - middle)), 0.0])
+            eii.MarkerBodyPosition(bodyNumber=body, localPosition=[*(to_link @ (arms[point] + own - middle)), 0.0])
         )
         for point in link.points
     }
@@ -88,15 +88,14 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
 
 
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
-    """Return mass, inertia and centre of mass of a link with added masses, by Steiner's theorem."""
+    """Return mass, moment of inertia and centre of mass of a link with added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
-    for at, more, turning in scene.source.burdens:
-        body, point = place(at)
+    for burden in scene.source.burdens:
+        body, point = place(burden.at)
         if body == link.name:
-            parts.append((more, turning, np.array(scene.mechanism.points[point])))
+            parts.append((burden.mass, burden.inertia, np.array(scene.mechanism.points[point])))
     if len(parts) == 1:
         return parts[0]
-    total = sum(part[0] for part in parts)
-    middle = sum((part[0] * part[2] for part in parts), np.zeros(2)) / total
-    moment = sum(part[1] + part[0] * float((part[2] - middle) @ (part[2] - middle)) for part in parts)
-    return total, moment, middle
+    total = sum(m for m, _, _ in parts)
+    common = sum((m * c for m, _, c in parts), np.zeros(2)) / total
+    return total, sum(i + m * float((c - common) @ (c - common)) for m, i, c in parts), common

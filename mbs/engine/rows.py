@@ -1,4 +1,7 @@
-"""Constraints of elements in the engine: native ones for pins and angles, or user functions for any rows."""
+"""Constraints of elements in the engine: native items for pins and angles, user functions for other rows.
+
+A row is one scalar equation: a sum of factors times measures (turn, distance, coordinate along a line) of two bodies.
+"""
 
 from __future__ import annotations
 
@@ -16,47 +19,50 @@ from .scene import EngineScene, Reader
 
 
 def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
-    """Add the rows of each element; its channels are the `reactions` of the multipliers with opposite sign.
+    """Add the rows of each element. Its channels are `reactions`, from the multipliers with opposite sign.
 
-    A strut acts on its neighbour directly: rows of its ends are left out.
+    A strut acts directly on the bodies at its ends: rows with a strut are left out.
     """
     for name, element in elements.items():
         rows = list(element.rows(scene.mechanism))
         if any(row.bodies & scene.strut_links for row in rows):
             continue
-        parts = _add(scene, rows)
-        scene.constraints |= {f"{name}: {k}" if k else name: part for k, part in enumerate(parts)}
+        items = _add(scene, rows)
+        scene.constraints |= {f"{name}: {k}" if k else name: item for k, item in enumerate(items)}
         for channel in element.reactions(np.zeros((0, len(rows)))) or ():
-            scene.reads(name, channel, _reader(scene, parts, element, channel))
+            scene.reads(name, channel, _reader(scene, items, element, channel))
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
-    """Add an element's rows as constraints, return their numbers: a pin and angles if possible, else one for all rows."""
+    """Add rows as native constraints, a pin and angles, if possible, else as one item; return the numbers of the items."""
     pin = find_pin(rows)
     if pin is None:
         return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
-    added = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
+    items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:
         ((_, turn),) = row.terms
         markers = [scene.turning(*end) for end in (turn.second, turn.first)]
-        added.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
-    return added
+        items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
+    return items
 
 
-def _reader(scene: EngineScene, parts: list[int], element: Element, channel: str) -> Reader:
+def _reader(scene: EngineScene, items: list[int], element: Element, channel: str) -> Reader:
     """Make the reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:
-        """Return a reaction over the run, from its multipliers."""
-        columns = np.concatenate([scene.system.systemData.GetObjectLTGAE(part) for part in parts])
+        """Return a channel over the run."""
+        columns = np.concatenate([scene.system.systemData.GetObjectLTGAE(item) for item in items])
         return (element.reactions(-run.multipliers[:, columns]) or {})[channel]
 
     return read
 
 
 class RowConstraint:
-    """Rows as equations of engine nodes (x, y, angle); `nodes` has their places at t = 0 [m] by number."""
+    """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
+
+    `nodes` maps node numbers to places at t = 0 [m], `at` maps ends of measures to nodes.
+    """
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points
@@ -66,19 +72,21 @@ class RowConstraint:
             for _, measure in row.terms:
                 for end in (measure.first, measure.second):
                     if end.body != GROUND:
-                        node, where = scene.placed[end.body].contact_node(end.point)
-                        self.nodes[node], self.at[end] = where, node
+                        node, position = scene.placed[end.body].contact_node(end.point)
+                        self.nodes[node], self.at[end] = position, node
         self.order = list(self.nodes)
         self.forms = Forms(rows, len(self.order), Ends(self._number, self._arm, self._place))
-        self.native = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
+        self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
 
     def _number(self, end: Place) -> int:
+        """Return the index of an end's node in `order`; of the ground, their number."""
         return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
 
     def _place(self, end: Place) -> complex:
         return complex(*self.points[end.point])
 
     def _arm(self, end: Place) -> complex:
+        """Return the vector from the node to the point at t = 0 [m], as a complex number."""
         return self._place(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
 
     def add(self) -> int:
@@ -86,23 +94,23 @@ class RowConstraint:
         system, forms = self.scene.system, self.forms
         reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
         angle = reference * (0.0, 0.0, 1.0)  # forms count angles from t = 0
-        whole = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
+        element = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
         ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
-        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=whole))]
-        if self.native:
-            slope = forms.system(reference - angle)[1]
-            given: dict[str, object] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
-            return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
+        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=element))]
+        if self.is_linear:
+            matrix = forms.system(reference - angle)[1]
+            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
+            return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
-            """Return the residual of the rows, or of their rates on the velocity level."""
-            c, j = forms.system(np.reshape(q, angle.shape) - angle)
-            return j @ np.asarray(q_t) if on_speeds else c
+            """Return the residual of the rows, or its rate if the engine solves for velocities."""
+            residual, gradient = forms.system(np.reshape(q, angle.shape) - angle)
+            return gradient @ np.asarray(q_t) if on_speeds else residual
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
             """Return the derivative of the rows by the coordinates."""
             return forms.system(np.reshape(q, angle.shape) - angle)[1]
 
-        given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        size = np.zeros((forms.count, reference.size))  # the number of equations
-        return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=size, **given)))
+        options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
+        shape = np.zeros((forms.count, reference.size))  # tells the engine the number of equations
+        return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))

@@ -1,4 +1,4 @@
-"""An Exudyn system with the numbers of its parts, and the conversion of its history to a record."""
+"""An Exudyn system with the numbers of its items, and the conversion of its history to a record."""
 
 from __future__ import annotations
 
@@ -23,19 +23,20 @@ from .forces import StopContact, StrutSpring
 from .placed import EngineBody, EngineStates, History, WithMemory
 
 Reader = Callable[[History, Record], Array]
-"""Function that reads the channels of an element from a run: (times, columns)."""
+"""Function that computes a channel of an element, (times, columns), from the history and the record of a run."""
 SPARSE_FROM = 40
-"""Coordinates from which the engine's sparse solver is the faster one."""
+"""Number of coordinates from which the engine's sparse solver is faster than the dense one."""
 
 
 @dataclass
 class EngineScene:
-    """An assembled system with the numbers of its parts, used for one run.
+    """An Exudyn system with the numbers of its items, used for one run.
 
-    `ground` is the ground's coordinate marker. `placed` holds links (not struts) by name and blocks by point, `constraints` the
-    engine's object numbers by element. `with_memory` are forces with a memory from step to step: joints with clearance, grouped
-    by their laws, and guides with friction by their reaction. Without bristles such friction is missing in the engine's forces
-    at t = 0: then `starts_smooth` is true. `notes` are sentences for the result, `stopped` is the failure of a user's function.
+    `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) and points of blocks to bodies,
+    `constraints` maps elements to object numbers. `with_memory` are forces that depend on the last accepted step: joints with
+    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_smooth` is true if such a
+    guide has no bristle: the engine's forces at t = 0 then lack its friction. `notes` are sentences for the result. `stopped` is
+    the failure of a user's function. `readers` are (element, channel, function).
     """
 
     mechanism: Mechanism
@@ -58,7 +59,7 @@ class EngineScene:
         self.source = Scene.of(self.mechanism)
 
     def summary(self) -> dict[str, int]:
-        """Count the parts, coordinates, constraints and engine items."""
+        """Count elements, coordinates, constraints and items of the engine."""
         data = self.system.systemData
         return {
             **self.source.counts,
@@ -94,14 +95,15 @@ class EngineScene:
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
 
     def angle(self, body: str, point: str) -> float:
-        """Return the angle since t = 0 of a body at a point, rad, in the engine's current state."""
-        return float(self._now(body).turn(point)[0][0])
+        """Return the angle [rad] that a body turned at a point since t = 0, in the engine's current state."""
+        return float(self._motion(body).turn(point)[0][0])
 
     def position(self, body: str, point: str) -> Array:
-        """Return the place of a point of a body, m, (2,), in the engine's current state."""
-        return np.asarray(self._now(body).point(point)[0][0])
+        """Return the position of a point of a body [m], (2,), in the engine's current state."""
+        return np.asarray(self._motion(body).point(point)[0][0])
 
-    def _now(self, body: str) -> MovingBody:
+    def _motion(self, body: str) -> MovingBody:
+        """Return the motion of a body at one time, the present; its rates are not valid."""
         q = self.system.systemData.GetODE2Coordinates()[None]
         return self.placed[body].motion(EngineStates(q, q, q))
 

@@ -1,4 +1,4 @@
-"""One run of the engine: scene, choice of the integrator, settings, record."""
+"""One run of the engine: assembly, choice and settings of the integrator, record."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from .recording import Recorder
 from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl
 
-EXPLICIT_SHARE = 10.0
-"""Absolute tolerance of the explicit integrator, over the position error allowed in implicit steps: its order is 5, not 2."""
+EXPLICIT_TOLERANCE = 10.0
+"""Absolute tolerance of the explicit integrator, of order 5, over the position error allowed to the implicit one, of order 2."""
 UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
-NEVER_REACHED = 1e-15
-"""Smallest step of the explicit integrator, s: never reached, as the engine would then reject it for ever without a callback."""
+SMALLEST_STEP = 1e-15
+"""Smallest step of the explicit integrator [s], too small to be reached: there the engine would repeat a step for ever."""
 
 
 def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
-    """Let the engine run; return the failure, if any."""
+    """Integrate with the engine; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
     if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
         scene.system.SetPreStepUserFunction(control.before_step)
-    complaint: Exception | None = None
+    raised: Exception | None = None
     finished = False
     with ctrl_c() as control.interrupted:
         try:
             finished = engine.SolveSystem(scene.system, settings)
         except exu.ExudynError as error:
-            complaint = error
+            raised = error
     if control.raised is not None:
         raise control.raised
     if any(np.isinf(group.latest[1]) for group in scene.with_memory):
@@ -48,9 +48,9 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
     failure = control.failure or scene.stopped
     if failure is not None or finished:
         return failure
-    if complaint is None or isinstance(complaint, exu.SolverError):
+    if raised is None or isinstance(raised, exu.SolverError):
         return _divergence(control, "the smallest step did not help")
-    return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
+    return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(raised).split())[-200:]}"
 
 
 def _divergence(control: Recorder, reason: str) -> tuple[Status, str]:
@@ -61,7 +61,8 @@ def _last_time(control: Recorder) -> float:
     return control.record.time[-1] if control.record.time else 0.0
 
 
-def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
+def _common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:
+    """Return the settings that both integrators share."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
@@ -72,58 +73,56 @@ def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
 
 def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Return the settings of the Dormand-Prince method, 5(4)."""
-    settings = _common(duration, solver)
+    settings = _common_settings(duration, solver)
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
-    controlled = solver.steps.adaptive
-    integration.automaticStepSize = integration.adaptiveStep = controlled
+    integration.automaticStepSize = integration.adaptiveStep = solver.steps.adaptive
     integration.initialStepSize = 1e-6
-    integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
-    integration.absoluteTolerance = (
-        EXPLICIT_SHARE * position_error(scene.source, solver.steps.tolerance) if controlled else UNLIMITED
-    )
+    integration.explicit.computeEndOfStepAccelerations = False  # the last stage is at the end of the step
+    integration.absoluteTolerance = UNLIMITED
+    if solver.steps.adaptive:
+        integration.absoluteTolerance = EXPLICIT_TOLERANCE * position_error(scene.source, solver.steps.tolerance)
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = NEVER_REACHED
+    integration.minimumStepSize = SMALLEST_STEP
     return settings
 
 
 def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Return the settings of the generalized-alpha method."""
-    settings = _common(duration, solver)
+    settings = _common_settings(duration, solver)
     integration = settings.timeIntegration
     integration.minimumStepSize = MIN_STEP
     integration.adaptiveStep = solver.steps.adaptive
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # StepControl increases the step
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = bool(scene.source.clearances) and solver.steps.adaptive
-    integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
+    keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive  # until the step size changes
+    integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
-    # the recommended step is that of StepControl's callback, as no native contact element is built
-    integration.discontinuous.useRecommendedStepSize = True
+    integration.discontinuous.useRecommendedStepSize = True  # the step of StepControl, as there are no native contacts
     if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
-        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the possible distributions of forces
+        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of many solutions
     elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
 
 
 def _reachable_residual(scene: EngineScene) -> float:
-    """Return ten times the rounding error of the stiffest link's axial force, N."""
+    """Return the least residual [N] that Newton's method can reach, by rounding of the axial force of the stiffest link."""
     bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
 
 
 NEWTON = 1e-10
-"""Relative tolerance of Newton's residual: a digit above rounding of the forces of a step."""
+"""Relative tolerance of Newton's residual: ten times the rounding error of the forces in a step."""
 UNFINISHED = 1e-9
-"""Largest missing part of the duration of a finished run."""
+"""Largest part of the duration that may lack in a finished run."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:
-    """Build the scene, run the engine, and make the record."""
+    """Assemble a mechanism, integrate it with the engine, and record its motion."""
     scene = build(mechanism)
     steps = solver.steps
     if steps.adaptive and steps.tolerance is None and scene.source.is_determined:

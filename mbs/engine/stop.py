@@ -1,4 +1,4 @@
-"""Stops in the engine: a force on a guide's coordinate, or one user element on the nodes of point and face."""
+"""Stops in the engine: a force on the coordinate of a guide's block, or a user element on the nodes of point and face."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from .scene import EngineScene
 
 
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
-    """Make the contact of a stop, in its guide's coordinate or between its two bodies."""
+    """Make the contact of a stop with a guide's block, or between the bodies of point and face."""
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
     if stop.is_in_guide:
         return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
     link, along = stop.body(mechanism), stop.across(mechanism)
-    node, size, at = scene.placed[link].place_node(stop.point)
-    first, second = StopEnd(node, size, at, np.subtract(mechanism.points[stop.point], at)), StopEnd()
+    node, size, position = scene.placed[link].place_node(stop.point)
+    first, second = StopEnd(node, size, position, np.subtract(mechanism.points[stop.point], position)), StopEnd()
     inverse_mass = scene.placed[link].mobility(stop.point, along)
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
-        node, at = scene.placed[stop.carrier].contact_node(origin)
-        second = StopEnd(node, 3, np.array(at))
+        node, position = scene.placed[stop.carrier].contact_node(origin)
+        second = StopEnd(node, 3, np.array(position))
         inverse_mass += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
     reach = stop.at - float(np.dot(along, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
@@ -41,7 +41,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
 
 
 def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
-    """Add each stop: on its block's coordinate, or on the nodes of its bodies."""
+    """Add stops, and their forces as channels."""
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene, stop)
         if isinstance(contact, FreeContact):
@@ -52,17 +52,17 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
 
 
 def _force(k: int, run: History, _record: Record) -> Array:
+    """Return the contact force of stop k over the run, (times, 1)."""
     return run.contact[:, k : k + 1]
 
 
 def _add_guided(scene: EngineScene, contact: StopContact) -> None:
     """Add a stop on the coordinate of its guide's block."""
 
-    def push(_system: System, _time: float, travel: float, speed: float) -> float:
-        """Return the force along the guide [N]."""
+    def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
-    watched = watch(scene, f"the law of the stop of '{contact.stop.point}'", push)
+    watched = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
     add_torque(scene, scene.coordinate(contact.stop.point, 0), watched)
 
 

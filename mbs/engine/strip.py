@@ -1,6 +1,6 @@
-"""Beams and cables in the engine.
+"""Strips in the engine: geometrically exact beams, and cables of the absolute nodal coordinate formulation (ANCF).
 
-Nodal coordinates are (x, y, theta) for geometrically exact beams, (x, y, dx/ds, dy/ds) for ANCF cables.
+Nodal coordinates are (x, y, theta) for beams, (x, y, dx/ds, dy/ds) for cables, with the arc length s.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedStrip(EngineBody):
-    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points.
+    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m], `at` maps points to nodes of the strip.
 
-    `anchors` are nodes (x, y, theta) for joints that act on a cable's angle.
+    `anchors` maps points of a cable to nodes (x, y, theta), for joints that act on angles.
     """
 
     pieces: Array
@@ -35,18 +35,18 @@ class PlacedStrip(EngineBody):
     anchors: dict[str, int] = field(default_factory=dict)
 
     def motion(self, states: EngineStates) -> BeamMotion | CableMotion:
-        """Compute the motion of its nodes."""
+        """Return the motion of the strip from the engine's coordinates."""
         motion = BeamMotion if self.body.turns else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
     def weights(self) -> Array:
-        """Return 1 for places, 0 for angles and slopes."""
+        """Return 1 for x and y, 0 for angles and slopes."""
         weights = np.zeros_like(self.reference)
         weights[:, :2] = 1.0
         return weights
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return the node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
+        """Return the node of a beam; for a cable, whose nodes have slopes, a node without mass that turns with the cable."""
         node = self.at[point]
         place = self.reference[node, :2]
         if self.body.turns:
@@ -56,45 +56,47 @@ class PlacedStrip(EngineBody):
         return self.anchors[point], place
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node at a point, its number of coordinates and its reference place."""
+        """Return the node at a point, its number of coordinates and its place at t = 0."""
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Compute the inverse of the effective mass, half of that of the elements next to the node."""
-        place = np.cumsum(np.concatenate([[0.0], self.pieces]))
+        """Compute the inverse of the effective mass [1/kg]: half the mass of the elements next to the node."""
+        arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))
         step = self.body.nodes - 1 if self.body.turns else 1
         k = self.at[point] // step
-        around = place[min(k + 1, len(self.pieces))] - place[max(k - 1, 0)]
-        return float(2 / (self.body.section.mass_per_length * around))
+        length = arcs[min(k + 1, len(self.pieces))] - arcs[max(k - 1, 0)]
+        return float(2 / (self.body.section.mass_per_length * length))
 
 
 def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
-    """Add a node (x, y, theta) without mass at a cable's node, by a pin and r' x (cos theta, sin theta) = 0."""
-    vx, vy, wx, wy = system.GetNode(node)["initialVelocities"]
+    """Add a node (x, y, theta) without mass at a node of a cable, joined by a pin and r' x (cos theta, sin theta) = 0.
+
+    r' is the slope of the cable; the joint has the coordinates (x, y, dx/ds, dy/ds, x, y, theta) of both nodes.
+    """
+    vx, vy, slope_vx, slope_vy = system.GetNode(node)["initialVelocities"]
     tx, ty = reference[2:]
-    theta = float(np.arctan2(ty, tx))
-    start = [*reference[:2], theta]
-    anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=[vx, vy, tx * wy - ty * wx]))
+    start, velocity = [*reference[:2], float(np.arctan2(ty, tx))], [vx, vy, tx * slope_vy - ty * slope_vx]
+    anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=velocity))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
 
-    def row(q: Array) -> Array:  # the engine passes total coordinates here, those at t = 0 included
-        """Return the derivative of the clamp's residual by the coordinates."""
+    def gradient(q: Array) -> Array:  # the engine passes total coordinates, which include those at t = 0
+        """Return the derivative of the residual by the coordinates."""
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
 
-    def clamp_residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
-        """Return the residual of the clamp, or its rate on the velocity level."""
+    def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
+        """Return the residual, or its rate if the engine solves for velocities."""
         if velocity_level:
-            return [float((row(q) @ np.array(q_t))[0])]
+            return [float((gradient(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
 
     system.AddObject(
         eii.ObjectConnectorCoordinateVector(
-            markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
-            scalingMarker0=np.zeros((1, 7)),  # one equation
-            constraintUserFunction=clamp_residual,
-            jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: row(q),
+            markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=number)) for number in (node, anchor)],
+            scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
+            constraintUserFunction=residual,
+            jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: gradient(q),
         )
     )
     return int(anchor)
@@ -102,9 +104,9 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes of a stress-free strip in the chord's frame: places (nodes, 2) [m] and directions of the tangent [rad].
+    """Nodes of a stress-free strip in axes of its chord: places (nodes, 2) [m] and directions of the tangent (nodes,) [rad].
 
-    `pieces` are the lengths of the elements [m], `at` the node of each point.
+    `pieces` are the lengths of the elements [m], `at` maps points to nodes.
     """
 
     places: Array
@@ -116,9 +118,9 @@ class Mesh:
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements with a node at each of its points."""
     body = cast(Flexible, link.body)
-    step = body.step
-    inner = sorted((part, point) for point, part in cast(Mapping[str, float], link.carries).items())
-    cuts = [0.0, *(part for part, _ in inner), 1.0]
+    step = body.step  # nodes of an element less 1
+    inner = sorted((fraction, point) for point, fraction in cast(Mapping[str, float], link.carries).items())
+    cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]
     counts = _distribute(np.diff(cuts), body.count)
     edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
     stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
@@ -126,14 +128,14 @@ def mesh(link: Link, chord: float) -> Mesh:
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
     if body.turns:
-        fixed = np.array([(0.0, 0.0), *(body.along(chord, part) for part, _ in inner), (chord, 0.0)])
+        fixed = np.array([(0.0, 0.0), *(body.along(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
         places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
 
 def _distribute(parts: Array, count: int) -> list[int]:
-    """Distribute `count` elements over parts of a strip by their lengths, with at least one each."""
+    """Distribute `count` elements over parts of a strip by their lengths, one at least to each part."""
     numbers = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
     while numbers.sum() < count:
         numbers[np.argmax(parts / numbers)] += 1
@@ -141,11 +143,13 @@ def _distribute(parts: Array, count: int) -> list[int]:
 
 
 def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
-    """Move a beam's nodes so that strains vanish at the integration points, and some `nodes` are at the places `fixed`.
+    """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
-    The interpolated slope has the length 1 there if the element's length is its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2) with
-    the middle node d above mid-chord (3 nodes). The curvature is constant if the middle direction is the mean of those at the
-    ends. Rotating and scaling the nodes between two fixed ones keeps this.
+    The interpolated slope has the length 1 at the integration points if the length of the element is its chord c (2 nodes) or
+    sqrt(c^2 + 16/3 d^2) with the middle node at a distance d from mid-chord (3 nodes). The curvature is constant if the middle
+    direction is the mean of those at the ends. Rotating and scaling the nodes between two fixed nodes preserves both.
+
+    Places in the plane are complex numbers; until the last loop they are in units of the mean length of an element.
     """
     place = places[:, 0] + 1j * places[:, 1]
     ends = place[::step]
@@ -154,14 +158,14 @@ def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: A
         theta = theta.copy()
         theta[1::2] = (theta[:-2:2] + theta[2::2]) / 2
         sag = ((place[1::2] - (ends[:-1] + ends[1:]) / 2) / np.diff(ends)).imag  # d/c
-    share = pieces / pieces.mean()
-    chords = np.diff(ends) / np.abs(np.diff(ends)) / np.sqrt(1 + 16 / 3 * sag**2) * share
+    lengths = pieces / pieces.mean()
+    chords = np.diff(ends) / np.abs(np.diff(ends)) / np.sqrt(1 + 16 / 3 * sag**2) * lengths
     ends = np.concatenate([[0.0], np.cumsum(chords)])
     place = np.zeros(len(place), dtype=complex)
     place[::step] = ends
     if step == 2:
         place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
-    targets, fitted, pieces = fixed @ (1, 1j), place.copy(), share.copy()
+    targets, fitted, pieces = fixed @ (1, 1j), place.copy(), lengths.copy()
     for (a, b), (start, end) in zip(pairwise(nodes), pairwise(targets), strict=True):
         factor = (end - start) / (place[b] - place[a])
         fitted[a : b + 1] = start + (place[a : b + 1] - place[a]) * factor
@@ -171,26 +175,26 @@ def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: A
 
 
 def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
-    """Add a beam or cable; `velocity` is that of its start, (vx, vy, omega)."""
+    """Add a beam or cable; `velocity` is (vx, vy, omega) of its start."""
     mechanism, system, body = scene.mechanism, scene.system, cast(Flexible, link.body)
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     chord = mechanism.length(link.name)
     along = (end - start) / chord
-    found = mesh(link, chord)
-    x, y = found.places.T
+    grid = mesh(link, chord)
+    x, y = grid.places.T
     places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
-    directions = found.directions + np.arctan2(along[1], along[0])
+    directions = grid.directions + np.arctan2(along[1], along[0])
     arms = places - start
     speeds = np.column_stack(
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
         chordwise = np.maximum.accumulate(x)
-        speeds += scene.start.bending(link, {point: chordwise[node] for point, node in found.at.items()}, chordwise)
-    adding = _add_beam if body.turns else _add_cable
-    nodes, objects, reference = adding(system, body, places, directions, speeds, found.pieces)
-    ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
-    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
+        speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
+    add_elements = _add_beam if body.turns else _add_cable
+    nodes, objects, reference = add_elements(system, body, places, directions, speeds, grid.pieces)
+    ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
+    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, grid.pieces, grid.at)
 
 
 def _add_beam(
@@ -227,10 +231,10 @@ def _add_cable(
 ) -> tuple[list[int], list[int], Array]:
     tangents = np.column_stack([np.cos(directions), np.sin(directions)])
     reference = np.column_stack([places, tangents])
-    spins = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+    slope_rates = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
     nodes = [
         system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*row], initialVelocities=[*v, *w]))
-        for row, v, w in zip(reference, speeds[:, :2], spins, strict=True)
+        for row, v, w in zip(reference, speeds[:, :2], slope_rates, strict=True)
     ]
     objects = [
         system.AddObject(
@@ -239,7 +243,7 @@ def _add_cable(
                 length=length,
                 massPerLength=body.section.mass_per_length,
                 strainIsRelativeToReference=1.0,
-                useReducedOrderIntegration=2,  # the only choice that does not lock when thin and coarse
+                useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
                 **_stiffness(body.section),
             )
         )
