@@ -20,7 +20,7 @@ import numpy as np
 
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
-from ..sensitivity.reading import OF_VALUES, OPERATORS, TOKEN
+from ..sensitivity.reading import OPERATORS, POINTWISE, TOKEN
 from ..spectral.statistics import Accumulator, Statistic
 
 Reduction = Callable[[Array, Array], Array]
@@ -37,7 +37,7 @@ STATISTICS: dict[str, Reduction] = {
     "variation": lambda sums, _: sums[..., Statistic.VARIATION],
 }
 """Statistics by name."""
-ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *OF_VALUES)}
+ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *POINTWISE)}
 """Functions that the parser accepts, each with one argument."""
 
 
@@ -50,7 +50,7 @@ class Formula:
 
     def values(self, signals: Mapping[str, Array]) -> Array:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
-        return np.asarray(_evaluate(self.tree, lambda name: signals[name], lambda name, values: OF_VALUES[name](values)))
+        return np.asarray(_evaluate(self.tree, lambda name: signals[name], lambda name, values: POINTWISE[name](values)))
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class StatisticReading:
 
         def call(name: str, argument: Any) -> Any:
             """Compute a statistic of the formula with an index, or a function of values."""
-            return STATISTICS[name](sums[..., argument, :], lengths) if name in STATISTICS else OF_VALUES[name](argument)
+            return STATISTICS[name](sums[..., argument, :], lengths) if name in STATISTICS else POINTWISE[name](argument)
 
         def index(node: ast.expr) -> ast.expr:
             """Replace a formula by its index in the order."""

@@ -1,1 +1,1 @@
-"""Derivatives of results by the numbers of a mechanism, fits to data, optimal designs."""
+"""Derivatives of readings by numbers of a mechanism, fits of numbers to data, optimal designs."""

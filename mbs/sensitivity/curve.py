@@ -1,4 +1,4 @@
-"""Signal over a run as a curve, linear or cubic between its samples, with the functions of formulas: maximum, mean, crossings."""
+"""Signal over a run as a curve, linear (`Curve`) or cubic (`Smooth`) between its samples, with the functions of formulas."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.polynomial import Polynomial
 from ..geometry import Array
 
 SETTLED = 0.1
-"""Share of the run, at its end, over which `settled` takes the mean."""
+"""Part of the run, at its end, over which `settled` takes the mean."""
 SLOPE_SAMPLES = 5
-"""Number of samples that a slope is computed from."""
-MOMENT = 1e-11
-"""Largest time between the two samples of a jump, over the duration of the run."""
-SUDDEN = 1e-3
-"""Largest time between the two samples of a jump, over the lesser of the neighbouring intervals."""
+"""Number of samples from which a slope is computed."""
+JUMP_TIME = 1e-11
+"""Largest time between the two samples at a jump, over the duration of the run."""
+JUMP_INTERVAL = 1e-3
+"""Largest time between the two samples at a jump, over the shorter of the neighbouring intervals."""
 
 
-def spells(x: Array) -> Array:
-    """Return index ranges of samples above zero, shape (ranges, 2): the first, and one past the last."""
+def positive_ranges(x: Array) -> Array:
+    """Return index ranges of consecutive samples above zero, shape (ranges, 2): first sample, and one past the last."""
     above = np.concatenate([[False], x > 0, [False]])
     return np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Signal over a run, samples at times, linear between them. Public methods are the functions of a formula."""
+    """Signal with samples `x` at times [s], linear between them. Public methods are the functions of formulas."""
 
     time: Array
     x: Array
@@ -48,37 +48,37 @@ class Curve:
 
     def when(self, value: float, count: float) -> float:
         """Return the time of the `count`-th crossing of a value [s]; nan if there is none."""
-        below = self.x < value
-        found = np.flatnonzero(below[:-1] != below[1:])
-        if not 1 <= count <= len(found):
+        is_below = self.x < value
+        crossings = np.flatnonzero(is_below[:-1] != is_below[1:])
+        if not 1 <= count <= len(crossings):
             return nan
-        return self._root(int(found[int(count) - 1]), value)
+        return self._root(int(crossings[int(count) - 1]), value)
 
     def begins(self, count: float) -> float:
         """Return the start of the `count`-th interval above zero [s]."""
-        found = self._spell(count)
-        return nan if found is None else self._edge(found.start, 1)
+        samples = self._positive_range(count)
+        return nan if samples is None else self._edge(samples.start, 1)
 
     def ends(self, count: float) -> float:
         """Return the end of the `count`-th interval above zero [s]."""
-        found = self._spell(count)
-        return nan if found is None else self._edge(found.stop - 1, -1)
+        samples = self._positive_range(count)
+        return nan if samples is None else self._edge(samples.stop - 1, -1)
 
     def peak(self, count: float) -> float:
         """Return the largest value in the `count`-th interval above zero."""
-        found = self._spell(count)
-        return nan if found is None else type(self)(self.time[found], self.x[found]).max()
+        samples = self._positive_range(count)
+        return nan if samples is None else type(self)(self.time[samples], self.x[samples]).max()
 
-    def _spell(self, count: float) -> slice | None:
-        """Return the samples of the `count`-th interval above zero with its neighbours; -1 is the last one."""
-        parts = spells(self.x)
-        k = int(count) - 1 if count > 0 else len(parts) + int(count)
-        if not 0 <= k < len(parts):
+    def _positive_range(self, count: float) -> slice | None:
+        """Return the samples of the `count`-th interval above zero (-1 is the last), and the sample before and after it."""
+        ranges = positive_ranges(self.x)
+        k = int(count) - 1 if count > 0 else len(ranges) + int(count)
+        if not 0 <= k < len(ranges):
             return None
-        return slice(max(0, int(parts[k, 0]) - 1), min(len(self.x), int(parts[k, 1]) + 1))
+        return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins or ends: that of the k-th sample, the one next to it."""
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is the last outside."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
@@ -102,9 +102,9 @@ class Curve:
     def settled(self) -> float:
         """Return the mean over the last tenth of the run."""
         first = self.time[-1] - SETTLED * (self.time[-1] - self.time[0])
-        late = self.time > first
-        times = np.concatenate([[first], self.time[late]])
-        return type(self)(times, np.concatenate([[self.at(float(first))], self.x[late]])).mean()
+        is_late = self.time > first
+        times = np.concatenate([[first], self.time[is_late]])
+        return type(self)(times, np.concatenate([[self.at(float(first))], self.x[is_late]])).mean()
 
     def start(self) -> float:
         """Return the first value."""
@@ -116,7 +116,7 @@ class Curve:
 
 
 class Smooth(Curve):
-    """Signal with cubics between its samples (`record.lookup`), so that readings depend smoothly on the samples."""
+    """Signal with cubic Hermite polynomials between its samples, so that readings depend smoothly on the samples."""
 
     @cached_property
     def slopes(self) -> Array:
@@ -125,25 +125,25 @@ class Smooth(Curve):
 
     @cached_property
     def _pieces(self) -> Array:
-        """First samples of the pieces between jumps, and the number of samples."""
-        gaps = np.diff(self.time)
-        beside = np.minimum(np.append(np.inf, gaps[:-1]), np.append(gaps[1:], np.inf))
-        jumps = np.flatnonzero((gaps < MOMENT * self.time[-1]) | (gaps < SUDDEN * beside)) + 1
+        """Indices of the first sample of each piece between jumps, then the number of samples."""
+        intervals = np.diff(self.time)
+        shorter = np.minimum(np.append(np.inf, intervals[:-1]), np.append(intervals[1:], np.inf))
+        jumps = np.flatnonzero((intervals < JUMP_TIME * self.time[-1]) | (intervals < JUMP_INTERVAL * shorter)) + 1
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:
-        """Return slopes at samples k, those of a polynomial through the five nearest, or through all of a shorter piece."""
+        """Compute slopes at samples k by the polynomial through the five nearest samples, or through all of a shorter piece."""
         piece = np.searchsorted(self._pieces, k, side="right") - 1
-        first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
-        size = np.minimum(last - first, SLOPE_SAMPLES)
-        for m in {*size.tolist()} - {1}:
-            some = size == m
-            near = np.clip(k[some] - m // 2, first[some], last[some] - m)[:, None] + np.arange(m)
-            apart = self.time[near] - self.time[k[some], None]
-            scale = np.abs(apart).max(axis=1)
-            powers = (apart / scale[:, None])[:, :, None] ** np.arange(m)
-            found[some] = np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale
-        return found
+        first, end, slopes = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
+        size = np.minimum(end - first, SLOPE_SAMPLES)
+        for m in {*size.tolist()} - {1}:  # all samples with m neighbours at once; a piece of one sample has the slope 0
+            of_size = size == m
+            nearest = np.clip(k[of_size] - m // 2, first[of_size], end[of_size] - m)[:, None] + np.arange(m)
+            offset = self.time[nearest] - self.time[k[of_size], None]
+            scale = np.abs(offset).max(axis=1)
+            powers = (offset / scale[:, None])[:, :, None] ** np.arange(m)
+            slopes[of_size] = np.linalg.solve(powers, self.x[nearest][:, :, None])[:, 1, 0] / scale
+        return slopes
 
     def impulse(self) -> float:
         """Return the integral of the cubics."""
@@ -157,8 +157,8 @@ class Smooth(Curve):
         for i in (k - 1, k):
             if 0 <= i < len(self.x) - 1:
                 cubic = self._cubic(i)
-                turns = cubic.deriv().roots()
-                inside = turns.real[(np.abs(turns.imag) < 1e-12) & (turns.real > 0) & (turns.real < 1)]
+                extrema = cubic.deriv().roots()
+                inside = extrema.real[(np.abs(extrema.imag) < 1e-12) & (extrema.real > 0) & (extrema.real < 1)]
                 best = max([best, *map(float, cubic(inside))])
         return best
 
@@ -175,10 +175,13 @@ class Smooth(Curve):
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Extrapolate the samples above zero to zero; at a jump or an end of the run return the time of the sample there."""
-        inside, cuts = [k + i * step for i in (1, 2, 3)], self._pieces[1:-1]
+        """Extrapolate three samples above zero by a parabola to zero; at a jump or an end of the run return a sample's time.
+
+        After a negative sample return the zero of the cubic.
+        """
+        inside, jumps = [k + i * step for i in (1, 2, 3)], {*self._pieces[1:-1].tolist()}
         for i in (k, k + step):
-            if {i, i + 1} & {*cuts.tolist()}:
+            if {i, i + 1} & jumps:
                 return float(self.time[i])
         if self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x) or not self.x[inside].all():
             return float(self.time[k])
@@ -186,8 +189,8 @@ class Smooth(Curve):
             return self._root(min(k, k + step), 0.0)
         part = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
         roots = np.roots(np.polyfit(part, self.x[inside], 2))
-        near = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
-        return float(self.time[k] + near.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
+        between = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
+        return float(self.time[k] + between.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
 
     def _cubic(self, k: int) -> Polynomial:
         """Return the cubic between samples k and k + 1 over the fraction of the interval, 0 to 1."""

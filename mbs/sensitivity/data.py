@@ -1,4 +1,4 @@
-"""Experiments: measured signals over time, measured numbers and bounds; and the reader of recordings in text files."""
+"""Experiments: measured signals over time, measured numbers and bounds, and their input from text files."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from ..units import measured, parse_quantity, parse_unit
 from ..validate import near
 
 SIDES = {"is": 0, "at most": 1, "at least": -1}
+"""Sign of the residuals that count, by the kind of a measurement: 0 for both, 1 above an upper bound, -1 below a lower one."""
 BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
-"""A name with a unit in brackets; `value[0]` is the path of a number."""
-MARKS = ("\t", ";", ",", " ")
-"""Separators of columns, in the order in which they are tried."""
+"""Pattern of a name with a unit in brackets. Digits in brackets are no unit: `value[0]` is the path of a number."""
+SEPARATORS = ("\t", ";", ",", " ")
+"""Separators of columns, in the order of trial."""
 
 
 class Read(NamedTuple):
-    """Measured number, SI, with its standard deviation; `side` is 'at most' or 'at least' where it is only a bound."""
+    """Measured number and its standard deviation `error`, SI; or with `side` 'at most' or 'at least' a measured bound."""
 
     value: float
     error: float
     side: str = "is"
 
     def residual(self, predicted: float) -> float:
-        """Return the residual of a prediction in standard deviations, 0 on the right side of a bound."""
+        """Return the residual of a prediction in standard deviations; 0 if the prediction meets the bound."""
         residual = (predicted - self.value) / self.error
         return residual if not SIDES[self.side] else max(0.0, residual * SIDES[self.side]) * SIDES[self.side]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Experiment: settings, and measurements at `time` (samples,) [s], increasing, from the start of the run.
+    """Measurements of one run of a mechanism, at increasing times [s] from the start of the run, (samples,).
 
-    Its `signals` (samples,) are named as in a result, SI, nan where nothing was measured; their `units` are checked against those
-    of the result. `errors` are standard deviations of signals; the others are estimated by the residuals of the fit. `readings`
-    are by formula, as 'max(B.contact_force)'; `settings` are numbers of the mechanism, by path, with their values in this
-    experiment. The `duration` [s] is by default the last time.
+    `signals` (samples,) are named as in a result, SI, nan where nothing was measured; their `units` must be of the kind as in the
+    result. `errors` are standard deviations of signals; those that are not given are estimated from the residuals of the fit.
+    `readings` are measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of numbers of the mechanism in
+    this experiment, by path. The `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -76,14 +77,14 @@ class Experiment:
 
     @property
     def span(self) -> float:
-        """Length of its run, s."""
+        """Duration of the run [s]."""
         if self.duration is None and not len(self.time):
             raise ValueError("duration: an experiment of readings alone needs it")
         return float(self.time[-1]) if self.duration is None else float(self.duration)
 
 
 class Column(NamedTuple):
-    """Name, unit as it is written, and the heading of both."""
+    """Name and unit of a column, as written, and the heading that contains them."""
 
     name: str
     unit: str
@@ -91,22 +92,23 @@ class Column(NamedTuple):
 
 
 Rows = list[tuple[int, list[str]]]
-"""Rows of cells with the numbers of their lines."""
+"""Number of a line and its cells, for each row of a table."""
 
 
 def read_csv(
     path: str | Path, signals: Sequence[str], settings: Sequence[str] = (), start: float | None = None
 ) -> list[Experiment]:
-    """Read experiments from a text file: the first column is the time, each other one a signal or a setting.
+    """Read experiments from a text file: the first column is the time, each further one a signal or a setting.
 
-    Text is in UTF-8 or UTF-16. The last line before the numbers names the columns; lines above it are ignored. Units are in
-    brackets, `angle [deg]` or `angle (deg)`, after a slash, `angle/deg`, or in a line below the names; without one numbers are
-    SI. Columns are separated by tabs, semicolons, commas or spaces. A comma within a number is a decimal comma. `signals` are
-    fitted: `NAME` of a column, or `COLUMN=NAME`. `settings` are columns that separate experiments: consecutive rows with equal
-    values are one experiment. Their names are paths of numbers of the mechanism, or any name without a point, that only
-    separates. Where time increases over the whole file, each experiment begins at its first row. `start` is the time of the file
-    at which the run begins [s], by default 0; it is required where the first time is larger than the file's duration. A
-    ValueError is one line with the file's name.
+    The text is in UTF-8 or UTF-16. Columns are separated by tabs, semicolons, commas or spaces; a comma within a number is a
+    decimal comma. The last line before the numbers names the columns; lines above it are ignored. Units are in brackets,
+    `angle [deg]` or `angle (deg)`, after a slash, `angle/deg`, or in a line below the names; without a unit, numbers are SI.
+
+    `signals` are columns to be fitted: `NAME`, or `COLUMN=NAME` where the signal has another name. `settings` are columns that
+    separate experiments: consecutive rows with equal values are one experiment. A setting with a point in its name is the path of
+    a number of the mechanism. If time increases over the whole file, the time of each experiment counts from its first row.
+    `start` is the time of the file at which the run begins [s], by default 0. It is required if the first time exceeds the
+    file's duration.
     """
     try:
         content = Path(path).read_bytes()
@@ -119,23 +121,23 @@ def read_csv(
 
 
 def _table(text: str) -> tuple[list[Column], Rows]:
-    """Find the names and the numbers."""
+    """Find the separator; split a text into columns and rows of numbers."""
     lines = text.splitlines()
-    for mark in MARKS:
-        rows = [(number, _cells(line, mark)) for number, line in enumerate(lines, 1) if line.strip()]
+    for separator in SEPARATORS:
+        rows = [(number, _cells(line, separator)) for number, line in enumerate(lines, 1) if line.strip()]
         first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and row[0] and None not in map(_value, row)), 0)
         if first and len(rows) > first + 1:
             return _columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:]
     raise ValueError("needs a line of names and two of numbers at least")
 
 
-def _cells(line: str, mark: str) -> list[str]:
+def _cells(line: str, separator: str) -> list[str]:
     """Split a line into cells."""
-    return line.split() if mark == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+    return line.split() if separator == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
 
 
 def _value(cell: str) -> float | None:
-    """Read a number, with a point or one comma; nan of an empty cell, None of a word."""
+    """Read a number with a decimal point or comma; return nan for an empty cell, None for text."""
     with suppress(ValueError):
         return float(cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell) if cell else nan
     return None
@@ -182,9 +184,8 @@ def _experiments(
     pairs = [text.partition("=") for text in signals]
     fitted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
     setting = {name: _find(columns, name) for name in settings}
-    factors = {
-        each: _factor(each, "s" if each is columns[0] else "") for each in (columns[0], *fitted.values(), *setting.values())
-    }
+    used = (columns[0], *fitted.values(), *setting.values())
+    factors = {column: _factor(column, "s" if column is columns[0] else "") for column in used}
     values: dict[Column, list[float]] = {column: [] for column in factors}
     for line, row in rows:
         if len(row) < len(columns) or any(row[len(columns) :]):
@@ -194,28 +195,28 @@ def _experiments(
                 if (value := _value(cell)) is None:
                     raise ValueError(f"line {line}, {column.name}: '{cell}' is no number")
                 values[column].append(value * factors[column])
-    arrays = {column: np.array(found) for column, found in values.items()}
+    arrays = {column: np.array(numbers) for column, numbers in values.items()}
     time = arrays[columns[0]]
     if start is None and time[0] > time[-1] - time[0] > 0:
         late = f"its time begins at {time[0]:g} s, later than it lasts"
         raise ValueError(f"{late}: give start={time[0]:g} if the run begins there, start=0 if it begins at 0 s")
     time = time - (start or 0.0)
-    goes_on = bool(settings) and bool((np.diff(time) > 0).all())
-    keys = np.column_stack([arrays[each] for each in setting.values()]) if settings else np.zeros((len(time), 1))
-    found = []
+    is_continuous = bool(settings) and bool((np.diff(time) > 0).all())
+    keys = np.column_stack([arrays[column] for column in setting.values()]) if settings else np.zeros((len(time), 1))
+    experiments = []
     for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
-        t, given = time[part], {name: float(arrays[column][part[0]]) for name, column in setting.items()}
-        found.append(Experiment(
-            t - t[0] if goes_on else t, {name: arrays[column][part] for name, column in fitted.items()},
+        t, constants = time[part], {name: float(arrays[column][part[0]]) for name, column in setting.items()}
+        experiments.append(Experiment(
+            t - t[0] if is_continuous else t, {name: arrays[column][part] for name, column in fitted.items()},
             units={name: column.unit for name, column in fitted.items() if column.unit},
-            settings={name: value for name, value in given.items() if "." in name},
-            name=", ".join(f"{name} = {value:g}" for name, value in given.items()),
+            settings={name: value for name, value in constants.items() if "." in name},
+            name=", ".join(f"{name} = {value:g}" for name, value in constants.items()),
         ))  # fmt: skip
-    return found
+    return experiments
 
 
 def _find(columns: Sequence[Column], name: str) -> Column:
-    """Find a column by its name, with or without its unit."""
+    """Find a column by its name or its heading."""
     for column in columns:
         if name in (column.name, column.heading):
             return column
@@ -225,7 +226,7 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 
 def _factor(column: Column, expected: str) -> float:
-    """Return the factor of a column's unit to SI; raise a ValueError if it does not measure what the unit `expected` does."""
+    """Return the factor from a column's unit to SI; a ValueError says that it is not of the kind of the unit `expected`."""
     try:
         return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
     except ValueError as error:

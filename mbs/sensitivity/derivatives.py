@@ -1,9 +1,9 @@
 """Derivatives of readings (numbers read off a run) by numbers of a mechanism: central differences, each with its error.
 
-A reading f is computed at p - w, p and p + w. The derivative is (f(p + w) - f(p - w))/2w. The error is the sum of two estimates
-(W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7): the truncation errors of width, time steps and strips, by the
-difference from a derivative over 4 w of runs with larger tolerances and strips of a lower degree; and the noise of the readings,
-by the second difference.
+A reading f is computed at p - w, p and p + w, where w is a small change of the number p. The derivative is
+(f(p + w) - f(p - w))/2w. The error is the sum of two estimates (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
+The truncation error is the difference from a second, coarser central difference: with 4 w, larger tolerances and strips of a
+lower degree. The noise of the readings is estimated from second differences.
 """
 
 from __future__ import annotations
@@ -27,32 +27,32 @@ from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
-MOVING = 3e-4
-"""Half width of the finer difference over the number, for readings of runs."""
-RESTING = 1e-3
-"""Half width of the finer difference over the number, for readings of equilibria and for functions."""
+WIDTH_OF_RUNS = 3e-4
+"""Half width w of the finer difference, over the number, for readings of runs."""
+WIDTH_AT_REST = 1e-3
+"""Half width w of the finer difference, over the number, for readings of equilibria and for functions."""
 WIDER = 4.0
 """Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one."""
 ROUNDING = 1e-15
 """Relative error of a reading by rounding."""
-SHARED = 1e-6
-"""Relative error common to both differences, as they come from one solver."""
+COMMON = 1e-6
+"""Relative error of a derivative that two differences do not show, as both come from one solver."""
 NOISE = 3.5
-"""Ratio of the noise of second differences over the width to that of central ones, sqrt(12)."""
+"""Standard deviation of the gap between one-sided derivatives over that of a central difference, by noise: sqrt(12)."""
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
 SMALL_EFFECT = 1e-2
-"""Effect on the reading, relative for a relative change of the number, up to which an uncertain derivative is still returned."""
-KINKED = 0.5
-"""Gap between one-sided derivatives over the finer width, over that of the coarser, above which it is a kink; 1/4 if smooth."""
-VISIBLE = 1e-3
+"""Error of the relative derivative d ln f/d ln p up to which an uncertain derivative is returned: the effect is negligible."""
+KINK_RATIO = 0.5
+"""Ratio of the gaps between one-sided derivatives, finer over coarser, above which there is a kink; 1/4 for a smooth reading."""
+LEAST_KINK = 1e-3
 """Least gap between one-sided derivatives at a kink, over the derivative."""
 
 
 class Derivative(NamedTuple):
-    """Derivative of one reading, its `value` and `unit`, by one number, `at` its value and `by_unit`, SI.
+    """Derivative of a reading, with `value` and `unit`, by a number, with the value `at` and the unit `by_unit`.
 
-    Where it does not exist it is nan, its error inf, and `note` says why; `below` and `above` are one-sided derivatives.
+    `below` and `above` are one-sided derivatives. If no derivative can be stated, it is nan, the error inf, and `note` says why.
     """
 
     reading: str
@@ -80,9 +80,9 @@ class Derivative(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of some readings by some numbers, grouped by reading, the largest effect first.
+    """Derivatives of readings by numbers, grouped by reading, the largest effect first.
 
-    `spreads` are the standard deviations of numbers that were given, SI.
+    `spreads` are the standard deviations of numbers that the user gave, SI.
     """
 
     rows: Sequence[Derivative]
@@ -103,11 +103,10 @@ class Sensitivities:
         """Return the standard deviation of a reading due to each number, the largest first."""
         if not self.spreads:
             raise ValueError("no standard deviations; give by={path: standard deviation}")
-        found = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
-        return dict(sorted(found.items(), key=lambda item: -item[1]))
+        parts = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
+        return dict(sorted(parts.items(), key=lambda item: -item[1]))
 
     def __str__(self) -> str:
-        """Return a table, grouped by reading, the largest effect first."""
         heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]
         rows = [
             [row.reading, row.number, f"{row.relative:+.4g}", f"{row.derivative:.6g}", f"{row.error:.1e}",
@@ -141,51 +140,56 @@ def sensitivities(
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
-        Or the content of its file, or a function that makes one of the arguments in `at`.
+        A mechanism, the content of its file, or a function that makes a mechanism from the arguments in `at`.
     duration : float, optional
-        s, positive; without it readings are of states of rest.
+        Duration of the run [s], positive; without it, readings are of states of rest.
     by : sequence of str, or mapping of str to float
-        Numbers by their paths, as in files (`links.coupler.body.section.thickness`); with the standard deviation of each, SI,
-        the standard deviations of readings are computed. A number that is zero needs one.
+        Numbers by their paths, as in files (`links.coupler.body.section.thickness`). A mapping gives standard deviations, SI,
+        from which those of readings are computed. A number that is zero needs a standard deviation.
     of : str, sequence of str, or mapping
-        Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); a mapping gives such
-        texts, or functions of the mechanism that return a number, names.
+        Readings, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`). A mapping names such
+        texts, or functions of the mechanism that return a number.
     solver : Spectral, optional
         Solver of the finer runs; by default with a tolerance of 1e-9.
     at : mapping of str to float, optional
         Arguments of the function that makes the mechanism.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Limit of time [s], after which missing derivatives are nan; `progress` shows the state, by default in terminals.
 
     Raises
     ------
     ValueError
         On a wrong path or reading, before anything runs.
     RunFailedError
-        If the run of the unchanged mechanism fails, or its state of rest is not stable.
+        If the run of the unchanged mechanism fails, or the state of rest of the mechanism is not stable.
     """
     needs_compiler()
     if duration is not None:
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
-    given = by.items() if isinstance(by, Mapping) else ()
-    spreads = {name: float(positive(f"standard deviation of {name}", value, family.units[name])) for name, value in given}
+    deviations = by if isinstance(by, Mapping) else {}
+    spreads = {
+        name: float(positive(f"standard deviation of {name}", value, family.units[name])) for name, value in deviations.items()
+    }
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     neighbours = Neighbours(family, fixed, scales, duration)
-    moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
-    resting = {name: each for name, each in readings.items() if name not in moving}
+    of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not statical(reading)}
+    at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    watching.get().most = 2 + 4 * len(scales) if moving else inf
-    for group, width in ((moving, MOVING), (resting, RESTING)):
+    watching.get().most = 2 + 4 * len(scales) if of_runs else inf
+    for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
     return Sensitivities(rows, spreads)
 
 
 class Neighbours(NamedTuple):
-    """Mechanisms that differ from one in one number: `fixed` arguments, `scales` of the changes by number, duration [s]."""
+    """Mechanisms that differ from a given one in one number.
+
+    `fixed` are arguments that do not vary. Widths are multiplied by `scales`: the numbers, or their standard deviations.
+    """
 
     family: Family
     fixed: dict[str, float]
@@ -197,67 +201,72 @@ class Neighbours(NamedTuple):
         return read(readings, self.family.make(self.fixed | self.family.values | changes), self.duration, solver)
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
-        """Compute derivatives of some readings, grouped by reading, the largest first."""
+        """Compute derivatives of readings, grouped by reading, the largest effect first."""
         coarse = finer(solver, 1 / WIDER, -RISE if (solver.degree or 0) > RISE else 0)
         levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
-        slopes, why = dict[str, list[Array]](), ""
+        slopes, reason = dict[str, list[Array]](), ""
         try:
             for name in self.scales:
                 slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
         except STOPS as stop:
-            why = str(stop)
-        start, rows = levels[0][2], []
+            reason = str(stop)
+        unchanged, rows = levels[0][2], []
         for i, reading in enumerate(readings):
-            value, made = float(start.values[i]), []
-            share = float(start.errors[i]) / abs(value) if value else 0.0
+            value, derivatives = float(unchanged.values[i]), []
+            relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
             for name, scale in self.scales.items():
-                about = Derivative(reading, name, value, self.family.values[name], start.units[i], self.family.units[name])
+                empty = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
                 rounding = ROUNDING * abs(value) / (width * scale)
                 if name not in slopes:
-                    made.append(about._replace(note=why))
+                    derivatives.append(empty._replace(note=reason))
                     continue
-                made.append(_derivative(about, scale, [float(side[i]) for side in slopes[name]], share, rounding))
-            rows += sorted(made, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
+                derivatives.append(_combine(empty, scale, [float(side[i]) for side in slopes[name]], relative, rounding))
+            rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 
     def slopes(self, readings: Mapping[str, Reading], name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
-        """Compute one-sided derivatives by a number, from below and above, shape (readings,) each; nan where a run fails."""
-        found = []
+        """Compute the one-sided derivatives from below and from above by a number, each (readings,); nan where a run fails."""
+        sides = []
         for change in (-width * self.scales[name], width * self.scales[name]):
             try:
-                moved = self.read(readings, solver, **{name: self.family.values[name] + change}).values
+                values = self.read(readings, solver, **{name: self.family.values[name] + change}).values
             except FAILURES:  # the changed number may be out of its range
-                moved = np.full(len(readings), nan)
-            found.append((moved - start.values) / change)
-        return found
+                values = np.full(len(readings), nan)
+            sides.append((values - start.values) / change)
+        return sides
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
+    """Return the scale of the changes of a number: its absolute value, or of zero its standard deviation."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
         raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
     return scale
 
 
-def _derivative(about: Derivative, scale: float, found: Sequence[float], share: float, rounding: float) -> Derivative:
-    """Combine one-sided derivatives, from below and above, finer then coarser; `share` is the relative error of the reading."""
-    below, above, coarse_below, coarse_above = found
+def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: float, rounding: float) -> Derivative:
+    """Combine one-sided derivatives to a derivative with its error.
+
+    `sides` are from below and above, finer, then coarser. `relative` is the relative error of the reading, `rounding` that of
+    the derivative due to rounding.
+    """
+    below, above, coarse_below, coarse_above = sides
     if isfinite(below) != isfinite(above):
-        value, other, note = (below, coarse_below, "") if isfinite(below) else (above, coarse_above, "")
+        value, coarse = (below, coarse_below) if isfinite(below) else (above, coarse_above)
         note = f"from {'below' if isfinite(below) else 'above'} alone: a run on the other side failed"
     else:
-        value, other, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
-    gap, wider = above - below, coarse_above - coarse_below
-    noise = abs(gap - wider / WIDER) / NOISE if isfinite(gap) else 0.0
-    error = abs(value - other) + noise
-    none = ""
-    if not isfinite(value + other):
-        none = "the reading has no value there" if isfinite(about.value) is False else "a run beside it failed"
-    elif abs(gap) > max(KINKED * abs(wider), 10 * abs(value - other), VISIBLE * abs(value)):
-        none = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(about.value):
-        none = f"no digit is certain: {other:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
-    if none:
-        return about._replace(below=below, above=above, note=none)
-    error += (share + SHARED) * abs(value) + rounding
-    return about._replace(derivative=value, error=error, below=below, above=above, note=note)
+        value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
+    gap, coarse_gap = above - below, coarse_above - coarse_below
+    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0
+    error = abs(value - coarse) + noise
+    reason = ""
+    if not isfinite(value + coarse):
+        reason = "a run beside it failed" if isfinite(empty.value) else "the reading has no value there"
+    elif abs(gap) > max(KINK_RATIO * abs(coarse_gap), 10 * abs(value - coarse), LEAST_KINK * abs(value)):
+        reason = f"a kink: {below:.4g} below, {above:.4g} above"
+    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(empty.value):
+        reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
+    if reason:
+        return empty._replace(below=below, above=above, note=reason)
+    error += (relative + COMMON) * abs(value) + rounding
+    return empty._replace(derivative=value, error=error, below=below, above=above, note=note)

@@ -1,4 +1,7 @@
-"""Numbers of a mechanism fitted to data by least squares, with their intervals."""
+"""Fit of numbers of a mechanism to data by nonlinear least squares, with confidence intervals and profile likelihoods.
+
+The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +28,16 @@ from .reading import RunFailedError
 from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, FitProblem, gather, signals_of
 from .runs import needs_compiler
 
-POLISHED = 2
-"""Number of the best starts from which least squares are sought."""
-ROUNDS = 60
-"""Most evaluations of least squares from a start."""
-VAGUE = 0.5
+BEST_STARTS = 2
+"""Number of the best starts from which sums of squares are minimised."""
+MOST_EVALUATIONS = 60
+"""Largest number of evaluations of a minimisation."""
+UNIDENTIFIED = 0.5
 """Width of the 95 % interval of a number, over its range, above which the data do not identify it."""
-TOGETHER = 0.95
+CORRELATED = 0.95
 """Correlation of two numbers above which the data identify only a combination of them."""
-
-
 FROM_AXIS = 0.1
-"""First measured angle over the range of all, beyond noise, above which they are taken for angles from the x axis."""
+"""First measured angle, over the range of its signal, above which angles seem to count from the x axis, not from the start."""
 
 
 class Interval(NamedTuple):
@@ -47,32 +48,32 @@ class Interval(NamedTuple):
 
 
 class ProfileLikelihood(NamedTuple):
-    """Profile likelihood of a number: least `cost` with the number held `at` values, and cost at the ends of the interval."""
+    """Profile likelihood of a number: least `cost` for values `at` of it; `level` is the cost at the ends of the interval."""
 
     at: Array
     cost: Array
     level: float
 
     def interval(self) -> Interval:
-        """Find where the cost passes the level; infinite where it does not."""
+        """Find the values at which the cost passes the level; infinite where it does not."""
         best, ends = int(np.argmin(self.cost)), []
-        for at, cost, far in (
+        for at, cost, infinite in (
             (self.at[best::-1], self.cost[best::-1], -np.inf), (self.at[best:], self.cost[best:], np.inf)
         ):  # fmt: skip
-            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # straight where the cost is a parabola
+            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # linear where the cost is a parabola
             level = np.sqrt(self.level - cost[0])
-            ends.append(float(np.interp(level, root, at)) if root[-1] >= level else far)
+            ends.append(float(np.interp(level, root, at)) if root[-1] >= level else infinite)
         return Interval(*ends)
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Numbers that fit data best, SI, with 95 % `intervals` by linearisation there, or by the profile where one was requested.
+    """Numbers that fit data best, SI, with 95 % `intervals` by linearisation, or by a profile likelihood if one was requested.
 
-    `unidentified` are sentences on numbers that the data do not identify, and on signals that the mechanism does not explain. The
-    `correlation` is (numbers, numbers). `rms` are root mean squares of the residuals of each signal, in its unit, over all
-    experiments. `predicted` are signals at the times of the data, and readings, of each experiment. `cost` is half the sum of
-    squared residuals, in standard deviations; `free` are the ranges of the numbers.
+    `unidentified` are sentences on numbers that the data do not identify, and on signals that the mechanism does not explain.
+    `correlation` is (numbers, numbers). `rms` is the root mean square of the residuals of each signal over all experiments, in
+    the unit of the signal. `predicted` has for each experiment the signals at the times of the data, and the readings. `cost` is
+    half the sum of squared residuals in standard deviations; `free` are the ranges of the numbers.
     """
 
     values: dict[str, float]
@@ -88,12 +89,11 @@ class Fit:
     profiles: dict[str, ProfileLikelihood] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """Return the numbers with their intervals, and notes on identification."""
         width = max(map(len, self.values))
         lines = [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}  (95 %: {self.intervals[name].low:.6g} to "
                  f"{self.intervals[name].high:.6g})" for name, value in self.values.items()]  # fmt: skip
-        left = [f"rms of what is left of {name}: {value:.4g}{unit_suffix(self.units, name)}" for name, value in self.rms.items()]
-        return "\n".join([*lines, *left, *self.unidentified])
+        rms = [f"rms of what is left of {name}: {value:.4g}{unit_suffix(self.units, name)}" for name, value in self.rms.items()]
+        return "\n".join([*lines, *rms, *self.unidentified])
 
     def plot(self) -> Any:
         """Draw data and fit, residuals and profiles; return the matplotlib figure."""
@@ -117,19 +117,19 @@ def fit(
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
-        Or the content of its file; or a function that makes one of the numbers in `free` and the experiments' settings.
+        A mechanism, the content of its file, or a function that makes a mechanism from the numbers in `free` and in settings.
     data : Experiment or sequence of Experiment
-        As `read_csv` reads them from a text file.
+        Measurements; `read_csv` reads them from a text file.
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI. `time_zero` is the time of the data at which the run begins.
     solver : Spectral, optional
         By default with a tolerance of 1e-8.
     starts : int
-        Number of starts: the middle of the ranges, and points of a Halton sequence; least squares begin at the best of them.
+        Number of starts: the middle of the ranges, and points of a Halton sequence; the best of them are used.
     profiles : sequence of str
-        Numbers whose interval is to come from the profile likelihood: with each at nine values, the others are fitted again.
+        Numbers whose interval is found by the profile likelihood: at nine values of each, all other numbers are fitted again.
     timeout, progress
-        Limit of time [s], after which the best so far is the answer; how long it takes is shown, by default in terminals.
+        Limit of time [s], after which the best fit so far is returned; `progress` shows the state, by default in terminals.
 
     Raises
     ------
@@ -147,91 +147,93 @@ def fit(
     needs_compiler()
     whole("starts", starts, 1, 10**9)
     experiments = [data] if isinstance(data, Experiment) else list(data)
-    for k, each in enumerate(experiments):
-        one_of(f"data[{k}]", each, (Experiment,))
+    for k, experiment in enumerate(experiments):
+        one_of(f"data[{k}]", experiment, (Experiment,))
     problem = FitProblem.of(mechanism, experiments, free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    watching.get().most = len(problem.experiments) * (starts + (POLISHED + 1) * ROUNDS * (1 + 2 * len(problem.names)))
-    best, known = _find_best(problem, starts), dict[str, ProfileLikelihood]()
+    evaluations = starts + (BEST_STARTS + 1) * MOST_EVALUATIONS * (1 + 2 * len(problem.names))
+    watching.get().most = len(problem.experiments) * evaluations
+    best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if not problem.has_errors and not problem.stopped:
             problem.weigh(best)
             best = _solve(problem, best)
         for name in profiles if not problem.stopped else ():
-            known[name] = _profile(problem, best, name)
+            likelihoods[name] = _profile(problem, best, name)
     except STOPS as stop:
         problem.stopped = str(stop)
-    return _answer(problem, best, known)
+    return _answer(problem, best, likelihoods)
 
 
 def _find_best(problem: FitProblem, starts: int) -> Array:
-    """Find the best point from the middle and from points of a Halton sequence."""
-    d, alive, ends = len(problem.names), list[tuple[float, Array]](), list[Array]()
+    """Minimise the sum of squares from the best of the starts: the middle and points of a Halton sequence."""
+    d, ranked, minima = len(problem.names), list[tuple[float, Array]](), list[Array]()
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
             if not np.all((r := problem.residuals(x)) == FAR):
-                alive.append((float(r @ r), x))
-        alive.sort(key=lambda pair: pair[0])
-        for _, x in alive[:POLISHED]:
-            ends.append(_solve(problem, x))
+                ranked.append((float(r @ r), x))
+        ranked.sort(key=lambda pair: pair[0])
+        for _, x in ranked[:BEST_STARTS]:
+            minima.append(_solve(problem, x))
     except STOPS as stop:
         problem.stopped = str(stop)
-        if not alive:
+        if not ranked:
             raise RunFailedError(f"{stop}, before any run ended") from None
-        return ends[0] if ends else min(alive, key=lambda pair: pair[0])[1]
-    if not alive:
+        return minima[0] if minima else min(ranked, key=lambda pair: pair[0])[1]
+    if not ranked:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
-    return min(ends, key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
+    return min(minima, key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
 
 
-def _solve(problem: FitProblem, x: Array, kept: int | None = None) -> Array:
-    """Find least squares from a point; all numbers are free but one that is kept."""
-    is_free = np.arange(len(x)) != kept
+def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
+    """Minimise the sum of squares from a point, with one coordinate `fixed`, if any, by a trust-region method."""
+    is_free = np.arange(len(x)) != fixed
     if not is_free.any():
         return x
 
     def point(part: Array) -> Array:
-        """Return the whole point of a part of its coordinates."""
-        return np.insert(part, kept, x[kept]) if kept is not None else part
+        """Return the point with these free coordinates."""
+        return np.insert(part, fixed, x[fixed]) if fixed is not None else part
 
     # with an extra residual, the constant 1, `ftol` ends the search even for data without noise
-    found = least_squares(
+    solution = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[is_free], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, is_free], np.zeros(len(part))]), bounds=(0.0, 1.0),
-        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=ROUNDS,
+        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=MOST_EVALUATIONS,
     )  # fmt: skip
-    return point(found.x)
+    return point(solution.x)
 
 
 def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
-    """Find the least cost for values of a number, from its best value to both sides."""
+    """Compute the profile likelihood of a number at its best value and at four values on each side."""
     i = problem.names.index(name)
-    wide = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
-    found = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
+    width = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
+    squares = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
     for side in (-1, 1):
         x = best.copy()
         for part in (0.25, 0.5, 0.75, 1.0):
-            x[i] = np.clip(best[i] + side * part * wide, 0.0, 1.0)
-            x = _solve(problem, x, kept=i)
-            found[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
-    at, (low, high) = np.array(sorted(found)), (problem.low[i], problem.high[i])
-    cost = 0.5 * np.array([found[each] for each in at])
-    return ProfileLikelihood(low + at * (high - low), cost, float(cost.min()) * _growth(problem))
+            x[i] = np.clip(best[i] + side * part * width, 0.0, 1.0)
+            x = _solve(problem, x, fixed=i)
+            squares[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
+    at, cost = np.array([*zip(*sorted(squares.items()), strict=True)])
+    values = problem.low[i] + at * (problem.high[i] - problem.low[i])
+    return ProfileLikelihood(values, 0.5 * cost, 0.5 * float(cost.min()) * _growth(problem))
 
 
 def _growth(problem: FitProblem) -> float:
-    """Return the sum of squares at the ends of the 95 % interval of one number over the least one."""
+    """Return the sum of squares at the ends of the 95 % interval of one number, over the least sum, by the F distribution."""
     freedom = max(1, problem.count - len(problem.names))
     return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
 
 def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:
+    """Make the result at the best point, with intervals by linearisation and Student's t distribution."""
     names, covariance = problem.names, problem.covariance(best)
     deviation = np.sqrt(np.diag(covariance))
     quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else max(1, problem.count - len(best))))
-    reach, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
-    intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, reach, strict=True)}
+    half_widths, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
+    intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, half_widths, strict=True)}
     correlation = covariance / np.outer(deviation, deviation)
     notes = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
     notes = [f"{problem.stopped}: these numbers are the best so far", *notes] if problem.stopped else notes
@@ -246,30 +248,30 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
 
 
 def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, correlation: Array) -> list[str]:
-    """List numbers that the data do not identify, in sentences."""
-    found, names = [], problem.names
+    """List, in sentences, numbers that the data do not identify."""
+    notes, names = [], problem.names
     for i, name in enumerate(names):
-        twins = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > TOGETHER]
+        correlated = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > CORRELATED]
         if name in problem.blocked:
-            found.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
-        elif 2 * 1.96 * deviation[i] > VAGUE:
-            why = f"only together with {', '.join(twins)}" if twins else "the data hardly depend on it"
-            found.append(f"{name} is not identified: {why}.")
+            notes.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
+        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:
+            reason = f"only together with {', '.join(correlated)}" if correlated else "the data hardly depend on it"
+            notes.append(f"{name} is not identified: {reason}.")
         elif min(best[i], 1 - best[i]) < 1e-6:
-            found.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
-    return found
+            notes.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
+    return notes
 
 
 def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     """List, in sentences, signals that the fit predicts worse than their mean does, and angles from a wrong origin."""
-    left, found = problem.residual_sizes(best), []
+    rms, notes = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        if left[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
-            found.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
-    for each in problem.experiments if TIME_ZERO not in problem.names else ():
-        for name, x in each.signals.items():
-            if name.endswith(".angle") and each.time[0] == 0.0 and abs(x[0]) > FROM_AXIS * np.ptp(x[np.isfinite(x)]):
+        if rms[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
+            notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
+    for experiment in problem.experiments if TIME_ZERO not in problem.names else ():
+        for name, x in experiment.signals.items():
+            if name.endswith(".angle") and experiment.time[0] == 0.0 and abs(x[0]) > FROM_AXIS * np.ptp(x[np.isfinite(x)]):
                 from_axis = name.removesuffix("angle") + "direction"
-                found.append(f"{name} begins at {x[0]:.3g} rad, but is the turn since then; {from_axis} counts from the x axis.")
-    return found
+                notes.append(f"{name} begins at {x[0]:.3g} rad, but is the turn since then; {from_axis} counts from the x axis.")
+    return notes

@@ -1,4 +1,7 @@
-"""Numbers of a mechanism by their paths, as in its file: declaration, value, unit, and mechanisms with other values."""
+"""Numbers of a mechanism by their paths in its file, as `links.crank.length`, and mechanisms with other values of them.
+
+A document is the content of a file: nested mappings and sequences.
+"""
 
 from __future__ import annotations
 
@@ -15,100 +18,100 @@ from ..units import is_measured, parse_quantity, unit_of
 from ..validate import short
 
 Source = Mechanism | Mapping[str, Any] | Callable[..., Mechanism]
-Make = Callable[[Mapping[str, float]], Mechanism]
+"""A mechanism, the content of its file, or a function that makes a mechanism from numbers."""
 
 
-class Standing(NamedTuple):
-    """Entry of a document: its declaration if there is one, present value, unit."""
+class Entry(NamedTuple):
+    """Entry of a document: its declaration if there is one, value, unit."""
 
-    about: Declaration | None
-    now: Any
+    declaration: Declaration | None
+    value: Any
     unit: str
 
 
-def standing(document: Mapping[str, object], path: str) -> Standing:
+def find_entry(document: Mapping[str, object], path: str) -> Entry:
     """Look up the entry at a path of a document; raise a ValueError if there is none."""
-    way = steps(document, path)
-    about = _find_declaration(document, path)
+    keys = steps(document, path)
+    declaration = _find_declaration(document, path)
     try:
-        now = get(document, path)
+        value = get(document, path)
     except KeyError:
-        if about is None:
+        if declaration is None:
             raise ValueError(f"{path}: not in the file") from None
-        now = about.default
-    if way[0] == PARAMETERS:
-        return Standing(None, now, unit_of(now) if isinstance(now, str) and is_measured(now) else "")
-    if isinstance(now, str) and PARAMETERS in document:
-        now = get(substitute(document), path)
-    return Standing(about, now, _fitting(document, way, about.spec.unit, now) if about else "")
+        value = declaration.default
+    if keys[0] == PARAMETERS:
+        return Entry(None, value, unit_of(value) if isinstance(value, str) and is_measured(value) else "")
+    if isinstance(value, str) and PARAMETERS in document:
+        value = get(substitute(document), path)
+    return Entry(declaration, value, _choose_unit(document, keys, declaration.spec.unit, value) if declaration else "")
 
 
-def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str, now: Any) -> str:
-    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by its value or by what is driven."""
-    for each in unit.split(" or ") if isinstance(now, str) else ():
+def _choose_unit(document: Mapping[str, object], keys: Sequence[str | int], unit: str, value: Any) -> str:
+    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by the value, or by the driven link or point."""
+    for choice in unit.split(" or ") if isinstance(value, str) else ():
         with contextlib.suppress(ValueError):
-            parse_quantity(now, each)
-            return each
-    if way[0] == "drives" and isinstance(way[1], int) and " or " in unit:
-        made = Mechanism.from_dict(document)
-        return unit.split(" or ")[made.drives[way[1]].target in made.points]
-    is_position = way[0] == "links" and isinstance(way[-1], int)  # of a point on a link
+            parse_quantity(value, choice)
+            return choice
+    if keys[0] == "drives" and isinstance(keys[1], int) and " or " in unit:
+        mechanism = Mechanism.from_dict(document)
+        return unit.split(" or ")[mechanism.drives[keys[1]].target in mechanism.points]
+    is_position = keys[0] == "links" and isinstance(keys[-1], int)  # of a point on a link
     return unit or ("m" if is_position else "")
 
 
 def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:
     """Find the declaration of the field at a path."""
-    found: Any = Mechanism.from_dict(document)
-    about: Declaration | None = None
-    way = steps(document, path)
-    for step in way if way[0] != PARAMETERS else ():
-        if way[0] == "links" and found.__class__ is tuple and isinstance(step, str):
-            found = {link.name: link for link in found}
-        if isinstance(step, int) or isinstance(found, Mapping):
+    part: Any = Mechanism.from_dict(document)
+    declaration: Declaration | None = None
+    keys = steps(document, path)
+    for key in keys if keys[0] != PARAMETERS else ():
+        if keys[0] == "links" and part.__class__ is tuple and isinstance(key, str):
+            part = {link.name: link for link in part}
+        if isinstance(key, int) or isinstance(part, Mapping):
             try:
-                found = found[step]
+                part = part[key]
             except (KeyError, IndexError):
                 raise ValueError(f"{path}: not in the file") from None
-        elif step == "kind":
+        elif key == "kind":
             return None
         else:
-            found, about = _field(found, step, path)
-    return about
+            part, declaration = _find_field(part, key, path)
+    return declaration
 
 
-def _field(found: object, name: str, path: str) -> tuple[object, Declaration | None]:
-    fields = declarations(type(found)) if is_dataclass(found) else {}
+def _find_field(part: object, name: str, path: str) -> tuple[object, Declaration | None]:
+    """Return the value of a field of a part of a mechanism, and its declaration."""
+    fields = declarations(type(part)) if is_dataclass(part) else {}
     if name in fields:
-        return getattr(found, name), fields[name]
+        return getattr(part, name), fields[name]
     known = ", ".join(fields) or "nothing"
     raise ValueError(f"{path}: '{name}' is not known there; known: {known}")
 
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: `make` one from these by name; present values in SI, units."""
+    """Mechanisms that differ in some numbers: `make` makes a mechanism; `values` of the given one, SI, and `units`, by name."""
 
-    make: Make
+    make: Callable[[Mapping[str, float]], Mechanism]
     values: dict[str, float]
     units: dict[str, str]
 
     @classmethod
-    def of(cls, mechanism: Source, names: Iterable[str], given: Mapping[str, float]) -> Family:
-        """Make the family of a mechanism whose numbers at some paths vary, or of a function of some arguments that makes one.
+    def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float]) -> Family:
+        """Make the family of a mechanism by paths of its numbers, or of a function by names of its arguments.
 
-        A mapping is the content of a file; paths are its own, as `links.crank.length`. `given` are the present values of a
-        function's arguments. A ValueError names a path without a number.
+        `arguments` are the values of a function's arguments. A ValueError names a path without a number.
         """
         if not isinstance(mechanism, Mechanism | Mapping):
-            function = mechanism
-            return cls(lambda values: function(**values), {name: float(given[name]) for name in names}, dict.fromkeys(names, ""))
+            function, present = mechanism, {name: float(arguments[name]) for name in names}
+            return cls(lambda values: function(**values), present, dict.fromkeys(names, ""))
         document = mechanism.to_dict() if isinstance(mechanism, Mechanism) else mechanism
-        found, units = {}, {}
+        present, units = {}, dict[str, str]()
         for name in names:
-            _, now, units[name] = standing(document, name)
+            _, value, units[name] = find_entry(document, name)
             with contextlib.suppress(ValueError):
-                now = parse_quantity(now, units[name]) if isinstance(now, str) else now
-            if isinstance(now, bool) or not isinstance(now, int | float):
-                raise ValueError(f"{name} = {short(now)}: no number; name a number of the mechanism")
-            found[name] = float(now)
-        return cls(lambda values: Mechanism.from_dict(change(document, dict(values))), found, units)
+                value = parse_quantity(value, units[name]) if isinstance(value, str) else value
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise ValueError(f"{name} = {short(value)}: no number; name a number of the mechanism")
+            present[name] = float(value)
+        return cls(lambda values: Mechanism.from_dict(change(document, dict(values))), present, units)

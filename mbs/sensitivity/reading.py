@@ -1,17 +1,17 @@
 """Numbers read off a result: `max(B.contact_force)`, `mean(abs(drive.torque))`, `at(B.x, 0.5) - start(B.x)`.
 
     max min mean rms start end      of a signal over the run; mean and rms are over time;
-    impulse(signal)                 its integral over the run;
-    settled(signal)                 its mean over the last tenth of the run;
-    at(signal, t)                   its value at a time, s;
-    when(signal, value, n)          time, s, at which it crosses a value for the n-th time, n = 1, 2, ...; nan if it does not;
-    begins(signal, n), ends(signal, n)  times, s, between which it is above zero for the n-th time, as a contact force during the
-                                    n-th contact; n = -1 is the last; nan if there is none;
-    peak(signal, n)                 its largest value between them;
+    impulse(signal)                 integral of the signal over the run;
+    settled(signal)                 mean of the signal over the last tenth of the run;
+    at(signal, t)                   value of the signal at a time [s];
+    when(signal, value, n)          time [s] at which the signal crosses a value for the n-th time, n = 1, 2, ...; else nan;
+    begins(signal, n), ends(signal, n)  times [s] between which the signal is above zero for the n-th time, such as a contact
+                                    force in the n-th contact; n = -1 is the last; nan if there is none;
+    peak(signal, n)                 largest value of the signal between these times;
     abs sqrt sin cos + - * / **     of signals and of numbers;
-    frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; without a run.
+    frequency(n)                    n-th natural frequency about the state of rest under the loads [Hz]; needs no run.
 
-Signals are those of the result, by their names.
+Signals have their names in the result.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import ast
 import re
 from collections.abc import Callable, Mapping
 from math import nan
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,41 +32,44 @@ from ..record.lookup import unknown
 from .curve import Curve
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
-OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
+"""Functions whose value has the unit of the signal."""
+POINTWISE: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
+"""Functions of signals at each time, and of numbers."""
 ARGUMENTS = {
     **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled"), 1), "at": 2, "when": 3,
     **dict.fromkeys(("begins", "ends", "peak"), 2),
 }  # fmt: skip
+"""Number of arguments of each function that reads a number off a signal."""
 USAGE = {
     "at": "at(signal, time)", "when": "when(signal, value, n), n = 1 for the first time",
     "begins": "begins(signal, n), n = 1 for the first contact", "ends": "ends(signal, n), n = 1 for the first contact",
     "peak": "peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
 }  # fmt: skip
-"""Forms of functions that take more than a signal, for messages."""
-ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(OF_VALUES, 1)}.items()}
+"""Usage of functions with several arguments, for messages."""
+ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
 COUNTED = ("when", "begins", "ends", "peak")
-NONE: Mapping[ast.expr, float] = {}
+"""Functions whose last argument is an ordinal number n."""
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
-"""Pattern of the name of a signal in a formula."""
+"""Pattern of the name of a signal in a formula, such as `crank-2.B.x`."""
 
 
 class RunFailedError(RuntimeError):
-    """A run for a derivative, a fit or a design failed."""
+    """Error of a run for a derivative, a fit or a design."""
 
 
 FAILURES = (RunFailedError, ArithmeticError, ValueError)
-"""Errors of a run, or of a mechanism that cannot be made."""
+"""Errors of a run, or of numbers with which no mechanism can be made."""
 
 
 class WrongReadingError(ValueError):
-    """Error of a reading that is wrong for every run: no such signal, or a unit of another kind."""
+    """Error of a reading that is wrong for every run: the signal does not exist, or a unit is of another kind."""
 
 
 class MeasuredValue(NamedTuple):
-    """Number and its unit; '' where the formula mixes units."""
+    """Number and its unit, '' if the formula mixes units."""
 
     value: float
     unit: str
@@ -74,9 +78,9 @@ class MeasuredValue(NamedTuple):
 def measure(
     text: str, time: Array, signals: Mapping[str, Array], units: Mapping[str, str], curve: type[Curve] = Curve
 ) -> MeasuredValue:
-    """Read a number off the signals of a run; `curve` interpolates between their samples.
+    """Read a number off the signals of a run; `curve` interpolates between samples.
 
-    A ValueError says that the text is no formula, names a signal that is not there, or gives a series.
+    A ValueError says that the text is no formula, names a signal that does not exist, or has a series as its value.
     """
     tree, names = parse_reading(text, signals)
     with np.errstate(all="ignore"):
@@ -87,22 +91,21 @@ def measure(
 
 
 def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
-    """Return a function from a mechanism to its natural frequency at rest and the error; None of other texts."""
-    found = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
-    if found is None:
+    """Return the function of a mechanism for the text `frequency(n)`: natural frequency [Hz] and its error; else None."""
+    match = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
+    if match is None:
         return None
-    number = int(found[1])
+    number = int(match[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
-        """Compute the natural frequency [Hz] and its error."""
         from ..statics.vibration import frequencies  # loads the compiled solver
 
-        found = frequencies(mechanism, count=number)
-        if not found.stable:
-            raise RunFailedError(f"{text.strip()}: {found.status}: {found.message}")
-        if len(found.hertz) < number:
+        answer = frequencies(mechanism, count=number)
+        if not answer.stable:
+            raise RunFailedError(f"{text.strip()}: {answer.status}: {answer.message}")
+        if len(answer.hertz) < number:
             return nan, 0.0
-        return float(found.hertz[number - 1]), float(found.errors[number - 1])
+        return float(answer.hertz[number - 1]), float(answer.errors[number - 1])
 
     return frequency
 
@@ -111,13 +114,12 @@ def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     """Raise a ValueError if a text is no reading; without signals only its grammar is checked."""
     if statical(text):
         return
-    found = TOKEN.findall(text) if signals is None else list(signals)
-    time = np.array([0.0, 1.0])
-    measure(text, time, dict.fromkeys(found, np.ones(2)), {})
+    names = TOKEN.findall(text) if signals is None else list(signals)
+    measure(text, np.array([0.0, 1.0]), dict.fromkeys(names, np.ones(2)), {})
 
 
 def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str, str]]:
-    """Parse a formula; return its tree with short names, and the names of signals by these."""
+    """Parse a formula; return its syntax tree, with names _0, _1, ... of signals, and the signals by these names."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
@@ -125,16 +127,16 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
         names[short[match[0]]] = match[0]
         return short[match[0]]
 
-    left = text
+    shortened = text
     if signals:
-        longest = sorted(map(re.escape, signals), key=len, reverse=True)
-        left = re.sub(rf"(?<![\w.])(?:{'|'.join(longest)})(?![\w.])", replace, text)
-    for name in TOKEN.findall(left):
+        longest_first = sorted(map(re.escape, signals), key=len, reverse=True)
+        shortened = re.sub(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.])", replace, text)
+    for name in TOKEN.findall(shortened):
         raise WrongReadingError(f"{text}: {unknown(name, list(signals))}")
     if "frequency" in text:
         raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:
-        tree = parse(left, names, ALLOWED)
+        tree = parse(shortened, names, ALLOWED)
     except ValueError as error:
         message = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
         raise ValueError(f"{text}: {message}") from None
@@ -148,9 +150,13 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
 
 
 def value_of(
-    node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve, given: Mapping[ast.expr, float] = NONE
+    node: ast.expr,
+    time: Array,
+    signals: Mapping[str, Array],
+    curve: type[Curve] = Curve,
+    given: Mapping[ast.expr, float] = MappingProxyType({}),
 ) -> Any:
-    """Evaluate a formula; `given` are values of some nodes of its tree."""
+    """Evaluate a formula by its syntax tree; `given` are values of nodes that are not to be evaluated."""
     if node in given:
         return given[node]
     match node:
@@ -165,14 +171,14 @@ def value_of(
             return OPERATORS[type(operator)](*(value_of(part, time, signals, curve, given) for part in (left, right)))
         case ast.Call(func=ast.Name(id=name), args=arguments):
             series, *rest = (value_of(argument, time, signals, curve, given) for argument in arguments)
-            if name in OF_VALUES:
-                return OF_VALUES[name](series)
+            if name in POINTWISE:
+                return POINTWISE[name](series)
             return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
     raise AssertionError(node)  # parse lets nothing else through
 
 
 def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
-    """Return the unit of sums, peaks and means of one kind of signal, or of its multiples; '' otherwise."""
+    """Return the unit of a formula's value; '' if the formula mixes units or makes a new one, except a signal's impulse."""
     match node:
         case ast.Name(id=name) if name in units:
             return units[name]

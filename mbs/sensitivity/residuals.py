@@ -1,4 +1,4 @@
-"""Residuals of experiments and their derivatives as functions of the free numbers, scaled to the unit cube."""
+"""Residuals of experiments, and their derivatives by the free numbers, which are scaled to the unit cube."""
 
 from __future__ import annotations
 
@@ -21,26 +21,28 @@ from .reading import FAILURES, WrongReadingError, measure
 from .runs import run
 
 Bounds = tuple[float, float]
+"""Least and largest value of a free number, SI."""
 STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver; errors of derivatives are its error over `WIDTH`."""
+"""Default solver: its small error, over `WIDTH`, is the error of derivatives."""
 WIDTH = 1e-4
-"""Width of the differences for derivatives, over the range of a number."""
+"""Width of the differences for derivatives, over the range of the number."""
 FAR = 1e3
-"""Residual of a run that fails, in standard deviations; violation by a reading without a value."""
+"""Residual of a run that fails, in standard deviations, and violation of a constraint by a reading without a value."""
 DEPENDENT = 1e-9
-"""Singular value, over the largest, below which the data do not depend on its combination of numbers."""
+"""Singular value of the Jacobian, over the largest, below which the data do not depend on that combination of numbers."""
 CLOSE = 1e-7
-"""Tolerance `ftol` of least squares: below a thousandth of a standard deviation."""
+"""Tolerance `ftol` of least squares: numbers are found to less than a thousandth of their standard deviation."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
 
 @dataclass
 class FitProblem:
-    """Residuals as functions of the free numbers, scaled to the unit cube.
+    """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
-    `errors` are standard deviations of signals; `units` those of numbers, and of signals after a run. `failed` is why the first
-    failed run did, `stopped` why the search ended early, `blocked` why numbers have no derivative: runs on both sides fail.
+    `errors` are standard deviations of signals; `units` are those of numbers and, after a run, of signals. `failed` is the
+    message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers without a
+    derivative, as runs on both sides fail, to the message of such a run. `cached` is the latest point with its predictions.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -64,7 +66,7 @@ class FitProblem:
         if not free:
             raise ValueError("free: no number; give {path: (low, high)}")
         check_ranges(free)
-        settings = {name for each in experiments for name in each.settings}
+        settings = {name for experiment in experiments for name in experiment.settings}
         if both := sorted(settings & set(free)):
             raise ValueError(f"free['{both[0]}']: the experiments set it")
         varied = [name for name in (*free, *settings) if name != TIME_ZERO]
@@ -73,7 +75,7 @@ class FitProblem:
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
         guess = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
-        given = {name: each.errors[name] for each in experiments for name in each.errors}
+        given = {name: error for experiment in experiments for name, error in experiment.errors.items()}
         units = {name: (family.units | {TIME_ZERO: "s"})[name] for name in free}
         low, high = np.array(list(free.values()), dtype=float).T
         return cls(family.make, experiments, list(free), low, high, guess | given, units, solver or STEADY)
@@ -81,40 +83,41 @@ class FitProblem:
     @property
     def has_errors(self) -> bool:
         """True if all standard deviations were given."""
-        return set(signals_of(self.experiments)) <= {name for each in self.experiments for name in each.errors}
+        return set(signals_of(self.experiments)) <= {name for experiment in self.experiments for name in experiment.errors}
 
     @property
     def count(self) -> int:
         """Number of residuals."""
-        return sum(sum(map(np.count_nonzero, map(np.isfinite, x.signals.values()))) + len(x.readings) for x in self.experiments)
+        signals = [x for experiment in self.experiments for x in experiment.signals.values()]
+        return sum(int(np.isfinite(x).sum()) for x in signals) + sum(len(each.readings) for each in self.experiments)
 
     def values(self, x: Array) -> Array:
         """Compute the numbers at a point of the cube."""
         return np.asarray(self.low + x * (self.high - self.low))
 
     def predict(self, x: Array) -> list[dict[str, Any]]:
-        """Run all experiments at a point of the cube, and read what they measured."""
+        """Run all experiments at a point of the cube; return the measured signals and readings of each run."""
         if self.cached is not None and np.array_equal(self.cached[0], x):
             return self.cached[1]
-        numbers, found = dict(zip(self.names, self.values(x).tolist(), strict=True)), []
+        numbers, predicted = dict(zip(self.names, self.values(x).tolist(), strict=True)), []
         zero = numbers.pop(TIME_ZERO, 0.0)
-        for each in self.experiments:
-            ended = run(self.make(numbers | dict(each.settings)), each.span - zero, self.solver)
-            self.units |= {name: ended.units[name] for name in each.signals if name in ended.units}
-            found.append(read_run(ended, each, zero))
-        return found
+        for experiment in self.experiments:
+            ended = run(self.make(numbers | dict(experiment.settings)), experiment.span - zero, self.solver)
+            self.units |= {name: ended.units[name] for name in experiment.signals if name in ended.units}
+            predicted.append(read_run(ended, experiment, zero))
+        return predicted
 
     def compare(self, predicted: Sequence[Mapping[str, Any]]) -> Array:
         """Compute the residuals of predictions in standard deviations."""
         parts = []
-        for each, own in zip(self.experiments, predicted, strict=True):
-            parts += [((own[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in each.signals.items()]
-            parts.append(np.array([read.residual(own[text]) for text, read in each.readings.items()]))
-        found = np.concatenate(parts)
-        return np.where(np.isfinite(found), found, FAR)
+        for experiment, values in zip(self.experiments, predicted, strict=True):
+            parts += [((values[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in experiment.signals.items()]
+            parts.append(np.array([read.residual(values[text]) for text, read in experiment.readings.items()]))
+        residuals = np.concatenate(parts)
+        return np.where(np.isfinite(residuals), residuals, FAR)
 
     def residuals(self, x: Array) -> Array:
-        """Compute the residuals at a point, `FAR` of a run that fails."""
+        """Compute the residuals at a point; all are `FAR` if a run fails."""
         try:
             self.cached = x.copy(), self.predict(x)
         except WrongReadingError:
@@ -125,43 +128,46 @@ class FitProblem:
         return self.compare(self.cached[1])
 
     def jacobian(self, x: Array) -> Array:
-        """Compute derivatives of the residuals by the numbers over the cube, shape (residuals, numbers)."""
-        start = self.compare(self.predict(x))
-        return np.column_stack([self._slope(x, i, start) for i in range(len(x))])
+        """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers)."""
+        residuals = self.compare(self.predict(x))
+        return np.column_stack([self._slope(x, i, residuals) for i in range(len(x))])
 
-    def _slope(self, x: Array, i: int, start: Array) -> Array:
-        """Compute the difference quotient by one number, towards the middle of its range or, if a run fails, away; else zero."""
+    def _slope(self, x: Array, i: int, residuals: Array) -> Array:
+        """Compute the one-sided difference quotient by one coordinate.
+
+        It is taken towards the middle of the range; if a run fails there, away from it; zero if both fail.
+        """
         axis, width = np.arange(len(x)) == i, WIDTH if x[i] < 0.5 else -WIDTH
         for change in (width, -width):
             try:
-                return (self.compare(self.predict(x + change * axis)) - start) / change
+                return (self.compare(self.predict(x + change * axis)) - residuals) / change
             except FAILURES as error:
-                why = str(error)
-        self.blocked[self.names[i]] = why
-        return np.zeros(len(start))
+                message = str(error)
+        self.blocked[self.names[i]] = message
+        return np.zeros(len(residuals))
 
     def residual_sizes(self, x: Array) -> dict[str, float]:
         """Compute the root mean square of each signal's residuals."""
-        found: dict[str, list[Array]] = {}
-        for each, predicted in zip(self.experiments, self.predict(x), strict=True):
-            for name, values in each.signals.items():
-                found.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
-        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in found.items()}
+        residuals: dict[str, list[Array]] = {}
+        for experiment, predicted in zip(self.experiments, self.predict(x), strict=True):
+            for name, values in experiment.signals.items():
+                residuals.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
+        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in residuals.items()}
 
     def weigh(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
-        given = {name for each in self.experiments for name in each.errors}
+        given = {name for experiment in self.experiments for name in experiment.errors}
         for name, value in self.residual_sizes(x).items():
             if name not in given:
                 self.errors[name] = max(value, 1e-12 * self.errors[name])
 
     def covariance(self, x: Array) -> Array:
-        """Compute the covariance of the scaled numbers, s^2 (J^T J)^-1; very large in directions without influence."""
-        j, r = self.jacobian(x), self.residuals(x)
-        _, s, vh = np.linalg.svd(j, full_matrices=False)
-        scale = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
-        spread = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
-        return np.asarray(scale * (vh.T * spread**2) @ vh)
+        """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""
+        jacobian, r = self.jacobian(x), self.residuals(x)
+        _, s, vh = np.linalg.svd(jacobian, full_matrices=False)
+        variance = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
+        inverse = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
+        return np.asarray(variance * (vh.T * inverse**2) @ vh)
 
 
 def check_ranges(free: Mapping[str, Bounds]) -> None:
@@ -171,27 +177,27 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
 
 
-def read_run(found: Run, each: Experiment, zero: float) -> dict[str, Any]:
-    """Read off a run what an experiment measured; the run begins at the time `zero` of its data."""
-    time, values, units = found.record.time, found.values, found.units
+def read_run(ended: Run, experiment: Experiment, zero: float) -> dict[str, Any]:
+    """Return the signals, at the times of the data, and readings of a run that begins at the time `zero` of the data."""
+    time, values, units = ended.record.time, ended.values, ended.units
     predicted: dict[str, Any] = {}
-    for name in each.signals:
+    for name in experiment.signals:
         if name not in values:
             raise WrongReadingError(str(unknown(name, list(values))))
-        if (given := each.units.get(name)) and parse_unit(given).dimension != parse_unit(units[name]).dimension:
+        if (given := experiment.units.get(name)) and parse_unit(given).dimension != parse_unit(units[name]).dimension:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
-        rate = found.traits[name].rate
+        rate = ended.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
-        predicted[name] = between(time, values[name], slopes, np.clip(each.time - zero, 0.0, time[-1]))
-    return predicted | {text: measure(text, time, values, units, Smooth).value for text in each.readings}
+        predicted[name] = between(time, values[name], slopes, np.clip(experiment.time - zero, 0.0, time[-1]))
+    return predicted | {text: measure(text, time, values, units, Smooth).value for text in experiment.readings}
 
 
 def signals_of(experiments: Sequence[Experiment]) -> list[str]:
     """List the signals that any experiment has."""
-    return list(dict.fromkeys(name for each in experiments for name in each.signals))
+    return list(dict.fromkeys(name for experiment in experiments for name in experiment.signals))
 
 
 def gather(experiments: Sequence[Experiment], name: str) -> Array:
     """Gather all measured values of a signal, shape (values,)."""
-    values = np.concatenate([each.signals[name] for each in experiments if name in each.signals])
+    values = np.concatenate([experiment.signals[name] for experiment in experiments if name in experiment.signals])
     return values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""Runs of the compiled solver for derivatives, fits and designs, and their readings; a run that fails raises an exception."""
+"""Runs of the compiled solver for derivatives, fits and designs, and readings of these runs."""
 
 from __future__ import annotations
 
@@ -22,25 +22,29 @@ from .curve import Smooth
 from .reading import RunFailedError, check, measure, statical
 
 Reading = str | Callable[[Mechanism], float]
+"""Formula of a reading, or a function of the mechanism."""
 
 
 class Readings(NamedTuple):
-    """Values of readings, their units and, if known, their errors."""
+    """Values of readings, their units, and their errors, 0 if not estimated."""
 
     values: Array
     units: list[str]
     errors: Array
 
 
-def finer(solver: Spectral, times: float, degrees: int = 0) -> Spectral:
-    """Return a solver with tolerances divided by `times`, and strips of a higher degree."""
-    steps = replace(solver.steps, tolerance=solver.tolerance / times) if isinstance(solver.steps, Controlled) else solver.steps
+def finer(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
+    """Return a solver with tolerances divided by a factor, and with `degrees` added to the degree of strips."""
+    steps = replace(solver.steps, tolerance=solver.tolerance / factor) if isinstance(solver.steps, Controlled) else solver.steps
     degree = solver.degree + degrees if solver.degree else None
-    return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / times), degree=degree)
+    return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / factor), degree=degree)
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
-    """Integrate implicitly, or raise a RunFailedError; the run has the signals that the text `readings` names, or all."""
+    """Integrate implicitly; a RunFailedError says why a run fails.
+
+    The run has the signals that the text `readings` names, or all signals without a text.
+    """
     watching.get().check()
     watching.get().count += 1
     solver = replace(solver, method="implicit")
@@ -53,17 +57,17 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str =
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
-    """Compute readings of a mechanism, those of its motion from one run.
+    """Compute readings of a mechanism, from one run if a reading needs a run.
 
-    A RunFailedError says that the run fails, or that the state of rest of a frequency is not stable.
+    A RunFailedError says that the run fails, or that the state of rest is not stable for a frequency.
     """
     found, ended = list[tuple[float, str, float]](), None
     texts = " ".join(text for text in readings.values() if isinstance(text, str))
     for reading in readings.values():
         if callable(reading):
             found.append((float(reading(mechanism)), "", 0.0))
-        elif resting := statical(reading):
-            value, error = resting(mechanism)
+        elif frequency := statical(reading):
+            value, error = frequency(mechanism)
             found.append((value, "Hz", error))
         elif duration is None:
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
@@ -75,21 +79,20 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Name readings, and check their grammar."""
-    found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
-        text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))
-    }  # fmt: skip
-    if not found:
+    """Return readings by name, a text by itself; a ValueError says what is wrong with the text of a reading."""
+    texts = of if isinstance(of, Mapping) else [of] if isinstance(of, str) else as_tuple("of", of)
+    readings: dict[str, Reading] = dict(texts) if isinstance(texts, Mapping) else {text: text for text in texts}
+    if not readings:
         raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
-    for name, reading in found.items():
+    for name, reading in readings.items():
         if not callable(reading):
             check(reading)
             if not moving and not statical(reading):
                 raise ValueError(f"{name}: is read off a run; give a duration")
-    return found
+    return readings
 
 
 def needs_compiler() -> None:
-    """Raise an ImportError without the compiled solver."""
+    """Raise an ImportError if the compiled solver is not installed."""
     if not has_compiler():
         raise ImportError("derivatives, fits and designs need the compiled solver: pip install 'buckler[fast]'")

@@ -1,6 +1,6 @@
-"""Search for a design: a reading minimised by SLSQP (Kraft 1988), or constraints alone met by least squares.
+"""Search for a design: minimise a reading by SLSQP (Kraft 1988), or meet constraints alone by least squares.
 
-The free numbers are scaled to the unit cube.
+The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
 """
 
 from __future__ import annotations
@@ -24,36 +24,36 @@ from .residuals import FAR, WIDTH
 from .runs import Reading, finer, read
 
 EXACT = 1e-3
-"""Relative tolerance of a constraint `reading = value` without one."""
-KEPT = 1e-6
+"""Default tolerance of a constraint `reading = value`, relative to the value."""
+MET = 1e-6
 """Largest relative violation of a constraint that counts as met: the accuracy of a search."""
 BINDS = 1e-3
-"""Relative distance from an end up to which a constraint is binding."""
+"""Relative distance from an end of its interval up to which a constraint is binding."""
 NARROW = 0.1
-"""Relative width up to which a band is taken for a value with a tolerance, always binding."""
+"""Width of an interval, over its larger end, up to which it is a value with a tolerance and always binding."""
 FINER = 32.0
-"""Tolerance over that of the finer run."""
-POLISHED = 3
+"""Ratio of tolerances, search over finer run."""
+BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought."""
 ITERATIONS = 60
-"""Most iterations of a minimisation."""
-MET = 15
-"""Most evaluations of least squares for constraints alone: more would follow noise."""
+"""Largest number of iterations of a minimisation."""
+MOST_EVALUATIONS = 15
+"""Largest number of evaluations of least squares for constraints alone: more would follow noise."""
 SAME_POINT = 1e-7
-"""Distance of points, over a range, below which they count as one, as their runs would differ by noise only."""
+"""Grid of the cube to which points are rounded: runs of closer points differ by noise only."""
 CONVERGED = 0.5
-"""Distance from the middle of a band, over half its width, at which least squares have converged."""
+"""Residual of all constraints below which least squares have converged; at 1 a reading is at an end of its interval."""
 WIDE = 0.02
-"""Width of the wider differences, over a range: they average ripples of a reading, as of the force of an impact."""
-WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
+"""Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
+CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
 class EnoughError(Exception):
-    """Raised to end a search: constraints are met, or the budget of runs is used up."""
+    """Signal to end a search: constraints are met, or the budget of runs is used up."""
 
 
 class Want(NamedTuple):
-    """Constraint: the reading of a name lies between two values; `given` is the value as written with its unit, '' without."""
+    """Constraint: a reading lies in an interval; `given` is the value as written if it has a unit, else ''."""
 
     text: str
     name: str
@@ -63,66 +63,67 @@ class Want(NamedTuple):
 
     @property
     def ends(self) -> list[tuple[float, float, float]]:
-        """Finite ends: side, value, scale; a reading violates one by side * (value - reading) / scale if positive."""
-        sizes = [abs(each) for each in (self.low, self.high) if isfinite(each) and each]
+        """Finite ends of the interval: side, value, scale. The violation is side * (value - reading) / scale, if positive."""
+        sizes = [abs(end) for end in (self.low, self.high) if isfinite(end) and end]
         pairs = [(1.0, self.low), (-1.0, self.high)]
         return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
 
     @property
     def is_narrow(self) -> bool:
-        """True if it is a narrow band about a value."""
+        """True if the interval is a value with a tolerance."""
         width = self.high - self.low
         return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
 
     def miss(self, value: float) -> float:
-        """Compute the relative violation by a value; 0 within."""
+        """Compute the relative violation by a value; 0 inside the interval."""
         return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
 
     def residual(self, value: float) -> tuple[float, float]:
-        """Compute the residual of a value, and its slope.
+        """Compute the residual of a value for least squares, and its derivative.
 
-        It is the distance from the middle of a narrow band over half its width, else the violation over `EXACT`, plus 1.
+        In a narrow interval it is the distance from the middle over half the width. Else it is 1 + violation / `EXACT`, 0 where
+        that is negative.
         """
         if not isfinite(value):
             return FAR, 0.0
         if self.is_narrow:
-            slope = 2.0 / max(self.high - self.low, KEPT * self.ends[0][2])
+            slope = 2.0 / max(self.high - self.low, MET * self.ends[0][2])
             return (value - 0.5 * (self.low + self.high)) * slope, slope
-        side, end, scale = max(self.ends, key=lambda one: one[0] * (one[1] - value) / one[2])
+        side, end, scale = max(self.ends, key=lambda part: part[0] * (part[1] - value) / part[2])
         violation = side * (end - value) / (scale * EXACT)
         return (violation + 1.0, -side / (scale * EXACT)) if violation > -1.0 else (0.0, 0.0)
 
     def binds(self, value: float) -> bool:
-        """Check whether a value lies at an end."""
+        """Return True if a value lies at an end of the interval, or the interval is narrow."""
         return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
 
 
 def parse_want(given: str | tuple[str, float, float]) -> Want:
-    """Parse one constraint, or raise a ValueError."""
+    """Parse a constraint, such as 'max(B.contact_force) = 1.5 N ± 1 %', or raise a ValueError."""
     if not isinstance(given, str):
         name, low, high = given
         return Want(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
-    found = WANTED.fullmatch(given)
+    match = CONSTRAINT.fullmatch(given)
     try:
-        if found is None:
+        if match is None:
             raise ValueError("has none of =, <=, >= with a value behind it")
-        value, (off, percent, _) = measured(found["value"]), (found["off"] or "").partition("%")
+        value, (off, percent, _) = measured(match["value"]), (match["off"] or "").partition("%")
         width = EXACT * abs(value) if not off else float(off) / 100 * abs(value) if percent else float(measured(off))
         if width < 0:
             raise ValueError("a tolerance is positive")
     except ValueError as error:
         raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
-    sign = found["sign"]
+    sign = match["sign"]
     low, high = (value - width, value + width) if sign == "=" else (value, inf) if sign == ">=" else (-inf, value)
-    return Want(given.strip(), found["reading"], float(low), float(high), getattr(value, "given", ""))
+    return Want(given.strip(), match["reading"], float(low), float(high), getattr(value, "given", ""))
 
 
 @dataclass
 class Search:
-    """Readings as functions of the free numbers, scaled to the unit cube; the one to minimise, `aim`, if any, and constraints.
+    """Readings as functions of a point of the unit cube; `aim` names the reading to minimise, if any, `wants` are constraints.
 
-    `offset` is added to readings: their difference in a finer run. `failed` is why the first run failed, `stopped` why the search
-    ended early.
+    `offset` is added to readings: the difference of a finer run. `failed` is the message of the first run if it failed, `stopped`
+    the reason why the search ended early. `cache` maps rounded points to readings.
     """
 
     family: Family
@@ -165,9 +166,9 @@ class Search:
             return np.full(len(self.readings), np.nan)
 
     def evaluate(self, x: Array) -> Array:
-        """Compute the readings at a point, or look them up, and add the offset.
+        """Compute the readings at a point, with the offset; points are cached.
 
-        An EnoughError ends a search whose budget is used up, or that minimises nothing and has met all constraints.
+        An EnoughError ends the search if the budget is used up, or if all constraints are met and nothing is to be minimised.
         """
         key = point_of(x)
         if key not in self.cache:
@@ -179,63 +180,63 @@ class Search:
         return self.cache[key] + self.offset
 
     def slopes(self, x: Array, width: float = WIDTH) -> Array:
-        """Compute derivatives of the readings over the cube by central differences, shape (readings, numbers); 0 without value.
+        """Compute derivatives of the readings by central differences over the cube, shape (readings, numbers).
 
-        At an end of the cube, and where a run fails on one side, they are one-sided.
+        At a face of the cube, and where a run fails on one side, differences are one-sided; 0 where a reading has no value.
         """
-        here, columns = self.evaluate(x), []
+        readings, columns = self.evaluate(x), []
         for axis in np.eye(len(x)):
             sides = [x + width * side * axis for side in (-1.0, 1.0)]
             ends = [(point, self.evaluate(point)) for point in sides if 0.0 <= point @ axis <= 1.0]
             ends = [end for end in ends if np.isfinite(end[1]).any()]
-            ends = ends if len(ends) == 2 else [*ends, (x, here)]
+            ends = ends if len(ends) == 2 else [*ends, (x, readings)]
             (first, before), (last, after) = ends[0], ends[-1]
             columns.append((after - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
-    def pairs(self, found: Array) -> list[tuple[Want, float]]:
-        """Pair each constraint with its reading."""
-        return [(want, float(found[self.row[want.name]])) for want in self.wants]
+    def pairs(self, readings: Array) -> list[tuple[Want, float]]:
+        """Pair each constraint with the value of its reading."""
+        return [(want, float(readings[self.row[want.name]])) for want in self.wants]
 
     def residuals(self, x: Array) -> Array:
         """Compute the residuals of the constraints at a point."""
         return np.array([want.residual(value)[0] for want, value in self.pairs(self.evaluate(x))])
 
     def jacobian(self, x: Array, width: float) -> Array:
-        """Compute derivatives of the residuals over the cube."""
-        found, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
-        return np.array([want.residual(value)[1] * slopes[self.row[want.name]] for want, value in found])
+        """Compute derivatives of the residuals over the cube, shape (constraints, numbers)."""
+        pairs, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
+        return np.array([want.residual(value)[1] * slopes[self.row[want.name]] for want, value in pairs])
 
-    def list_violated(self, found: Array) -> list[Want]:
+    def list_violated(self, readings: Array) -> list[Want]:
         """List the constraints that readings violate."""
-        return [want for want, value in self.pairs(found) if want.miss(value) > KEPT]
+        return [want for want, value in self.pairs(readings) if want.miss(value) > MET]
 
-    def merit(self, found: Array) -> tuple[float, float]:
-        """Return the key by which designs are compared: the sum of violations, then what is minimised."""
-        miss = sum(want.miss(value) for want, value in self.pairs(found)) if self.list_violated(found) else 0.0
-        aim = float(found[self.row[self.aim]]) if self.aim else 0.0
+    def merit(self, readings: Array) -> tuple[float, float]:
+        """Return the sum of violations and the reading to minimise: the smaller pair is the better design."""
+        miss = sum(want.miss(value) for want, value in self.pairs(readings)) if self.list_violated(readings) else 0.0
+        aim = float(readings[self.row[self.aim]]) if self.aim else 0.0
         return miss, aim if isfinite(aim) else inf
 
     def best(self) -> Array | None:
         """Find the best point that was run; None if no run has a value."""
-        useful = np.all if self.aim else np.any
-        ended = [np.array(key) for key, found in self.cache.items() if useful(np.isfinite(found))]
-        return min(ended, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if ended else None
+        has_value = np.all if self.aim else np.any
+        points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
+        return min(points, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if points else None
 
     def from_starts(self, starts: Sequence[Array]) -> None:
-        """Descend from the first start, then from the best of the others."""
-        for some in (starts[:1], starts[1:]):
-            found = [(self.merit(self.evaluate(x)), k) for k, x in enumerate(some)]
-            for (_, aim), k in sorted(found)[:POLISHED]:
+        """Minimise from the first start, then from the best of the others."""
+        for group in (starts[:1], starts[1:]):
+            ranked = sorted((self.merit(self.evaluate(x)), k) for k, x in enumerate(group))
+            for (_, aim), k in ranked[:BEST_STARTS]:
                 if isfinite(aim):
-                    self.descend(some[k])
+                    self.descend(group[k])
 
     def descend(self, x: Array) -> None:
-        """Minimise subject to the constraints; with nothing to minimise meet them by least squares, wide differences first."""
+        """Minimise subject to the constraints; with nothing to minimise, meet them by least squares, wide differences first."""
         if not self.aim:
             for width in (WIDE, WIDTH):
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MET).x  # fmt: skip
+                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
         row, scale = self.row[self.aim], abs(self.merit(self.evaluate(x))[1]) or 1.0
         ends = [(self.row[want.name], *end) for want in self.wants for end in want.ends]
@@ -252,8 +253,8 @@ class Search:
 
     def check(self, x: Array) -> Array:
         """Compute the readings at a point by a finer run."""
-        moving = any(isinstance(each, str) and not statical(each) for each in self.readings.values())
-        return self.read(x, finer(self.solver, FINER, RISE)) if moving else self.cache[point_of(x)]
+        needs_run = any(isinstance(reading, str) and not statical(reading) for reading in self.readings.values())
+        return self.read(x, finer(self.solver, FINER, RISE)) if needs_run else self.cache[point_of(x)]
 
 
 def point_of(x: Array) -> tuple[float, ...]:

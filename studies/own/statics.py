@@ -22,7 +22,7 @@ from buckler.mbs.scene.linkage import rank
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.scene.start import jacobian
 from buckler.mbs.schema import schema
-from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.sensitivity.numbers import find_entry
 from buckler.mbs.spectral.beforehand import compile_all
 from buckler.mbs.units import measured, parse_quantity
 from buckler.mbs.validate import number
@@ -88,7 +88,7 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
 def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
     """Read the end of a path, `--to`, in the unit of what changes along it."""
     if options.parameter:
-        unit = standing(mechanism.to_dict(), options.parameter).unit
+        unit = find_entry(mechanism.to_dict(), options.parameter).unit
     elif options.load:
         unit = "1"
     else:

@@ -24,7 +24,7 @@ from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.progress import TimeUpError
-from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.sensitivity.numbers import find_entry
 from buckler.mbs.sensitivity.reading import RunFailedError, check
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
@@ -109,7 +109,7 @@ class Typed(Anything):
 
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     """Return the declaration of a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
-    about, now, unit = standing(document, path)
+    about, now, unit = find_entry(document, path)
     doc = about.doc if about else path
     if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
         return Declaration(about.spec, doc, {}, True, None)
@@ -266,7 +266,7 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
     """Read values of the number at a path of a document, in SI; errors begin with `place`."""
     from buckler.mbs.sensitivity.residuals import TIME_ZERO  # loads the compiler, which not all commands need
 
-    unit = "s" if path == TIME_ZERO else standing(document, path).unit
+    unit = "s" if path == TIME_ZERO else find_entry(document, path).unit
     try:
         return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:

@@ -18,7 +18,7 @@ from buckler.elastica import pinned
 from buckler.mbs import Mechanism, Motor, Ramp, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.sensitivity.curve import spells
+from buckler.mbs.sensitivity.curve import positive_ranges
 
 from ..kit.parameters import Gravity, choices, integer, quantity
 from ..kit.published import GRAVITY, STRIP_WIDTH
@@ -208,7 +208,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
         return TurnReading()
     inner = force.copy()
     inner[[0, -1]] = 0.0  # contacts across the ends of the turn are left out
-    contacts, shortening = spells(inner), run.shortening[part]  # rows: first sample of a contact, first sample after it
+    contacts, shortening = positive_ranges(inner), run.shortening[part]  # rows: first sample of a contact, first sample after it
     before = slice(contacts[0, 0] + 1 if len(contacts) else None)
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)),

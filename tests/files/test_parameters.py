@@ -9,7 +9,7 @@ from buckler.mbs import Mechanism
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
 from buckler.mbs.documents.shorthand import free_parameters
-from buckler.mbs.sensitivity.numbers import Family, standing
+from buckler.mbs.sensitivity.numbers import Family, find_entry
 from buckler.studies.kit.cli import main
 
 TEXT = """
@@ -69,8 +69,8 @@ def test_they_change_by_name_and_what_is_made_of_them_follows():
     made = Mechanism.from_dict(change(FILE, {"L": "600 mm"}))
     assert made.length("arm") == pytest.approx(0.6) and made.links[0].body.section.thickness == pytest.approx(0.01)
     assert change(FILE, {"parameters.L": 0.6}) == change(FILE, {"L": 0.6})
-    assert standing(FILE, "L")[1:] == ("300 mm", "m") and standing(FILE, "turn").unit == "rad/s"
-    assert standing(FILE, "links.arm.length")[1:] == ("300 mm", "m")
+    assert find_entry(FILE, "L")[1:] == ("300 mm", "m") and find_entry(FILE, "turn").unit == "rad/s"
+    assert find_entry(FILE, "links.arm.length")[1:] == ("300 mm", "m")
     family = Family.of(FILE, ["L"], {})
     assert family.values == {"L": 0.3} and family.make({"L": 0.45}).length("arm") == pytest.approx(0.45)
     assert free_parameters(FILE) == ["parameters.L", "parameters.turn", "parameters.g"]  # h follows from L

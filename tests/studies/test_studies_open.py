@@ -11,7 +11,7 @@ pytest.importorskip("numba")
 from buckler.mbs import Beam, Controlled, Exudyn, Section, Spectral, simulate, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
-from buckler.mbs.sensitivity.curve import spells
+from buckler.mbs.sensitivity.curve import positive_ranges
 from buckler.studies.rattling import clearance_speed
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import solver
@@ -70,7 +70,7 @@ def test_two_solvers_agree_under_what_the_paper_leaves_open(given, ringing):
     for code in (Exudyn(Controlled(1e-5)), Spectral(Controlled(1e-6))):
         result = simulate(mechanism, assumed.longest_time(2.8), solver=code)
         force, angle = result["B.contact_force"], crank_angle(result.signals)
-        first = slice(*spells(force)[0])
+        first = slice(*positive_ranges(force)[0])
         settled = np.interp(np.pi + np.linspace(-ringing, ringing, 2001), angle, force).mean()
         found.append([force[first].max(), np.trapezoid(force[first], result.time[first]), settled])
     off = np.abs(np.array(found[0]) / found[1] - 1)
