@@ -39,13 +39,13 @@ class _System:
     def __init__(self) -> None:
         self.container = exu.SystemContainer()
         self.system = self.container.AddSystem()
-        self.ground = self.marker(self.system.AddNode(eii.NodePointGround()), 0)
+        self.ground = self.mark_coordinate(self.system.AddNode(eii.NodePointGround()), 0)
 
     def add(self, item: object) -> int:
         """Add an item and return its number."""
         return int(self.system.AddObject(item))
 
-    def marker(self, node: int, coordinate: int) -> int:
+    def mark_coordinate(self, node: int, coordinate: int) -> int:
         """Add a marker of a node's coordinate, and return its number."""
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
@@ -59,7 +59,7 @@ class _System:
 
     def fix(self, node: int, coordinate: int, **motion: object) -> int:
         """Fix a coordinate of a node, or prescribe its motion; return the number of the constraint."""
-        markers = [self.ground, self.marker(node, coordinate)]
+        markers = [self.ground, self.mark_coordinate(node, coordinate)]
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def pin(self, *markers: int) -> None:
@@ -214,8 +214,8 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
     job.add(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
     for each in (node, end):
         job.fix(each, 1)
-    position = job.marker(node, 0)
-    job.add(eii.CoordinateConstraint(markerNumbers=[position, job.marker(end, 0)]))
+    position = job.mark_coordinate(node, 0)
+    job.add(eii.CoordinateConstraint(markerNumbers=[position, job.mark_coordinate(end, 0)]))
     for stop in mechanism.stops:
         assert isinstance(stop.law, KelvinVoigt)
         options: Any = {"stiffness": 1.0, "springForceUserFunction": _stop_force(stop.law, stop.at - start)}

@@ -40,19 +40,19 @@ def draw(seed: int, k: int, families: Sequence[str] = (), generators: Mapping[st
     return Draw(f"{family} {seed}.{k}", *generators[family](Dice(seed, list(generators).index(family), k)))
 
 
-def _free(dice: Dice) -> Run:
+def _draw_free(dice: Dice) -> Run:
     """Draw a pendulum released for three to a hundred periods."""
     angle, length = dice.uniform(0.05, 2.8), dice.uniform(0.2, 0.6)
     points, bar = {"O": (0, 0), "A": parts.place(length * parts.ray(angle - pi / 2))}, mbs.Rigid(mbs.Section(0.02, 0.01))
-    mechanism = mbs.Mechanism(points, [mbs.Link("bar", "O", "A", bar)], parts.revolutes("O ground bar"), gravity=parts.WEIGHT)
-    return mechanism, dice.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
+    links, joints = [mbs.Link("bar", "O", "A", bar)], parts.make_revolutes("O ground bar")
+    return mbs.Mechanism(points, links, joints, gravity=parts.WEIGHT), dice.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
 
 
-def _chain(dice: Dice) -> Run:
+def _draw_chain(dice: Dice) -> Run:
     """Draw a released chain of one to three pendulums with loads, masses and springs."""
     count = int(dice.integers(1, 4))
-    names, lengths, angles = [f"bar{k}" for k in range(count)], dice.uniform(0.1, 0.5, count), dice.uniform(-pi, pi, count)
-    ends = np.concatenate([[0j], np.cumsum(lengths * np.exp(1j * angles))])
+    names, sizes, angles = [f"bar{k}" for k in range(count)], dice.uniform(0.1, 0.5, count), dice.uniform(-pi, pi, count)
+    ends = np.concatenate([[0j], np.cumsum(sizes * np.exp(1j * angles))])
     points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)} | {"Q": tuple(dice.uniform(0.5, 1.0, 2).tolist())}
     points["R"] = parts.place(ends[-1] + dice.uniform(-0.1, 0.1) * 1j * parts.ray(angles[-1]))
     last, coil = names[-1], mbs.TorsionSpring("ground", "bar0", dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
@@ -65,7 +65,7 @@ def _chain(dice: Dice) -> Run:
     )
     return mbs.Mechanism(
         points,
-        [mbs.Link(x, f"P{k}", f"P{k + 1}", parts.solid(dice, lengths[k]), ("R",) * (x == last)) for k, x in enumerate(names)],
+        [mbs.Link(x, f"P{k}", f"P{k + 1}", parts.draw_solid(dice, sizes[k]), ("R",) * (x == last)) for k, x in enumerate(names)],
         [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
         loads=[coil, *loads],
         masses=dice.some(mbs.Mass("R", dice.uniform(0.05, 0.5), dice.uniform(0, 1e-4)), share=0.5),
@@ -74,42 +74,42 @@ def _chain(dice: Dice) -> Run:
     ), dice.uniform(0.2, 0.6)
 
 
-def _block(dice: Dice, **more: Any) -> mbs.Mechanism:
+def _make_block(dice: Dice, **more: Any) -> mbs.Mechanism:
     """Make a block that slides in two guides: a bar of negligible mass, the mass in the guide of A."""
     points, bar = {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)}, mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))
     return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=dice.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 
 
-def _grazing(dice: Dice) -> Run:
+def _draw_grazing(dice: Dice) -> Run:
     """Draw a rigid slider that just reaches its stops, or a block that falls on one or two stops."""
-    law = parts.impact(dice)
+    law = parts.draw_law(dice)
     if dice.chance():
-        crank, duration = parts.turning(dice, ("slider-crank",), ("rigid",))
+        crank, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
         face = crank.points["B"][0] - 2 * crank.points["A"][0] + dice.log(1e-6, 3e-3)  # up to 3 mm short of the dead centre
         return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
     faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
-    return _block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * height / pull)
+    return _make_block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * height / pull)
 
 
-def _bouncing(dice: Dice) -> Run:
+def _draw_bouncing(dice: Dice) -> Run:
     """Draw a block on a spring that strikes a stop once or many times."""
     stiffness, stretch = dice.log(20, 2000), dice.uniform(0.02, 0.08)
     spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + stretch)
-    block = _block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * stretch, parts.impact(dice))])
+    block = _make_block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * stretch, parts.draw_law(dice))])
     return block, dice.uniform(0.5, 6) * 2 * pi * sqrt(block.guides[0].mass / stiffness)
 
 
-def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:
+def _make_column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:
     """Make a pinned column whose end A slides along its axis."""
     links, guides = [mbs.Link("strip", "A", "B", body)], [mbs.Guide("A", "strip", mass=mass)]
-    return mbs.Mechanism({"A": (0, 0), "B": (length, 0)}, links, parts.revolutes("B ground strip"), guides, **more)
+    return mbs.Mechanism({"A": (0, 0), "B": (length, 0)}, links, parts.make_revolutes("B ground strip"), guides, **more)
 
 
 def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechanism:
     """Make a column whose end A travels as t^3, in the duration by a share of the length."""
     speed = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
-    return _column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
+    return _make_column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
 
 
 def _draw_pressed(dice: Dice) -> Run:
@@ -122,23 +122,24 @@ def _draw_pressed(dice: Dice) -> Run:
     return make_pressed_column(body, share, duration), duration
 
 
-def _critical(dice: Dice) -> Run:
+def _draw_critical(dice: Dice) -> Run:
     """Draw a bowed column under a load near the critical one, applied slowly or suddenly."""
     length = dice.uniform(0.2, 0.4)
-    body = parts.strip(dice, length, 3e-4, 1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
+    body = parts.draw_strip(dice, length, 3e-4, 1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
     load = dice.uniform(0.4, 0.99) * body.section.euler_load(length)
     duration = dice.uniform(2, 8) * 2 * pi / body.section.first_frequency(length)
     push = dice.one((load, 0.0), Components((Table((0.0, duration / 2), (0.0, load)), 0.0)))
-    return _column(length, body, dice.uniform(0, 0.3), loads=[mbs.Force("A", push)]), duration
+    return _make_column(length, body, dice.uniform(0, 0.3), loads=[mbs.Force("A", push)]), duration
 
 
-def _cantilever(dice: Dice) -> Run:
+def _draw_cantilever(dice: Dice) -> Run:
     """Draw a cantilever with a rigid arm at its tip, under a tip force, gravity and, if it is a beam, a line load."""
     length = dice.uniform(0.2, 0.4)
     end = parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2)))
+    strip, arm = parts.draw_strip(dice, length, 1e-3, 2e-3), parts.draw_bar(dice)
     mechanism = mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": end},
-        [mbs.Link("strip", "A", "B", parts.strip(dice, length, 1e-3, 2e-3)), mbs.Link("arm", "B", "C", parts.bar(dice))],
+        [mbs.Link("strip", "A", "B", strip), mbs.Link("arm", "B", "C", arm)],
         [mbs.Weld("A", "ground", "strip"), dice.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
         loads=[mbs.Force("C", (dice.uniform(-1, 1), dice.uniform(-2, 0)))],
         gravity=parts.WEIGHT,
@@ -152,28 +153,28 @@ def _cantilever(dice: Dice) -> Run:
     return mechanism, duration
 
 
-def _landing(dice: Dice) -> Run:
+def _draw_landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    clamped = mbs.Link("bar", "O", "A", parts.strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld
-    rigid = mbs.Link("bar", "O", "A", parts.bar(dice), carries=("M",)), mbs.Revolute
+    clamped = mbs.Link("bar", "O", "A", parts.draw_strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld
+    rigid = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",)), mbs.Revolute
     link, joint = dice.one(clamped, rigid)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [link], [joint("O", "ground", "bar")],
-        stops=[mbs.Stop("M", at=-dice.uniform(1e-3, 1e-2), law=parts.impact(dice), along=(0.0, 1.0))],
+        stops=[mbs.Stop("M", at=-dice.uniform(1e-3, 1e-2), law=parts.draw_law(dice), along=(0.0, 1.0))],
         loads=[mbs.Force("A", (0.0, -dice.uniform(1, 10)))], gravity=parts.WEIGHT,
     ), dice.uniform(0.1, 0.2)  # fmt: skip
 
 
-def _spinning(dice: Dice) -> Run:
+def _draw_spinning(dice: Dice) -> Run:
     """Draw a flexible link that starts with a spin, its welded arm under a force that follows it."""
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
-    body = dice.one(parts.strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
-    tip, stiffness = length * parts.ray(turn), dice.uniform(0.1, 1.0)
+    body = dice.one(parts.draw_strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
+    tip, stiffness, inner = length * parts.ray(turn), dice.uniform(0.1, 1.0), {"M": 0.6} if body.meshed else {}
     return mbs.Mechanism(
         {"O": (0, 0), "A": parts.place(tip), "B": parts.place(tip + 0.1 * parts.ray(turn + dice.uniform(-1, 1)))},
-        [mbs.Link("link", "O", "A", body, carries={"M": 0.6} if body.meshed else {}), mbs.Link("arm", "A", "B", parts.bar(dice))],
+        [mbs.Link("link", "O", "A", body, carries=inner), mbs.Link("arm", "A", "B", parts.draw_bar(dice))],
         [mbs.Revolute("O", "ground", "link"), mbs.Weld("A", "link", "arm")],
         loads=[
             mbs.Force("B", (0.0, dice.uniform(0.2, 1.0)), follows="arm"),
@@ -196,7 +197,8 @@ def _draw_coupled(dice: Dice) -> Run:
     links = [mbs.Link(name, at, at.lower(), disc) for (name, at, _), disc in zip(wheels, discs, strict=True)]
     weights = [("weight", "C", dice.uniform(0.1, 0.5)), ("counter", "D", dice.uniform(0.3, 0.6))]
     links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
-    joints = [*parts.revolutes("A ground one", "B ground two"), *(mbs.Slider(at, x, "ground", (0, 1)) for x, at, _ in weights)]
+    joints: list[Any] = [*parts.make_revolutes("A ground one", "B ground two")]
+    joints += [mbs.Slider(at, name, "ground", (0, 1)) for name, at, _ in weights]
     belt = mbs.Belt("one:A", "two:B", size, dice.uniform(0.5, 1.5) * size, crossed=dice.one(True, False))
     pair = dice.one(mbs.Gear("one:A", "two:B", dice.one(-1, 1) * dice.uniform(0.6, 0.9)), belt)
     return mbs.Mechanism(
@@ -207,37 +209,37 @@ def _draw_coupled(dice: Dice) -> Run:
 
 SLIDER = ("slider-crank",)
 FAMILIES: dict[str, Generator] = {
-    "axial force": partial(parts.turning, bodies=("strip",)),
+    "axial force": partial(parts.draw_turning, bodies=("strip",)),
     "pressed straight": _draw_pressed,
-    "near critical": _critical,
-    "kinks": partial(parts.turning, bodies=("rigid", "strut", "strip"), motions=("ramp", "table")),
-    "grazing": _grazing,
-    "bouncing": _bouncing,
-    "free": _free,
-    "strip on a stop": partial(parts.striking, bodies=("strip",)),
-    "clearance": partial(parts.rattling, bodies=("rigid",)),
-    "strut": parts.strut,
-    "shaken": partial(parts.turning, kinds=SLIDER, motions=("swing",)),
+    "near critical": _draw_critical,
+    "kinks": partial(parts.draw_turning, bodies=("rigid", "strut", "strip"), motions=("ramp", "table")),
+    "grazing": _draw_grazing,
+    "bouncing": _draw_bouncing,
+    "free": _draw_free,
+    "strip on a stop": partial(parts.draw_striking, bodies=("strip",)),
+    "clearance": partial(parts.draw_rattling, bodies=("rigid",)),
+    "strut": parts.draw_strut,
+    "shaken": partial(parts.draw_turning, kinds=SLIDER, motions=("swing",)),
     "mixed": parts.draw_mixed,
-    "any chain": _chain,
-    "any four-bar": partial(parts.turning, kinds=("four-bar",), motions=("constant", "ramp")),
-    "any slider": partial(parts.turning, kinds=SLIDER),
-    "any struck": partial(parts.striking, bodies=("strut",), rubs=0.0),
-    "any cantilever": _cantilever,
+    "any chain": _draw_chain,
+    "any four-bar": partial(parts.draw_turning, kinds=("four-bar",), motions=("constant", "ramp")),
+    "any slider": partial(parts.draw_turning, kinds=SLIDER),
+    "any struck": partial(parts.draw_striking, bodies=("strut",), rubs=0.0),
+    "any cantilever": _draw_cantilever,
     "any guided": parts.draw_guided,
-    "any rattling": partial(parts.rattling, bodies=("rigid", "modal")),
-    "any sliding": parts.sliding,
-    "any two drives": parts.two_drives,
-    "any rubbing": parts.rubbing,
-    "any landing": _landing,
-    "any spinning": _spinning,
+    "any rattling": partial(parts.draw_rattling, bodies=("rigid", "modal")),
+    "any sliding": parts.draw_sliding,
+    "any two drives": parts.draw_two_drives,
+    "any rubbing": parts.draw_rubbing,
+    "any landing": _draw_landing,
+    "any spinning": _draw_spinning,
     "any coupled": _draw_coupled,
-    "smooth": partial(parts.turning, kinds=SLIDER, bodies=("strip",), most=0.3),
-    "ramp": partial(parts.turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
-    "rigid": partial(parts.turning, kinds=SLIDER, bodies=("rigid",)),
-    "rigid clearance": partial(parts.rattling, bodies=("rigid",), joints="OABC"),
-    "modal clearance": partial(parts.rattling, bodies=("modal",), joints="OABC"),
-    "beam clearance": partial(parts.rattling, bodies=("beam",), joints="OABC"),
+    "smooth": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), most=0.3),
+    "ramp": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
+    "rigid": partial(parts.draw_turning, kinds=SLIDER, bodies=("rigid",)),
+    "rigid clearance": partial(parts.draw_rattling, bodies=("rigid",), joints="OABC"),
+    "modal clearance": partial(parts.draw_rattling, bodies=("modal",), joints="OABC"),
+    "beam clearance": partial(parts.draw_rattling, bodies=("beam",), joints="OABC"),
 }
 """Generator of each family. The families `any ...` cover every element, joint and law that both solvers take."""
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))

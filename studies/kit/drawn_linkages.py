@@ -50,9 +50,10 @@ class Dice(np.random.Generator):
 
 
 Generator = Callable[[Dice], Run]
+"""Function that draws a mechanism of a family."""
 
 
-def strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
+def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
     """Draw a damped strip of a thickness between `thin` and `thick`; half of the strips leave the elements to the solver."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(dice.log(3e-3, 0.1), length)
     kind, fewest, most = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
@@ -61,28 +62,28 @@ def strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bo
     return body
 
 
-def bar(dice: Dice) -> mbs.Rigid:
+def draw_bar(dice: Dice) -> mbs.Rigid:
     """Draw a rigid bar."""
     return mbs.Rigid(mbs.Section(dice.uniform(0.01, 0.03), dice.uniform(3e-3, 1e-2)))
 
 
-def solid(dice: Dice, length: float) -> mbs.Rigid:
+def draw_solid(dice: Dice, length: float) -> mbs.Rigid:
     """Draw a bar, or a rigid body whose centre of mass is off its axis."""
     mass, centre = dice.uniform(0.05, 0.5), (dice.uniform(0.2, 0.8) * length, dice.uniform(-0.3, 0.3) * length)
-    return dice.one(bar(dice), mbs.Rigid.of(mass=mass, inertia=dice.uniform(0.05, 0.1) * mass * length**2, centre=centre))
+    return dice.one(draw_bar(dice), mbs.Rigid.of(mass=mass, inertia=dice.uniform(0.05, 0.1) * mass * length**2, centre=centre))
 
 
-def modal(dice: Dice) -> mbs.Modal:
+def draw_modal(dice: Dice) -> mbs.Modal:
     """Draw a bar described by vibration modes."""
     return mbs.Modal(mbs.Section(dice.uniform(5e-3, 2e-2), dice.uniform(4e-3, 2e-2)), BarModes(2, 1), dice.uniform(0.01, 0.05))
 
 
 BODIES: dict[str, Callable[[Dice, float], Any]] = {
-    "rigid": lambda dice, length: bar(dice),
-    "strip": lambda dice, length: strip(dice, length, 1e-3, bow=dice.uniform(-3e-3, 3e-3) * length),
+    "rigid": lambda dice, length: draw_bar(dice),
+    "strip": lambda dice, length: draw_strip(dice, length, 1e-3, bow=dice.uniform(-3e-3, 3e-3) * length),
     "beam": lambda dice, length: mbs.Beam(BAR.damped(0.01, length)),
     "strut": lambda dice, length: mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 1e-3))),
-    "modal": lambda dice, length: modal(dice),
+    "modal": lambda dice, length: draw_modal(dice),
 }
 """Generators of bodies by their kind and length [m]."""
 
@@ -100,7 +101,7 @@ def draw_speed(dice: Dice, kind: str, fast: float, duration: float) -> Any:
     return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")
 
 
-def impact(dice: Dice) -> Any:
+def draw_law(dice: Dice) -> Any:
     """Draw the contact law of a stop."""
     stiffness = dice.log(1e4, 1e6)
     soft = laws.KelvinVoigt(stiffness, dice.uniform(0.05, 1.0) * sqrt(stiffness))
@@ -121,7 +122,7 @@ def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
     return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
 
-def revolutes(*places: str) -> list[mbs.Revolute]:
+def make_revolutes(*places: str) -> list[mbs.Revolute]:
     """Make ideal joints, each from a text of its point and its two links: 'A crank coupler'."""
     return [mbs.Revolute(*each.split()) for each in places]
 
@@ -136,14 +137,11 @@ def ray(angle: float) -> complex:
     return complex(cos(angle), sin(angle))
 
 
-def turning(
+def draw_turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), most: float = 0.5,
 ) -> Run:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops.
-
-    The inertia force of a slider on a strip stays below the share `most` of the strip's buckling load.
-    """
+    """Draw a slider-crank or four-bar without stops; inertia forces on a strip are below `most` times its buckling load."""
     motion, fast = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
@@ -158,18 +156,18 @@ def turning(
     return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, fast, duration), lengths=lengths), duration
 
 
-def striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Run:
+def draw_striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Run:
     """Draw a slider-crank that strikes a stop and whose thin coupler buckles; a share of the guides has friction."""
     fast, length = dice.log(1, 15), PAPER.coupler
-    bowed = strip(dice, length, 2e-4, 8e-4, bow=dice.one(-1, 1) * dice.log(1e-4, 1e-2) * length)
+    bowed = draw_strip(dice, length, 2e-4, 8e-4, bow=dice.one(-1, 1) * dice.log(1e-4, 1e-2) * length)
     body = bowed if dice.one(*bodies) == "strip" else mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)))
     dynamic = dice.uniform(0, 1)
     friction = mbs.GuideFriction(dynamic, dynamic * dice.uniform(1, 1.5)) if dice.chance(rubs) else None
-    mechanism = slider_crank(body, law=impact(dice), mass=dice.uniform(0.1, 0.5), speed=fast, friction=friction)
+    mechanism = slider_crank(body, law=draw_law(dice), mass=dice.uniform(0.1, 0.5), speed=fast, friction=friction)
     return mechanism, dice.uniform(0.4, 0.75) * 2 * pi / fast
 
 
-def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
+def draw_rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
     """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
     fast, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
     rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
@@ -178,29 +176,31 @@ def rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
     return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)  # 10 pi rad/s is 300 r/min
 
 
-def strut(dice: Dice) -> Run:
+def draw_strut(dice: Dice) -> Run:
     """Draw a slider-crank or four-bar with a strut."""
-    return striking(dice, ("strut",)) if dice.chance() else turning(dice, bodies=("strut",), motions=("constant", "ramp"))
+    if dice.chance():
+        return draw_striking(dice, ("strut",))
+    return draw_turning(dice, bodies=("strut",), motions=("constant", "ramp"))
 
 
 def draw_mixed(dice: Dice) -> Run:
     """Draw a four-bar with two flexible links, or a linkage with clearance and a flexible link or a stop."""
     kind = dice.integers(3)
     if kind == 0:
-        mechanism, duration = turning(dice, ("four-bar",), ("strip",))
-        coupler = replace(mechanism.link("coupler"), body=strip(dice, CrankRocker().coupler, 1e-3))
+        mechanism, duration = draw_turning(dice, ("four-bar",), ("strip",))
+        coupler = replace(mechanism.link("coupler"), body=draw_strip(dice, CrankRocker().coupler, 1e-3))
         return replace(mechanism, links=[coupler if link.name == "coupler" else link for link in mechanism.links]), duration / 2
     if kind == 1:
-        return rattling(dice, ("strip", "beam"))
+        return draw_rattling(dice, ("strip", "beam"))
     near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
-    mechanism = slider_crank(mbs.Rigid(BAR), law=impact(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
+    mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
     return replace(mechanism, joints=[mechanism.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 
 
-def rubbing(dice: Dice) -> Run:
+def draw_rubbing(dice: Dice) -> Run:
     """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
     fast = dice.uniform(5, 20)
-    mechanism = slider_crank(bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
+    mechanism = slider_crank(draw_bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
     guide = replace(mechanism.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
     if dice.chance(0.6):
         mechanism = replace(mechanism, drives=[], velocities={"crank": fast}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
@@ -213,8 +213,8 @@ def draw_guided(dice: Dice) -> Run:
     along = (1.0, 0.0) if driven else place(ray(dice.uniform(-0.6, 0.6)))
     return mbs.Mechanism(
         {"A": (0.0, 0.0), "B": place(length * ray(turn)), "C": (2 * length, 0.0)},
-        [mbs.Link("crank", "A", "B", bar(dice)), mbs.Link("rod", "B", "C", bar(dice))],
-        revolutes("A ground crank", "B crank rod"),
+        [mbs.Link("crank", "A", "B", draw_bar(dice)), mbs.Link("rod", "B", "C", draw_bar(dice))],
+        make_revolutes("A ground crank", "B crank rod"),
         guides=[mbs.Guide("C", "rod", along=along, mass=dice.uniform(0.1, 0.5))],
         loads=[mbs.Spring("C", "ground:A", stiffness=dice.uniform(10, 200), damping=dice.uniform(0, 1))],
         drives=[mbs.Drive("crank", dice.uniform(2, 10))] if driven else [],
@@ -222,7 +222,7 @@ def draw_guided(dice: Dice) -> Run:
     ), dice.uniform(0.1, 0.3)
 
 
-def sliding(dice: Dice) -> Run:
+def draw_sliding(dice: Dice) -> Run:
     """Draw a swinging bar along which a second body slides, with springs and a motor or a torque."""
     length, turn = dice.uniform(0.2, 0.4), dice.uniform(-0.4, 0.4)
     end = length * ray(dice.uniform(-1.0, 1.0))
@@ -236,22 +236,22 @@ def sliding(dice: Dice) -> Run:
         dice.one(motor, mbs.Torque("arm", dice.uniform(-0.1, 0.1))),
     )
     pull = mbs.Spring("B", "ground:O", stiffness=dice.uniform(100, 500), damping=dice.uniform(0, 2), free_length=0.6 * length)
-    links = [mbs.Link("arm", "O", "A", bar(dice)), mbs.Link("bob", "B", "C", bar(dice))]
+    links = [mbs.Link("arm", "O", "A", draw_bar(dice)), mbs.Link("bob", "B", "C", draw_bar(dice))]
     masses = dice.some(mbs.Mass("C", dice.uniform(0.02, 0.2), dice.uniform(0, 1e-5)), share=0.5)
     joints, places = [mbs.Revolute("O", "ground", "arm"), joint], {name: place(z) for name, z in points.items()}
     return mbs.Mechanism(places, links, joints, loads=[pull, *loads], masses=masses, gravity=WEIGHT), dice.uniform(0.1, 0.25)
 
 
-def two_drives(dice: Dice) -> Run:
+def draw_two_drives(dice: Dice) -> Run:
     """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
     low, fast = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
     duration = dice.uniform(0.4, 1.0) / fast
     left = draw_speed(dice, dice.one("constant", "ramp", "table"), fast, duration)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + dice.uniform(0.15, 0.2))},
-        [mbs.Link("left", "O", "A", bar(dice)), mbs.Link("right", "P", "D", bar(dice)),
-         mbs.Link("one", "A", "B", dice.one(bar(dice), modal(dice))), mbs.Link("two", "D", "B", bar(dice))],
-        revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),
+        [mbs.Link("left", "O", "A", draw_bar(dice)), mbs.Link("right", "P", "D", draw_bar(dice)),
+         mbs.Link("one", "A", "B", dice.one(draw_bar(dice), draw_modal(dice))), mbs.Link("two", "D", "B", draw_bar(dice))],
+        make_revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),
         loads=dice.some(mbs.Force("B", (dice.uniform(-2, 2), dice.uniform(-2, 2))), share=0.5),
         drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{dice.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],
         gravity=WEIGHT,

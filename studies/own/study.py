@@ -49,7 +49,7 @@ RENAMED = {"count": "steps", "method": "integrator"}
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
 KIND = Declaration(
-    Choice(tuple(SOLVERS)), "default exudyn, closure for linkages that it determines", {}, False, None, SOLVER_GROUP
+    Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines", {}, False, None, SOLVER_GROUP
 )
 
 
@@ -106,8 +106,7 @@ class Settings(Spec):
 def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
     """Make the solver with these settings, or return None without any.
 
-    Without a kind it is `Closure` if that has all the settings and solves the mechanism, otherwise `Exudyn`. A ValueError names a
-    setting of another solver or of other steps.
+    Without a kind it is `Closure` if that has all settings and solves the mechanism, else `Exudyn`. Unfit settings raise.
     """
     if not given:
         return None

@@ -145,10 +145,9 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
 
         def distance(t: float, y: Array) -> float:
-            """Compute the distance of the slider from the stop, whose rise through 0 ends the impact."""
             return float(y[0] - PAPER_STOP)
 
-        distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]
+        distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(
             self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
             events=distance, max_step=longest / 300,
