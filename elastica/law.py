@@ -40,10 +40,6 @@ def quartic(shortening: ArrayLike) -> Reals:
 
     The error is at most 0.19 %, at u = 0, where the fit has 9.888 instead of pi^2.
 
-    Returns
-    -------
-    float or array, P L^2/(E I)
-
     References
     ----------
     B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, equation (11),
@@ -56,10 +52,6 @@ def fast(shortening: ArrayLike) -> Reals:
     """Compute the load to a relative error of 1e-12 (2e-13 measured) by the rational fit.
 
     A float takes about a microsecond: three times the quartic, a 200th of the elliptic integrals.
-
-    Returns
-    -------
-    float or array, P L^2/(E I)
     """
     if np.ndim(shortening) == 0:
         return _rational(shortening)

@@ -7,21 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .elements import (
-    Body,
-    Clearance,
-    Drive,
-    Guide,
-    GuideFriction,
-    Link,
-    Material,
-    Motion,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Stop,
-)
+from .elements import Body, Clearance, Drive, Guide, GuideFriction, Link, Material, Motion, Ramp, Revolute, Rigid, Section, Stop
 from .kinematics.slidercrank import SliderCrank
 from .laws import Impact, NormalLaw
 from .mechanism import Mechanism

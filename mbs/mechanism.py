@@ -193,10 +193,7 @@ class Mechanism(Parts):
     def to_dict(self) -> dict[str, Any]:
         """Return a description of plain dictionaries, lists, numbers and names, as files have it.
 
-        Raises
-        ------
-        ValueError
-            If a value has no form in a file, such as a Python function; the message names its place.
+        Raise a ValueError, with the place, for a value that has no form in a file, such as a Python function.
         """
         return fields_written("", self)
 
@@ -204,10 +201,7 @@ class Mechanism(Parts):
     def from_dict(cls, content: Mapping[str, object]) -> Mechanism:
         """Make the mechanism that `to_dict` or a file describes.
 
-        Raises
-        ------
-        ValueError
-            In one line that begins with the place, such as `links.coupler.body.section.thickness`.
+        Raise a ValueError of one line that begins with the place, such as `links.coupler.body.section.thickness`.
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
@@ -216,25 +210,14 @@ class Mechanism(Parts):
         return mechanism
 
     def save(self, path: str | Path) -> Path:
-        """Write the mechanism as a `.toml` or `.json` file.
-
-        Raises
-        ------
-        ValueError
-            If the file has another ending, or a value has no form in a file.
-        """
+        """Write the mechanism as a `.toml` or `.json` file; raise a ValueError if a value has no form in a file."""
         return documents.write(self.to_dict(), Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
         """Read the mechanism of a `.toml` or `.json` file.
 
-        Raises
-        ------
-        ValueError
-            In one line: the file, the place in it, what is wrong.
-        OSError
-            If the file cannot be read.
+        Raise a ValueError of one line with the file, the place and the fault, or an OSError if the file cannot be read.
         """
         content = documents.read(Path(path))
         try:

@@ -53,13 +53,10 @@ CTRL_C = "Ctrl-C"
 
 
 class Interrupted(KeyboardInterrupt):
-    """End of a call by Ctrl-C, with its best answer so far; it ends a script that does not catch it.
+    """End of a call by Ctrl-C; it ends a script that does not catch it.
 
-    Attributes
-    ----------
-    result : object
-        Best answer so far, of the type that the call returns. `simulate` gives the Result of the run that got farthest, without
-        checks, with the status INTERRUPTED.
+    `result` is the best answer so far, of the type that the call returns. `simulate` gives the Result of the run that got
+    farthest, without checks, with the status INTERRUPTED.
     """
 
     def __init__(self, result: Any) -> None:

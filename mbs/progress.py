@@ -113,16 +113,8 @@ class Ticker:
 class Watch:
     """Count of the steps or runs of one call, with its time limit and Ctrl-C.
 
-    Attributes
-    ----------
-    share : float
-        Fraction of the call that is done, as far as known; else 0.
-    most : float
-        Largest number of steps or runs that the call may take.
-    ended : str
-        Reason for which the call was stopped; '' while it may go on.
-    best : object
-        Best answer so far, which a stopped call returns.
+    `share` is the fraction of the call that is done, 0 if unknown, `most` the largest number of steps. `ended` is the reason for
+    which the call was stopped, '' while it may go on; `best` is the best answer so far.
     """
 
     def __init__(self, unit: str = "steps", timeout: float | None = None, clock: Callable[[], float] = working_time) -> None:

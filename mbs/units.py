@@ -125,12 +125,7 @@ def parse_quantity(text: str, unit: str) -> float:
     text : str
         Such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`.
     unit : str
-        The unit of the result.
-
-    Raises
-    ------
-    ValueError
-        If it is no number, or its unit is unknown or of another kind.
+        Unit of the result; a ValueError is raised for a unit of another dimension.
     """
     target = parse_unit(unit)
     value, source = _read(text, target)

@@ -18,10 +18,7 @@ def number(
 ) -> float:
     """Return `value` as a float if it is finite and in [low, high], an open end excluded.
 
-    Raises
-    ------
-    ValueError
-        Names the parameter, its value, the allowed range and the unit.
+    Raise a ValueError with the name of the parameter, its value, the allowed range and the unit otherwise.
     """
     if isinstance(value, Measured) and not value.fits(unit):
         turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if "rad/s" in unit and value.fits("Hz") else ""

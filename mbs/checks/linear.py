@@ -25,9 +25,7 @@ from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
 LEFT_OUT = 1e-3
-"""Largest error of the place of an end or of mid-length, over the link's length.
-
-A half-sine has this error at a deflection of 2 % of the length, and under a tenth of the critical load at 1 %."""
+"""Largest error of a place, over the link's length: that of a half-sine at 2 % deflection, or at 1 % and a tenth of P_cr."""
 
 
 def _modal(run: Run) -> list[str]:
@@ -65,10 +63,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link [N], (times,), from the forces of joints at one end.
-
-    It is 0 if other forces act at both ends, or if the mesh of the link is a file.
-    """
+    """Compute the compression of a link [N], (times,), from joints at one end; 0 with other forces, or if the mesh is a file."""
     link: Any = run.record.mechanism.link(name)
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]

@@ -19,16 +19,9 @@ from .unbuckled import check_buckled
 FIRST: tuple[Check, ...] = (check_finite, check_time)
 """Checks without which the others cannot be made."""
 CHECKS: tuple[Check, ...] = (
-    *FIRST,
-    check_constraints,
-    check_balance,
-    check_directions,
-    check_depths,
-    check_buckled,
-    check_crossing,
-    check_dead_centres,
+    *FIRST, check_constraints, check_balance, check_directions, check_depths, check_buckled, check_crossing, check_dead_centres,
     check_linear,
-)
+)  # fmt: skip
 """All checks, in their order."""
 
 

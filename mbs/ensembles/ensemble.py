@@ -175,11 +175,6 @@ def ensemble(
     Returns
     -------
     Ensemble
-
-    Raises
-    ------
-    ValueError
-        If a reading, a path or a number is invalid.
     """
     positive("duration", duration, "s"), whole("skip", skip, 0, 10**6)
     solver = one_of("solver", solver or Spectral(), (Spectral,))

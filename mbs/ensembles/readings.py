@@ -132,10 +132,7 @@ def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], e
 
 
 def _evaluate(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], index: Any = None) -> Any:
-    """Evaluate a syntax tree by functions from names to signals and from names and arguments to values.
-
-    The function `index`, if given, replaces the arguments of statistics before they are evaluated.
-    """
+    """Evaluate a syntax tree with the values of signals and calls; `index`, if given, replaces the arguments of statistics."""
 
     def value_of(node: ast.expr) -> Any:
         match node:

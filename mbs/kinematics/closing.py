@@ -31,10 +31,7 @@ class Course(NamedTuple):
 
 
 def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
-    """Close the loops at each time by Newton's method from guesses q (times, links, 3), and solve for the rates.
-
-    Return None if this fails at a time. Newton's method ends at rounding, or where a small residual becomes no smaller.
-    """
+    """Close the loops at each time by Newton's method from guesses q (times, links, 3); return None if it fails."""
     zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
     previous = np.inf

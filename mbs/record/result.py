@@ -165,13 +165,7 @@ class Result:
 
     @property
     def movie(self) -> Any:
-        """Motion at evenly spaced times, for drawing: a `buckler.mbs.view.movie.Movie`.
-
-        Raises
-        ------
-        ValueError
-            If the result was not made by a run.
-        """
+        """Motion at evenly spaced times, for drawing: a `buckler.mbs.view.movie.Movie`; ValueError if no run made the result."""
         if self.film is None:
             raise ValueError("this result holds no motion: it was made by hand")
         return self.film.movie()
@@ -188,12 +182,7 @@ class Result:
 
         Returns
         -------
-        matplotlib Axes, or array of Axes where there are several units
-
-        Raises
-        ------
-        ValueError
-            If a name is unknown; with similar names.
+        matplotlib Axes, or array of Axes for several units
         """
         return find_offer("plot_signals")(self, names, axes)
 
@@ -211,12 +200,7 @@ class Result:
         seconds : float
             Duration of the picture, s, positive.
         width : float
-            Width of the picture, pixels.
-
-        Raises
-        ------
-        ValueError
-            If the path ends otherwise.
+            Width of the picture [pixels].
         """
         return find_offer("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
 
@@ -258,13 +242,7 @@ class Result:
         return find_offer("write_paraview")(self, path, times)
 
     def to_dataframe(self) -> Any:
-        """Return signals as a pandas data frame over the time t [s]; its `attrs` hold units, status and message.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        """
+        """Return signals as a pandas data frame over the time t [s]; its `attrs` hold units, status and message."""
         try:
             import pandas
         except ModuleNotFoundError as error:

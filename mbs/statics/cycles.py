@@ -94,11 +94,6 @@ def periodic(
     -------
     Periodic
         The status is NOT_REACHED or TOO_MANY_STEPS if none was found.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
     """
     shooting, state = prepare(mechanism, period, start, degree, settle)
     try:

@@ -76,11 +76,6 @@ def path(
         apply to the engine only.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
     """
     check(mechanism, degree)
     check_way(to, steps, step, longest, load=load, drive=drive, parameter=parameter)

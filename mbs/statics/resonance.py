@@ -84,11 +84,6 @@ def response(
     -------
     Response
         The status is OK if the end was reached.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
     """
     check_way(to, steps, step, longest, load=load, parameter=parameter)
     shooting, state = prepare(mechanism, period, start, degree, settle)

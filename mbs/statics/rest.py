@@ -75,11 +75,6 @@ def equilibrium(
     -------
     Equilibrium
         The status is OK for a stable equilibrium, UNSTABLE for an unstable one.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
     """
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
@@ -132,8 +127,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
 def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
     """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
 
-    A step is accepted if it goes along the forces and its iteration converges; otherwise tau is reduced. A first tau of 0 stands
-    for the median ratio of mass to stiffness.
+    A step that goes against the forces, or whose iteration diverges, is repeated with a smaller tau. The first tau is 0.
     """
     n, units = problem.scene.size, problem.units
     a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)

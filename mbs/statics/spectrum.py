@@ -198,8 +198,7 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: 
 def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
     """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones.
 
-    First the quotients of the given vectors are tried. Eigenvalues far above the shift, which the inverse does not resolve, need
-    eigenvectors that are computed from M and K. Return eigenvalues, errors and vectors.
+    Eigenvalues far above the shift, which the inverse does not resolve, need eigenvectors that are computed from M and K.
     """
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     for from_matrices in (False, True):

@@ -82,11 +82,6 @@ def frequencies(
         Degree of the strips; by default it is increased until all errors are below 1e-8, or are rounding.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
     """
     check(mechanism, degree)
     whole("count", count, 1, 1000)
