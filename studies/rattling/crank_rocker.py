@@ -39,10 +39,10 @@ SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
 """Joints whose forces are read and drawn, by their names in metrics.json."""
 NOTES = """\
-ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
-± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
-where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but last microseconds only: they come out some
-percent too small, less with a smaller `tolerance`."""
+ideal: rigid bars in ideal joints. Motions are of centres of mass, from `settle` on; rms_vx_error: rms difference from ideal.
+± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of per cent
+where joints rattle (damping_unit N.s/m). With N.s/mm peaks are repeatable, but last microseconds only: the run gives them some
+per cent too small, less with a smaller `tolerance`."""
 """Notes below the table."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints with clearance, by their number: first those whose forces the paper shows, coupler–rocker and rocker–frame."""
