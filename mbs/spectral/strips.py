@@ -27,45 +27,45 @@ RENEWED = 2.0
 
 
 @draft
-def _compute_strains(kind, first, second, third, fourth, slopes):
-    """Return the strains at arguments z and write B to `slopes`, whose other entries are zero."""
+def _compute_strains(kind, z0, z1, z2, z3, gradients):
+    """Return the strains at arguments z and write B to `gradients`, whose other entries are zero."""
     if kind == StripKind.REISSNER:
-        c, s = np.cos(third), np.sin(third)
-        axial, shear = c * first + s * second, -s * first + c * second
-        slopes[0, 0], slopes[0, 1], slopes[0, 2] = c, s, shear
-        slopes[1, 0], slopes[1, 1], slopes[1, 2], slopes[2, 3] = -s, c, -axial, 1.0
-        return axial - 1.0, shear, fourth
-    p = 1.0 / (first * first + second * second)
-    r, k = np.sqrt(p), (first * fourth - second * third) * p
-    slopes[0, 0], slopes[0, 1] = first * r, second * r
-    slopes[2, 0], slopes[2, 1] = p * (fourth - 2.0 * k * first), p * (-third - 2.0 * k * second)
-    slopes[2, 2], slopes[2, 3] = -second * p, first * p
+        c, s = np.cos(z2), np.sin(z2)
+        axial, shear = c * z0 + s * z1, -s * z0 + c * z1
+        gradients[0, 0], gradients[0, 1], gradients[0, 2] = c, s, shear
+        gradients[1, 0], gradients[1, 1], gradients[1, 2], gradients[2, 3] = -s, c, -axial, 1.0
+        return axial - 1.0, shear, z3
+    p = 1.0 / (z0 * z0 + z1 * z1)
+    r, k = np.sqrt(p), (z0 * z3 - z1 * z2) * p
+    gradients[0, 0], gradients[0, 1] = z0 * r, z1 * r
+    gradients[2, 0], gradients[2, 1] = p * (z3 - 2.0 * k * z0), p * (-z2 - 2.0 * k * z1)
+    gradients[2, 2], gradients[2, 3] = -z1 * p, z0 * p
     return 1.0 / r - 1.0, 0.0, k
 
 
 @draft
-def _differentiate_gradients(kind, x, y, bend_x, bend_y, slopes, ezz):
-    """Fill `ezz` (3, 4, 4) with the second derivatives of the strains by z, B being `slopes`."""
-    ezz[:] = 0.0
+def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
+    """Fill `second` (3, 4, 4) with the second derivatives of the strains at z = (x, y, bend_x, bend_y), B being `gradients`."""
+    second[:] = 0.0
     if kind == StripKind.REISSNER:
-        c, s, shear, axial = slopes[0, 0], slopes[0, 1], slopes[0, 2], -slopes[1, 2]
-        ezz[0, 0, 2] = ezz[0, 2, 0] = -s
-        ezz[0, 1, 2] = ezz[0, 2, 1] = c
-        ezz[0, 2, 2], ezz[1, 2, 2] = -axial, -shear
-        ezz[1, 0, 2] = ezz[1, 2, 0] = -c
-        ezz[1, 1, 2] = ezz[1, 2, 1] = -s
+        c, s, shear, axial = gradients[0, 0], gradients[0, 1], gradients[0, 2], -gradients[1, 2]
+        second[0, 0, 2] = second[0, 2, 0] = -s
+        second[0, 1, 2] = second[0, 2, 1] = c
+        second[0, 2, 2], second[1, 2, 2] = -axial, -shear
+        second[1, 0, 2] = second[1, 2, 0] = -c
+        second[1, 1, 2] = second[1, 2, 1] = -s
         return
     p = 1.0 / (x * x + y * y)
     r, k, q = np.sqrt(p), (x * bend_y - y * bend_x) * p, p * p
-    ezz[0, 0, 0], ezz[0, 1, 1] = r * y * y * p, r * x * x * p
-    ezz[0, 0, 1] = ezz[0, 1, 0] = -r * x * y * p
-    ezz[2, 0, 0] = -4.0 * q * bend_y * x - 2.0 * k * p + 8.0 * k * q * x * x
-    ezz[2, 1, 1] = 4.0 * q * bend_x * y - 2.0 * k * p + 8.0 * k * q * y * y
-    ezz[2, 0, 1] = ezz[2, 1, 0] = 2.0 * q * (bend_x * x - bend_y * y) + 8.0 * k * q * x * y
-    ezz[2, 0, 2] = ezz[2, 2, 0] = 2.0 * q * x * y
-    ezz[2, 1, 2] = ezz[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
-    ezz[2, 0, 3] = ezz[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
-    ezz[2, 1, 3] = ezz[2, 3, 1] = -2.0 * q * x * y
+    second[0, 0, 0], second[0, 1, 1] = r * y * y * p, r * x * x * p
+    second[0, 0, 1] = second[0, 1, 0] = -r * x * y * p
+    second[2, 0, 0] = -4.0 * q * bend_y * x - 2.0 * k * p + 8.0 * k * q * x * x
+    second[2, 1, 1] = 4.0 * q * bend_x * y - 2.0 * k * p + 8.0 * k * q * y * y
+    second[2, 0, 1] = second[2, 1, 0] = 2.0 * q * (bend_x * x - bend_y * y) + 8.0 * k * q * x * y
+    second[2, 0, 2] = second[2, 2, 0] = 2.0 * q * x * y
+    second[2, 1, 2] = second[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
+    second[2, 0, 3] = second[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
+    second[2, 1, 3] = second[2, 3, 1] = -2.0 * q * x * y
 
 
 @draft
@@ -122,10 +122,10 @@ def _compute_stresses(data, moduli, free, strain, b, rate, lag):
 
 
 @inline
-def _replace_stresses(work, p, slopes, n):
+def _replace_stresses(work, p, gradients, n):
     """Return the stresses that are unknowns, and B0^T times the stresses n of the strains less these."""
     if work.strip_form[0] == RENEWED:
-        copy(slopes, work.b0[p])
+        copy(gradients, work.b0[p])
     given, b0, slack = work.stress[p], work.b0[p], work.slack[p]
     slack[0], slack[1], slack[2] = n[0] - given[0], n[1] - given[1], n[2] - given[2]
     return (given[0], given[1], given[2]), (
@@ -137,7 +137,7 @@ def _replace_stresses(work, p, slopes, n):
 
 
 @draft
-def _add_strip(tables, work, place, q, v, slopes, f):
+def _add_strip(tables, work, place, q, v, gradients, f):
     """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point.
 
     `place` is the strip's number and the index of its first Gauss point.
@@ -149,25 +149,25 @@ def _add_strip(tables, work, place, q, v, slopes, f):
     local = work.scratch[2 * size : 3 * size]
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
-    lag, r = (tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]), (0.0, 0.0, 0.0, 0.0)
-    slopes[:], weights = 0.0, d + StripData.WEIGHTS
+    lag, z_rate = (tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]), (0.0, 0.0, 0.0, 0.0)
+    gradients[:], weights = 0.0, d + StripData.WEIGHTS
     for g in range(ng):
         p, weight, m = point + g, tables.data[weights + g], _index_members(order, weights + 4 * ng, nb, ng, g)
         z = _compute_arguments(tables.data, m, x, block, nb)
-        strain, at_rest = _compute_strains(kind, z[0], z[1], z[2], z[3], slopes), weights + ng + g
-        free = tables.data[at_rest], tables.data[at_rest + ng], tables.data[at_rest + 2 * ng]
+        strain, at_free = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients), weights + ng + g
+        free = tables.data[at_free], tables.data[at_free + ng], tables.data[at_free + 2 * ng]
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
-            r = _compute_arguments(tables.data, m, rate, block, nb)
+            z_rate = _compute_arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # Reissner's curvature is an argument
-            r = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
-        n, f0 = _compute_stresses(tables.data, d, free, strain, slopes, r, lag), (0.0, 0.0, 0.0, 0.0)
+            z_rate = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
+        n, f0 = _compute_stresses(tables.data, d, free, strain, gradients, z_rate, lag), (0.0, 0.0, 0.0, 0.0)
         if work.strip_form[0] != PLAIN:
-            n, f0 = _replace_stresses(work, p, slopes, n)
+            n, f0 = _replace_stresses(work, p, gradients, n)
         force = (
-            weight * (f0[0] + n[0] * slopes[0, 0] + n[1] * slopes[1, 0] + n[2] * slopes[2, 0]),
-            weight * (f0[1] + n[0] * slopes[0, 1] + n[1] * slopes[1, 1] + n[2] * slopes[2, 1]),
-            weight * (f0[2] + n[0] * slopes[0, 2] + n[1] * slopes[1, 2] + n[2] * slopes[2, 2]),
-            weight * (f0[3] + n[2] * slopes[2, 3]),
+            weight * (f0[0] + n[0] * gradients[0, 0] + n[1] * gradients[1, 0] + n[2] * gradients[2, 0]),
+            weight * (f0[1] + n[0] * gradients[0, 1] + n[1] * gradients[1, 1] + n[2] * gradients[2, 1]),
+            weight * (f0[2] + n[0] * gradients[0, 2] + n[1] * gradients[1, 2] + n[2] * gradients[2, 2]),
+            weight * (f0[3] + n[2] * gradients[2, 3]),
         )
         _subtract_transposed(tables.data, m, force, block, nb, local)
         work.arguments[p, 0], work.arguments[p, 1], work.arguments[p, 2], work.arguments[p, 3] = z
@@ -183,9 +183,9 @@ def add_strips(tables, work, q, v, f):
 
     Stresses that are unknowns are in work.stress, their residuals in work.slack.
     """
-    ez, point = np.zeros((3, 4)), 0
+    gradients, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
-        _add_strip(tables, work, (strip, point), q, v, ez, f)
+        _add_strip(tables, work, (strip, point), q, v, gradients, f)
         point += tables.strips[strip, 2]
 
 
@@ -200,43 +200,44 @@ def add_strips_tangents(tables, work, v, damp, stiff):
 
 @draft
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
-    """Add the tangents of a strip, whose arguments and weighted stresses are in work, from Gauss point `point` on."""
+    """Add a strip's tangents; its arguments and weighted stresses stand in work from Gauss point `point` on."""
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
-    ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
-    r, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
+    gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    z_rate, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
     lag[0], lag[2] = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
     at, member, rate = tables.places[first : first + size], d + StripData.WEIGHTS + 4 * ng, work.scratch[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
-    damped = lag[0] > 0.0 or lag[2] > 0.0
+    is_damped = lag[0] > 0.0 or lag[2] > 0.0
     clear_block(tables, work, number)
     for g in range(ng):
         p = point + g
         z = work.arguments[p]
-        _compute_strains(kind, z[0], z[1], z[2], z[3], ez)
-        _differentiate_gradients(kind, z[0], z[1], z[2], z[3], ez, ezz)
-        h[:], b[:] = 0.0, 0.0
-        if damped:
+        _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
+        _differentiate_gradients(kind, z[0], z[1], z[2], z[3], gradients, second)
+        by_z[:], by_rate[:] = 0.0, 0.0
+        if is_damped:
             for i in range(4):
-                r[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
+                z_rate[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
             stress, stiffness = work.weighted_stress[p, j], tables.data[d + StripData.WEIGHTS + g] * tables.data[d + j]
             for i in range(4):
                 for k in range(4):
-                    h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
+                    by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]
             if lag[j] > 0.0:
                 for k in range(4):
-                    bend = ezz[j, k, 0] * r[0] + ezz[j, k, 1] * r[1] + ezz[j, k, 2] * r[2] + ezz[j, k, 3] * r[3]
+                    row = second[j, k]
+                    second_rate = row[0] * z_rate[0] + row[1] * z_rate[1] + row[2] * z_rate[2] + row[3] * z_rate[3]
                     for i in range(4):
-                        h[i, k] += stiffness * lag[j] * ez[j, i] * bend
-                        b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
+                        by_z[i, k] += stiffness * lag[j] * gradients[j, i] * second_rate
+                        by_rate[i, k] += stiffness * lag[j] * gradients[j, i] * gradients[j, k]
         members = _index_members(order, member, nb, ng, g)
-        _add_products(tables.data, members, block, nb, h, work.block_stiffness)
-        if damped:
-            _add_products(tables.data, members, block, nb, b, work.block_damping)
+        _add_products(tables.data, members, block, nb, by_z, work.block_stiffness)
+        if is_damped:
+            _add_products(tables.data, members, block, nb, by_rate, work.block_damping)
     add_entries(tables, number, work.block_stiffness, stiff)
-    if damped:
+    if is_damped:
         add_entries(tables, number, work.block_damping, damp)
 
 
