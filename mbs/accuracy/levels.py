@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
+from math import ceil, log, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +44,8 @@ RESTING = 1e-3
 """Least deflection that forces follow, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
 """Most degrees added at once: the decay of two terms cannot be extrapolated farther."""
+SLOWER = 2.0
+"""Factor of the last term, as later ones decay more slowly than the first: without it a third run is needed for one degree."""
 LEAST_DECAY = 1e-3
 """Least ratio of successive terms that is believed: that of a sine is larger up to degree 30."""
 UNDAMPED = 0.9
@@ -178,7 +180,8 @@ class SpectralLevels(Levels):
         excess, decay = _find_truncation(run, allowed)
         if not excess:
             return level
-        enough = run.solver.degree + round(log(max(1.0, excess)) / -log(decay) + 0.5)
+        pairs = ceil(log(max(1.0, SLOWER * excess)) / -log(decay) / 2)  # a symmetric deflection has every second term alone
+        enough = run.solver.degree + 2 * pairs
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run, allowed: Deflections) -> float:
