@@ -83,7 +83,7 @@ class Ticker:
     """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after `SOON`.
 
     `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. A ticker that
-    `compiles` prints only while a function is compiled, any other only while none is. Once is remembered in `announced`.
+    `compiles` prints only while a function is compiled, any other only while none is. `announced`: the time is printed.
     """
 
     def __init__(self, state: Forecast | Watch, compiles: bool = False, announced: bool = False) -> None:

@@ -135,6 +135,7 @@ def _evaluate(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str,
     """Evaluate a syntax tree with the values of signals and calls; `index`, if given, replaces the arguments of statistics."""
 
     def value_of(node: ast.expr) -> Any:
+        """Evaluate a node."""
         match node:
             case ast.Constant(value=value):
                 return value

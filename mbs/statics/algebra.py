@@ -1,8 +1,8 @@
 """Linear equations, null spaces and eigenvalues, with dense matrices for few unknowns and sparse ones for many.
 
 G is the Jacobian of the constraints, M the mass matrix, K the tangent stiffness. Lanczos's method gives the lowest eigenvalues
--s^2 of K z = -s^2 M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). The number of negative pivots of
-K + c M = L D L^T is the number of eigenvalues below -c (Sylvester's law of inertia), which shows that none is missing.
+-s^2 of K z = -s^2 M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). By Sylvester's law of inertia
+K + c M = L D L^T has as many negative pivots as there are eigenvalues below -c, which shows that none is missing.
 """
 
 from __future__ import annotations

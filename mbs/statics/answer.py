@@ -186,6 +186,7 @@ def parameters_at(kind: str, doc: str) -> Any:
     """Make the property that lists the parameters at critical points of a kind."""
 
     def parameters(route: Route) -> list[float]:
+        """Return the parameters, each as often as its multiplicity."""
         return [point.rest.parameter for point in route.points if point.kind == kind for _ in range(point.multiple)]
 
     return property(parameters, doc=doc)

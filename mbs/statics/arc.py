@@ -160,6 +160,7 @@ class Arc:
         values: dict[float, float] = {}
 
         def evaluate(arc: float) -> float:
+            """Evaluate the function at an arc, and keep the equilibrium."""
             rest = self.along(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
@@ -204,6 +205,7 @@ class Arc:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
         def evaluate(arc: float) -> float:
+            """Evaluate the function at an arc, or next to it."""
             for offset in (0.0, 0.3, -0.3):
                 try:
                     return function(self.along(step, min(max(arc + offset * tolerance, 0.0), step.arc)))

@@ -194,6 +194,7 @@ class ResponseCurve:
         known = {0.0: orbit, arc: new}
 
         def evaluate(at: float) -> float:
+            """Evaluate the function at an arc, and keep the motion."""
             if at not in known:
                 known[at] = self.on_plane(orbit, at)
             return function(known[at])
