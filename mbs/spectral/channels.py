@@ -24,9 +24,9 @@ from .forces import add_one
 from .frame_body import FrameBody
 from .markers import place_markers
 from .output import Output
-from .recording import record_of
+from .recording import compute_acceleration, record_of
 from .scene import CompiledScene
-from .tables import Instant, Markers, Memory, Report, State
+from .tables import Instant, Memory, Report, State
 
 Source = IntEnum("Source", "REPORT MARKER ACCELERATION MULTIPLIER", start=0)
 """Sources of a column: report of a force, state of a marker, its acceleration, multiplier of a constraint."""
@@ -57,10 +57,7 @@ def evaluate(tables, work, out, columns, scales, values):
             elif source == Source.MULTIPLIER:
                 value = now.lam[index]
             else:
-                value = work.state[index, State.AX + component]
-                first, count = tables.markers[index, Markers.FIRST], tables.markers[index, Markers.COUNT]
-                for j in range(first, first + count):
-                    value += work.jacobian[component, j] * out.a[i, tables.places[j]]
+                value = compute_acceleration(tables, work, index, component, out.a[i])
             value *= scales[c]
             if transform == Transform.MAGNITUDE:
                 value = abs(value)

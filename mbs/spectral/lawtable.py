@@ -1,7 +1,6 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
-Arguments: `law` is the row of a law, k the row of a force or drive, `mem` a row of the forces' memory, `p` the numbers of a
-force.
+Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,).
 """
 
 from __future__ import annotations
@@ -24,15 +23,15 @@ BEFORE = -AFTER
 @draft
 def differentiate_normal(tables, law, depth, rate, onset):
     """Return the derivatives of the normal force by depth and rate, by central differences."""
-    hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
-    by_depth = normal_force(tables, law, depth + hd, rate, onset) - normal_force(tables, law, depth - hd, rate, onset)
-    by_rate = normal_force(tables, law, depth, rate + hr, onset) - normal_force(tables, law, depth, rate - hr, onset)
-    return by_depth / (2.0 * hd), by_rate / (2.0 * hr)
+    h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
+    by_depth = normal_force(tables, law, depth + h, rate, onset) - normal_force(tables, law, depth - h, rate, onset)
+    by_rate = normal_force(tables, law, depth, rate + h_rate, onset) - normal_force(tables, law, depth, rate - h_rate, onset)
+    return by_depth / (2.0 * h), by_rate / (2.0 * h_rate)
 
 
 @draft
 def evaluate_friction(tables, law, speed, mem, since):
-    """Return friction coefficient and bristle deflection.
+    """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0.
 
     The bristle is integrated from the last step over `since`, or, if since < 0, a state whose present value is in the memory.
     """
@@ -56,15 +55,15 @@ def differentiate_friction(tables, law, speed, mem, since):
 @draft
 def evaluate_motion(tables, k, t):
     """Return travel and speed of drive k at time t."""
-    kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
-    t = pace * t
+    kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
+    t = factor * t
     if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
-        r, slope = min(t, duration), (end - start) / duration
-        return start * r + 0.5 * slope * r * r + end * (t - r), pace * (start + slope * r)
+        ramp, slope = min(t, duration), (end - start) / duration  # time on the ramp; the speed is constant after it
+        return start * ramp + 0.5 * slope * ramp * ramp + end * (t - ramp), factor * (start + slope * ramp)
     if kind == MotionKind.STEADY:
         return 0.0, 0.0
-    return call(tables.motions[k, LawColumn.CALL], (t,)), pace * call(tables.motions[k, LawColumn.CALL_TOO], (t,))
+    return call(tables.motions[k, LawColumn.CALL], (t,)), factor * call(tables.motions[k, LawColumn.CALL_TOO], (t,))
 
 
 @draft
@@ -73,19 +72,19 @@ def evaluate_acceleration(tables, k, t, side):
 
     It is the one-sided difference of second order of the speed.
     """
-    kind, pace = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
-    t = pace * t
+    kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
+    t = factor * t
     if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
-        return pace * pace * (end - start) / duration if t < duration else 0.0
+        return factor * factor * (end - start) / duration if t < duration else 0.0
     if kind == MotionKind.STEADY:
         return 0.0
     speed, h = tables.motions[k, LawColumn.CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
-    return pace * pace * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
+    return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
 @draft
-def dry(speed, p):
+def friction_force(speed, p):
     """Return a friction force by the speed, linear up to the regularisation speed.
 
     p: dynamic force, static minus dynamic force, viscous coefficient, regularisation speed, Stribeck speed.
@@ -152,7 +151,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
             return 0.0
         return -side * normal_force(tables, tables.forces[k, Forces.LAW], depth, side * rate, mem[Memory.ONSET])
     if kind == ForceKind.FRICTION_FORCE:
-        return -dry(rate, p)
+        return -friction_force(rate, p)
     if kind == ForceKind.FRICTION:
         return -evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
     if kind == ForceKind.STRUT:

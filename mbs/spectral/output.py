@@ -67,9 +67,9 @@ CONTROLS = _record_type(
 
 
 SMALLEST_RATIO = 0.2
-"""Least ratio of the lengths of a step and the one before it."""
+"""Least ratio of the length of a step to that of the step before."""
 LARGEST_RATIO = 5.0
-"""Largest ratio of these lengths."""
+"""Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 STOP_REACH = 1.0001
 """A step whose stop is nearer than so many step lengths ends there. A step to an onset is not lengthened: it would pass it."""
 

@@ -16,7 +16,7 @@ from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
 from ..record.record import BlockMotion, Record, RigidMotion
-from .compiling import copy, jit
+from .compiling import copy, inline, jit
 from .forces import add_forces
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -30,6 +30,15 @@ UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
 """Kinds of forces whose signals follow from their memories and states, without reports."""
 
 
+@inline
+def compute_acceleration(tables, work, m, component, a):
+    """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates."""
+    total, first = work.state[m, State.AX + component], tables.markers[m, Markers.FIRST]
+    for j in range(first, first + tables.markers[m, Markers.COUNT]):
+        total += work.jacobian[component, j] * a[tables.places[j]]
+    return total
+
+
 @jit
 def follow(tables, work, out, wanted, traces, reports):
     """Fill the traces of some markers, (wanted, 3, 3, times), and the reports of all forces, (times, forces, 8).
@@ -41,12 +50,9 @@ def follow(tables, work, out, wanted, traces, reports):
         place_markers(tables, work, out.q[i], out.v[i])
         for k in range(wanted.size):
             m = wanted[k]
-            first, count = tables.markers[m, Markers.FIRST], tables.markers[m, Markers.COUNT]
             for c in range(3):
-                total = work.state[m, State.AX + c]
-                for j in range(first, first + count):
-                    total += work.jacobian[c, j] * out.a[i, tables.places[j]]
-                traces[k, 0, c, i], traces[k, 1, c, i], traces[k, 2, c, i] = work.state[m, c], work.state[m, 3 + c], total
+                traces[k, 0, c, i], traces[k, 1, c, i] = work.state[m, State.X + c], work.state[m, State.VX + c]
+                traces[k, 2, c, i] = compute_acceleration(tables, work, m, c, out.a[i])
         if reports.shape[2] > 0:
             since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
@@ -64,7 +70,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             frames[link.name] = _centre_frame(scene, link, body)
     scene.refresh()
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
-    kinds = scene.tables.forces[:, 0]
+    kinds = scene.tables.forces[:, Forces.KIND]
     reports = np.empty((len(out.time), len(kinds), 0 if np.isin(kinds, UNREPORTED).all() else 8))
     traces = dict(zip(wanted, follow_markers(scene, out, wanted, reports), strict=True))
 
@@ -128,7 +134,7 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         reactions = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
         channels[name] = dict(reactions or {})
     for i, name in enumerate(scene.force_names):
-        kind = scene.tables.forces[i, 0]
+        kind = scene.tables.forces[i, Forces.KIND]
         found = channels.setdefault(name, {})
         if kind in (ForceKind.JOURNAL, ForceKind.FRICTION):
             found["memory"] = out.memory[:, i]

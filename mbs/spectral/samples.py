@@ -17,7 +17,7 @@ LINE_EXPONENT = 0.75
 MOST_SAMPLES = 40
 """Largest number of rows in a step."""
 JUMP = 0.1
-"""Time between a jump and the row written after it, over the shortest step."""
+"""Time between a jump and the row beside it, over the shortest step."""
 
 
 @draft
