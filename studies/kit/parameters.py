@@ -90,7 +90,7 @@ class Gravity(StudyParameters):
     """Size and direction of gravity in the plane of a published mechanism, which its paper does not give."""
 
     gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
-    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame: O-C, or the slider's line", "left open")
+    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "angle of gravity to the frame O-C, or slider's line", "left open")
 
     @property
     def pull(self) -> tuple[float, float]:

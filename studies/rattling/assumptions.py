@@ -48,7 +48,7 @@ shapes, which ADAMS takes from modal neutral files."""
 class JointAssumptions(Gravity):
     """Assumptions about the joints and their surroundings."""
 
-    pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; a joint not named keeps its default", "left open")
+    pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(
         1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
     )
@@ -84,7 +84,7 @@ class Assumptions(JointAssumptions):
         "left open",
     )  # fmt: skip
     modes_of: str = choice(
-        "free", KINDS, "modes of the rocker: free, by Timoshenko or Euler-Bernoulli; or with held ends", "left open"
+        "free", KINDS, "modes of the rocker: free, by Timoshenko or Euler-Bernoulli; or of Craig-Bampton", "left open"
     )
 
     def describe(self) -> str:
@@ -98,9 +98,9 @@ class ModalAssumptions(Assumptions):
     """Assumptions of studies that choose the modes of the flexible rocker."""
 
     bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
-    axial: int = integer(1, 0, 8, "its axial modes", "left open")
+    axial: int = integer(1, 0, 8, "axial modes of a free rocker", "left open")
     frequency_factor: float = quantity(
-        1.0, "1", 0.5, 2, "of the rocker's frequencies over those of the plain bar: eyes, holes, a mesh", "left open"
+        1.0, "1", 0.5, 2, "factor on the rocker's frequencies over those of a plain bar, for eyes, holes, a mesh", "left open"
     )
 
     def agree(self) -> None:

@@ -55,7 +55,7 @@ class Parameters(TestedRuns):
     """Parameters of the study: values of each assumption, numbers of samples and runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
-    gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the frame O-C", OPEN)
+    gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the line O-C", OPEN)
     pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
     pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
     friction_thresholds: tuple[float, ...] = quantities(
@@ -65,7 +65,7 @@ class Parameters(TestedRuns):
     rocker_damping: tuple[float, ...] = quantities((2e-3, 5e-2), "1", 1e-6, 1, "damping ratio: one, or from, to", OPEN)
     modes_of: tuple[str, ...] = choices(KINDS, KINDS, "modes of the rocker", OPEN)
     bending: tuple[int, ...] = counts((2, 3, 6), 1, 8, "bending modes of a free rocker", OPEN)
-    axial: tuple[int, ...] = counts((1, 3), 0, 8, "its axial modes", OPEN)
+    axial: tuple[int, ...] = counts((1, 3), 0, 8, "axial modes of a free rocker", OPEN)
     frequency_factor: tuple[float, ...] = quantities(
         (0.9, 1.1), "1", 0.5, 2, "factor on the rocker's frequencies, for eyes, holes or a mesh: one, or from, to", OPEN
     )
